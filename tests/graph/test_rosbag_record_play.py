@@ -425,3 +425,16 @@ def test_latched_topics_exist_long_enough_for_a_search_every_second(
             player.wait_for_shutdown = waits.append  # type: ignore[method-assign, assignment]
             Player(player, [BagReader(file)], options, _Keys(), lambda _: None).run()
             assert any(wait is not None and wait > 0.1 for wait in waits) is is_long
+
+
+def test_a_bag_of_ros2_is_played_as_ros1(ros: RosSystem, master: Master, make_node: MakeNode) -> None:
+    bag_of(ros.home / "in.bag")
+    done = ros.pipros.run("rosbag", "convert", "--ros2", "humble", "in.bag", "ros2")
+    assert done.returncode == 0, done.output
+    inbox = Inbox()
+    make_node("listener").subscribe("/number", Int32, inbox, queue_size=None)
+
+    player = start(ros, master, "play", "-i", "--wait-for-subscribers", "--topics", "/number", "--bags=ros2")
+
+    assert [message.data for message in inbox.wait(20)] == list(range(20))
+    assert player.wait() == 0

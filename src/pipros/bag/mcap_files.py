@@ -31,15 +31,15 @@ from pipros.msg.class_finder import ClassFinder
 from pipros.msg.time import NS_PER_S
 
 _VERSION = Version(0, 0)
-_COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
-_AFTER_ALL = 1 << 64
+COMPRESSIONS = {"none": "NONE", "lz4": "LZ4", "bz2": "ZSTD", "zstd": "ZSTD"}
+AFTER_ALL = 1 << 64
 """A number larger than any timestamp (ns)."""
 
 _OF_HEADER = ("callerid", "latching", "md5sum", "topic")
 
 
 @contextmanager
-def _translated(name: str) -> Iterator[None]:
+def translated(name: str) -> Iterator[None]:
     """Translate the library's errors about damaged files into `BagFormatError`."""
     try:
         yield
@@ -58,7 +58,8 @@ def _translated(name: str) -> Iterator[None]:
         raise BagFormatError(f"{name} is damaged or truncated: {error or type(error).__name__}") from error
 
 
-def _library() -> Any:
+def mcap_library() -> Any:
+    """Import the `mcap` library. Raise `BagError` if it is not installed."""
     try:
         import mcap.reader
         import mcap.writer
@@ -105,12 +106,12 @@ class McapReader(BagReader):
     """
 
     def __init__(self, path: Any, *, limits: Limits | None = None) -> None:
-        _library()
+        mcap_library()
         super().__init__(path, layout=BagLayout(_VERSION), limits=limits)
         self._owned = self._owned or path
         try:
             try:
-                with _translated(self._source.name):
+                with translated(self._source.name):
                     summary = read_summary(self._source)
             except BagFormatError as error:
                 raise NotIndexed(f"{error}. {REPAIR}") from error
@@ -173,8 +174,8 @@ class McapReader(BagReader):
         wanted = {each.id: each for each in (self.connections if connections is None else connections)}
         if not wanted:
             return
-        first, last = start_ns or 0, _AFTER_ALL if end_ns is None else end_ns
-        with _translated(self._source.name):
+        first, last = start_ns or 0, AFTER_ALL if end_ns is None else end_ns
+        with translated(self._source.name):
             for channel, time_ns, data, chunk, offset in McapMessages(
                 self._source, self._summary.chunk_indexes, self._limits, wanted, first, last, as_views
             ):
@@ -190,7 +191,7 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
     Raises:
         BagError: the library is missing, or the file contains messages that are not ROS 1 messages.
     """
-    _library()
+    mcap_library()
     from mcap.records import Channel, Schema
 
     writer = McapWriter(file, compression="zstd")
@@ -199,7 +200,7 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
     with open(path, "rb") as old:
         source = Source(old, os.fspath(path), limits)
         try:
-            with _translated(source.name):
+            with translated(source.name):
                 for kind, data in all_records(source, limits, progress):
                     if kind == SCHEMA:
                         schema = parsed(Schema, data)
@@ -231,15 +232,15 @@ class McapWriter:
     """
 
     def __init__(self, file: Any, *, compression: str = "none", chunk_bytes: int = 1024 * 1024) -> None:
-        library = _library()
-        if compression not in _COMPRESSIONS:
-            raise BagError(f"compression must be one of {', '.join(_COMPRESSIONS)}, got [{compression}]")
+        library = mcap_library()
+        if compression not in COMPRESSIONS:
+            raise BagError(f"compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]")
         self._file = file
         self.layout = BagLayout(_VERSION)
         self._writer = library.writer.Writer(
             file,
             chunk_size=max(1, chunk_bytes),
-            compression=getattr(library.writer.CompressionType, _COMPRESSIONS[compression]),
+            compression=getattr(library.writer.CompressionType, COMPRESSIONS[compression]),
         )
         self._writer.start(profile="ros1", library="pipros")
         self._schemas: dict[tuple[str, bytes], int] = {}

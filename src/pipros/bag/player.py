@@ -299,7 +299,9 @@ def _sleep(duration_ns: int) -> None:
 
 
 @contextlib.contextmanager
-def opened_bags(paths: Sequence[str]) -> Iterator[list[BagReader]]:
+def opened_bags(
+    paths: Sequence[str], opener: Callable[[str], BagReader] = open_bag
+) -> Iterator[list[BagReader]]:
     """Context manager that opens bags and closes them at the end. Raises `BagError` or `OSError`."""
     with contextlib.ExitStack() as stack:
-        yield [stack.enter_context(open_bag(path)) for path in paths]
+        yield [stack.enter_context(opener(path)) for path in paths]

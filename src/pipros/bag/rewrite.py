@@ -17,7 +17,7 @@ from pipros.bag.compression import compress
 from pipros.bag.connection import Connection
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, index_record
 from pipros.bag.reader import BagReader
-from pipros.bag.writer import BagWriter, MessageWriter
+from pipros.bag.writer import BagWriter, MessageSink
 from pipros.basics.limits import Limits
 from pipros.msg.time import NS_PER_S, Time
 
@@ -91,7 +91,7 @@ def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, prog
     writer.finish()
 
 
-def copy_chosen(bag: BagReader, writer: MessageWriter, choice: Choice | None, progress: Progress) -> int:
+def copy_chosen(bag: BagReader, writer: MessageSink, choice: Choice | None, progress: Progress) -> int:
     """Copy the chosen messages with their connections to a writer, in time order, and finish it.
 
     Return the number of copied messages.

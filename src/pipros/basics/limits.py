@@ -107,12 +107,13 @@ class Limits(NamedTuple):
         bridge_topics: topics that all these clients receive together.
         bridge_subscriptions: subscriptions of one client; also the topics and services that it advertises.
         bridge_queue_bytes: the messages and answers queued for one client.
-        bridge_message_bytes: a message from a client.
+        bridge_message_bytes: a message from a client, or from ROS 2 through Zenoh.
         bridge_stall_s: the time for which a client may leave a full connection unread.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.
         bridge_client_rate_bytes: bytes per second that a client may send; faster clients are slowed down.
         ros2_discovery_bytes: all announcements of participants and endpoints of ROS 2 that are kept.
-        ros2_peer_bytes: those of one participant.
+        ros2_peer_bytes: the announcements of one participant.
+        ros2_graph_bytes: the endpoints of other processes that a gateway to ROS 2 remembers.
         ros2_sample_bytes: a message from ROS 2.
         ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
         ros2_incomplete_total_bytes: those of all participants.
@@ -213,6 +214,7 @@ class Limits(NamedTuple):
     ros2_incomplete_total_bytes: int = 512 * _MIB
     ros2_history_bytes: int = 256 * _MIB
     ros2_inbox_bytes: int = 256 * _MIB
+    ros2_graph_bytes: int = 16 * _MIB
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     turtles: int = 100

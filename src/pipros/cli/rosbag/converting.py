@@ -1,15 +1,22 @@
-"""`rosbag convert`: converts between bags and MCAP."""
+"""`rosbag convert`: converts between bags, MCAP and bags of ROS 2."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from optparse import Values
 from pathlib import Path
 
 from pipros.bag.errors import BagError
-from pipros.bag.opening import open_bag, writer_for
+from pipros.bag.opening import writer_for
+from pipros.bag.reader import BagReader
 from pipros.bag.rewrite import copy_chosen, replaced_file
+from pipros.bag.writer import MessageSink
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
+from pipros.basics.limits import process_limits
 from pipros.cli.rosbag.progress import Progress
+from pipros.cli.rosbag.ros2_bags import add_folders_option, definition_folders, opened, warn
 from pipros.cli.runner import add_flag, option_parser
 
 _USAGE = """rosbag convert [options] IN OUT
@@ -17,7 +24,7 @@ _USAGE = """rosbag convert [options] IN OUT
 
 
 def convert(argv: Sequence[str]) -> int:
-    parser = option_parser("rosbag", "", "Convert bag files to MCAP, and MCAP files to bags.")
+    parser = option_parser("rosbag", "", "Convert between bag files, MCAP files and bags of ROS 2.")
     parser.usage = _USAGE
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
     add_flag(parser, "-f", "--force", help="overwrite existing files")
@@ -28,21 +35,48 @@ def convert(argv: Sequence[str]) -> int:
         default="",
         help="none, lz4, bz2 (bags), zstd (MCAP; its default)",
     )
+    parser.add_option(
+        "--ros2",
+        dest="ros2",
+        metavar="DISTRO",
+        help="write a bag of ROS 2, a folder, for humble, jazzy, kilted or lyrical",
+    )
+    parser.add_option(
+        "--storage",
+        dest="storage",
+        metavar="FORMAT",
+        help="mcap or sqlite3, for --ros2 (default: sqlite3 for humble, otherwise mcap)",
+    )
+    parser.add_option(
+        "--rules",
+        dest="rules",
+        default=[],
+        action="append",
+        metavar="FILE",
+        help="use the mapping rules in FILE, in the format of ros1_bridge, for --ros2",
+    )
+    add_folders_option(parser)
     options, names = parser.parse_args(list(argv))
     if options.output_dir:
         folder = Path(options.output_dir)
-        pairs = [(Path(name), folder / _renamed(Path(name)).name) for name in names]
+        rename = _without_suffix if options.ros2 else _renamed
+        pairs = [(Path(name), folder / rename(Path(name)).name) for name in names]
     elif len(names) == 2:
         pairs = [(Path(names[0]), Path(names[1]))]
     else:
         parser.error("You must specify an input and an output file, or --output-dir and input files.")
     if not pairs:
         parser.error("You must specify at least one input file.")
+    if not options.ros2 and (options.storage or options.rules):
+        parser.error("--storage and --rules need --ros2.")
     status = 0
     for source, target in pairs:
         try:
-            _convert(source, target, options.compression, options.force, is_quiet=options.quiet)
-        except (OSError, BagError) as error:
+            if options.ros2:
+                _convert_to_ros2(source, target, options)
+            else:
+                _convert(source, target, options)
+        except (OSError, PiprosError) as error:
             print(f"ERROR converting {source}: {error}", file=sys.stderr)
             status = 1
     return status
@@ -52,12 +86,60 @@ def _renamed(path: Path) -> Path:
     return path.with_suffix(".bag" if path.suffix == ".mcap" else ".mcap")
 
 
-def _convert(source: Path, target: Path, compression: str, force: bool, *, is_quiet: bool) -> None:
+def _without_suffix(path: Path) -> Path:
+    return path.with_suffix("")
+
+
+def _convert(source: Path, target: Path, options: Values) -> None:
+    _check_target(source, target, force=options.force)
+    default = "zstd" if target.suffix == ".mcap" else "none"
+    with opened(source, options.msgs) as bag, replaced_file(target) as file:
+        writer = writer_for(target, file, compression=options.compression or default)
+        _copy(bag, writer, source, is_quiet=options.quiet)
+
+
+def _convert_to_ros2(source: Path, target: Path, options: Values) -> None:
+    """Write a bag of ROS 2.
+
+    Raises:
+        PiprosError: an option has an invalid value, or the bag cannot be read or written.
+    """
+    from pipros.ros2.bags.writer import new_ros2_bag
+    from pipros.ros2.conversion.mapping import merged, parse_rules
+    from pipros.ros2.distribution import Distribution
+
+    distribution = next((each for each in Distribution if each.value == options.ros2), None)
+    if distribution is None:
+        known = ", ".join(each.value for each in Distribution)
+        raise BagError(f"the distribution must be one of {known}, got [{options.ros2}]")
+    if target.exists():
+        raise BagError(f"{target} already exists")
+    rules = merged([parse_rules(_read(name), name) for name in options.rules])
+    storage = options.storage or ("sqlite3" if distribution is Distribution.HUMBLE else "mcap")
+    folders = definition_folders(options.msgs)
+    compression = options.compression or "zstd"
+    with opened(source, options.msgs) as bag:
+        with new_ros2_bag(
+            target, distribution, storage=storage, compression=compression, folders=folders, rules=rules
+        ) as writer:
+            _copy(bag, writer, source, is_quiet=options.quiet)
+        warn(writer.skipped, writer.incomplete)
+
+
+def _copy(bag: BagReader, writer: MessageSink, source: Path, *, is_quiet: bool) -> None:
+    total = sum(bag.chunk_header(number).size for number in range(len(bag.chunks)))
+    progress = Progress(str(source), total, is_quiet=is_quiet or not total)
+    copy_chosen(bag, writer, None, progress)
+    progress.finish()
+
+
+def _check_target(source: Path, target: Path, *, force: bool) -> None:
     if target.exists() and (not force or source.samefile(target)):
         raise BagError(f"{target} already exists" + ("" if force else "; --force overwrites it"))
-    default = "zstd" if target.suffix == ".mcap" else "none"
-    with open_bag(source) as bag, replaced_file(target) as file:
-        total = sum(bag.chunk_header(number).size for number in range(len(bag.chunks)))
-        progress = Progress(str(source), total, is_quiet=is_quiet)
-        copy_chosen(bag, writer_for(target, file, compression=compression or default), None, progress)
-        progress.finish()
+
+
+def _read(name: str) -> str:
+    try:
+        return read_text(name, process_limits().file_bytes)
+    except UnicodeDecodeError as error:
+        raise BagError(f"{name}: {error}") from None

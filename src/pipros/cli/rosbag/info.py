@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.info import bag_info, info_text, info_value, info_yaml
-from pipros.bag.opening import open_bag
+from pipros.cli.rosbag.ros2_bags import add_folders_option, opened
 from pipros.cli.runner import add_flag, option_parser
 
 
@@ -21,6 +21,7 @@ def info(argv: Sequence[str]) -> int:
     add_flag(parser, "-y", "--yaml", help="print information in YAML format")
     parser.add_option("-k", "--key", dest="key", help="print information on the given key")
     add_flag(parser, "--freq", help="display topic message frequency statistics")
+    add_folders_option(parser)
     options, paths = parser.parse_args(list(argv))
     if not paths:
         parser.error("You must specify at least 1 bag file.")
@@ -30,7 +31,7 @@ def info(argv: Sequence[str]) -> int:
         if number:
             print("---")
         try:
-            _print(path, options.yaml, options.key, with_frequencies=bool(options.freq))
+            _print(path, options.yaml, options.key, options.msgs, with_frequencies=bool(options.freq))
         except NotIndexed:
             print(f"ERROR bag unindexed: {path}.  Run rosbag reindex.", file=sys.stderr)
             return 1
@@ -40,8 +41,8 @@ def info(argv: Sequence[str]) -> int:
     return 0
 
 
-def _print(path: str, is_yaml: bool, key: str | None, *, with_frequencies: bool) -> None:
-    with open_bag(path) as bag:
+def _print(path: str, is_yaml: bool, key: str | None, msgs: Sequence[str], *, with_frequencies: bool) -> None:
+    with opened(path, msgs) as bag:
         facts = bag_info(bag, path, with_frequencies=with_frequencies)
     if not is_yaml:
         print(info_text(facts))

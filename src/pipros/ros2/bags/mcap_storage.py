@@ -1,0 +1,148 @@
+"""MCAP files of ROS 2, the default since Iron (https://mcap.dev/spec/registry, profile `ros2`)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Container, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from pipros.bag.errors import BagError, BagFormatError, NotIndexed
+from pipros.bag.mcap_files import COMPRESSIONS, mcap_library, translated
+from pipros.bag.mcap_messages import McapMessages
+from pipros.bag.mcap_records import Summary, read_summary
+from pipros.bag.records import checked_time
+from pipros.bag.source import Source
+from pipros.basics.limits import process_limits
+from pipros.ros2.bags.metadata import is_latched, qos_profiles, qos_text
+from pipros.ros2.bags.storage import NewTopic, StoredTopic
+from pipros.ros2.distribution import Distribution
+
+_ENCODINGS = ("ros2msg",)
+_CHUNK_BYTES = 1024 * 1024
+
+
+class McapStorage:
+    """An MCAP file open for reading.
+
+    Raises:
+        NotIndexed: the file has no summary.
+        BagError: the library is missing, or the file is damaged.
+    """
+
+    def __init__(self, path: Path) -> None:
+        mcap_library()
+        self._limits = process_limits()
+        self._file = path.open("rb")
+        try:
+            self._source = Source(self._file, os.fspath(path), self._limits)
+            with translated(self._source.name):
+                summary = read_summary(self._source)
+            if summary is None or summary.statistics is None:
+                raise NotIndexed(f"{path} has no summary; `ros2 bag reindex` or `mcap recover` creates one")
+            self._summary: Summary = summary
+            schemas = summary.schemas
+            self.topics = [
+                self._topic(each, schemas.get(each.schema_id)) for each in summary.channels.values()
+            ]
+            self.definitions: Mapping[str, str] = {
+                schema.name: bytes(schema.data).decode("utf-8", "replace")
+                for schema in schemas.values()
+                if schema.encoding in _ENCODINGS
+            }
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def count_by_topic(self) -> Mapping[int, int]:
+        counts: Mapping[int, int] = self._summary.statistics.channel_message_counts
+        return counts
+
+    @property
+    def range_ns(self) -> tuple[int, int] | None:
+        statistics = self._summary.statistics
+        if not statistics.message_count:
+            return None
+        return statistics.message_start_time, statistics.message_end_time
+
+    def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
+        found = McapMessages(
+            self._source, self._summary.chunk_indexes, self._limits, topics, first_ns, last_ns, False
+        )
+        with translated(self._source.name):
+            for topic, time_ns, data, _, _ in found:
+                checked_time(time_ns, self._source.name)
+                yield topic, time_ns, data
+
+    def close(self) -> None:
+        self._file.close()
+
+    def _topic(self, channel: Any, schema: Any) -> StoredTopic:
+        profiles = channel.metadata.get("offered_qos_profiles", "")
+        name = "" if schema is None else schema.name
+        return StoredTopic(channel.id, channel.topic, name, channel.message_encoding, is_latched(profiles))
+
+
+def has_cdr(path: Path) -> bool:
+    """Return whether an MCAP file has channels with messages of ROS 2. False if its summary is unreadable.
+
+    Raises:
+        BagError: the library is missing.
+    """
+    try:
+        storage = McapStorage(path)
+    except (NotIndexed, BagFormatError):
+        return False
+    storage.close()
+    return any(topic.encoding == "cdr" for topic in storage.topics)
+
+
+class McapStorageWriter:
+    """A new MCAP file.
+
+    Args:
+        compression: `none`, `lz4` or `zstd`.
+
+    Raises:
+        BagError: the library is missing, or does not support the compression.
+    """
+
+    def __init__(self, path: Path, distribution: Distribution, compression: str) -> None:
+        library = mcap_library()
+        if compression not in COMPRESSIONS:
+            raise BagError(f"compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]")
+        self._version = distribution.bag_version
+        self._file = path.open("wb")
+        self._writer = library.writer.Writer(
+            self._file,
+            chunk_size=_CHUNK_BYTES,
+            compression=getattr(library.writer.CompressionType, COMPRESSIONS[compression]),
+        )
+        self._writer.start(profile="ros2", library="pipros")
+        self._schemas: dict[str, int] = {}
+
+    def add_topic(self, topic: NewTopic) -> int:
+        if topic.type not in self._schemas:
+            definition = topic.definition.encode()
+            self._schemas[topic.type] = self._writer.register_schema(topic.type, "ros2msg", definition)
+        profiles = qos_profiles(is_latched=topic.is_latched, version=self._version)
+        metadata = {
+            "offered_qos_profiles": profiles if isinstance(profiles, str) else qos_text(profiles),
+            "topic_type_hash": topic.type_hash,
+        }
+        channel: int = self._writer.register_channel(topic.name, "cdr", self._schemas[topic.type], metadata)
+        return channel
+
+    def write(self, topic: int, time_ns: int, cdr: bytes) -> None:
+        self._writer.add_message(topic, time_ns, cdr, time_ns)
+
+    def finish(self, metadata: str) -> None:
+        self._writer.add_metadata("rosbag2", {"serialized_metadata": metadata})
+        self._writer.finish()
+        self._file.flush()
+        os.fsync(self._file.fileno())
+        self.close()
+
+    def close(self) -> None:
+        self._file.close()

@@ -1,0 +1,179 @@
+"""SQLite files of ROS 2 (`.db3`), the default of Humble.
+
+The schema has version 3 in Humble, and 4 in later distributions, which store definitions and type hashes.
+"""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Callable, Container, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from pipros.bag.errors import BagError, BagFormatError
+from pipros.ros2.bags.metadata import is_latched, qos_profiles, qos_text
+from pipros.ros2.bags.storage import NewTopic, StoredTopic
+from pipros.ros2.distribution import Distribution
+
+MAGIC = b"SQLite format 3\0"
+
+_STEPS_PER_SIGNAL_CHECK = 100_000
+_TOPICS = "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, "
+_TOPICS += "serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL"
+_TABLES = (
+    "CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL)",
+    "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, "
+    "metadata TEXT NOT NULL)",
+    "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, "
+    "data BLOB NOT NULL)",
+)
+_DEFINITIONS = (
+    "CREATE TABLE message_definitions(id INTEGER PRIMARY KEY, topic_type TEXT NOT NULL, "
+    "encoding TEXT NOT NULL, encoded_message_definition TEXT NOT NULL, type_description_hash TEXT NOT NULL)"
+)
+_SCHEMA_WITH_DEFINITIONS = 4
+_SCHEMA_OF_HUMBLE = 3
+
+
+@contextmanager
+def _translated(name: str) -> Iterator[None]:
+    """Translate SQLite's errors into bag errors."""
+    try:
+        yield
+    except sqlite3.OperationalError as error:
+        if str(error) == "interrupted":
+            raise KeyboardInterrupt from None
+        raise BagFormatError(f"{name} is not a bag of ROS 2, or is damaged: {error}") from error
+    except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
+        raise BagFormatError(f"{name} is not a bag of ROS 2, or is damaged: {error}") from error
+
+
+class SqliteReader:
+    """A `.db3` file open for reading, which is never written.
+
+    Raises:
+        BagFormatError: the file is not a bag, or is damaged.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._name = os.fspath(path)
+        uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
+        with _translated(self._name):
+            self._database = sqlite3.connect(uri, uri=True)
+        # Python handles signals while this function runs. SQLite discards the exception, and reports its own.
+        self._database.set_progress_handler(lambda: 0, _STEPS_PER_SIGNAL_CHECK)
+        try:
+            with _translated(self._name):
+                self._database.execute("PRAGMA trusted_schema = OFF")
+                self._check_tables()
+                self.topics = [self._topic(row) for row in self._topics()]
+                self.definitions = self._definitions()
+                counts = self._database.execute("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id")
+                self.count_by_topic: Mapping[int, int] = {int(topic): int(count) for topic, count in counts}
+                query = "SELECT MIN(timestamp), MAX(timestamp) FROM messages"
+                first, last = self._database.execute(query).fetchone()
+                self.range_ns = None if first is None else (int(first), int(last))
+        except (BagError, TypeError, ValueError) as error:
+            self.close()
+            if isinstance(error, BagError):
+                raise
+            raise BagFormatError(f"{self._name}: a table has a value of a wrong type: {error}") from error
+
+    def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
+        query = "SELECT topic_id, timestamp, data FROM messages WHERE timestamp BETWEEN ? AND ? "
+        query += "ORDER BY timestamp, id"
+        largest = (1 << 63) - 1
+        with _translated(self._name):
+            rows = self._database.execute(query, (min(first_ns, largest), min(last_ns, largest)))
+            for topic, time_ns, data in rows:
+                if topic in topics:
+                    if not isinstance(data, bytes) or not isinstance(time_ns, int) or time_ns < 0:
+                        raise BagFormatError(f"{self._name}: a message has a value of a wrong type")
+                    yield topic, time_ns, data
+
+    def close(self) -> None:
+        self._database.close()
+
+    def _check_tables(self) -> None:
+        """Check that reading a table runs no expression of the file, which could take forever."""
+        names = ("topics", "messages", "message_definitions")
+        query = "SELECT type, sql FROM sqlite_master WHERE lower(name) IN (?, ?, ?)"
+        found = self._database.execute(query, names).fetchall()
+        is_plain = all(kind == "table" and str(sql).startswith("CREATE TABLE") for kind, sql in found)
+        computed = [
+            row for name in names for row in self._database.execute(f"PRAGMA table_xinfo({name})") if row[6]
+        ]
+        if not is_plain or computed or len(found) < len(names) - 1:
+            raise BagFormatError(f"{self._name} is not a bag of ROS 2: it must have the tables of one")
+
+    def _topics(self) -> list[tuple[Any, ...]]:
+        known = {row[1] for row in self._database.execute("PRAGMA table_info(topics)")}
+        profiles = "offered_qos_profiles" if "offered_qos_profiles" in known else "''"
+        query = f"SELECT id, name, type, serialization_format, {profiles} FROM topics ORDER BY id"  # noqa: S608
+        return self._database.execute(query).fetchall()
+
+    def _topic(self, row: tuple[Any, ...]) -> StoredTopic:
+        identity, name, kind, encoding, profiles = row
+        return StoredTopic(int(identity), str(name), str(kind), str(encoding), is_latched(profiles))
+
+    def _definitions(self) -> dict[str, str]:
+        if not self._database.execute("PRAGMA table_info(message_definitions)").fetchall():
+            return {}
+        query = "SELECT topic_type, encoded_message_definition FROM message_definitions "
+        query += "WHERE encoding = 'ros2msg'"
+        return {str(kind): str(text) for kind, text in self._database.execute(query)}
+
+
+class SqliteWriter:
+    """A new `.db3` file."""
+
+    def __init__(self, path: Path, distribution: Distribution) -> None:
+        self._has_definitions = distribution is not Distribution.HUMBLE
+        self._version = distribution.bag_version
+        self._types: set[str] = set()
+        self._count = 0
+        self._database = sqlite3.connect(path, isolation_level=None)
+        run: Callable[..., Any] = self._database.execute
+        # The file becomes visible after it is complete; a journal would only cost time.
+        run("PRAGMA journal_mode = OFF")
+        run("PRAGMA synchronous = OFF")
+        run("BEGIN")
+        for table in _TABLES:
+            run(table)
+        schema = _SCHEMA_WITH_DEFINITIONS if self._has_definitions else _SCHEMA_OF_HUMBLE
+        run("INSERT INTO schema VALUES (?, ?)", (schema, distribution.value))
+        hashes = ", type_description_hash TEXT NOT NULL)" if self._has_definitions else ")"
+        run(_TOPICS + hashes)
+        if self._has_definitions:
+            run(_DEFINITIONS)
+
+    def add_topic(self, topic: NewTopic) -> int:
+        self._count += 1
+        profiles = qos_profiles(is_latched=topic.is_latched, version=self._version)
+        values = [self._count, topic.name, topic.type, "cdr"]
+        values.append(profiles if isinstance(profiles, str) else qos_text(profiles))
+        if self._has_definitions:
+            values.append(topic.type_hash)
+        places = ", ".join("?" * len(values))
+        self._database.execute(f"INSERT INTO topics VALUES ({places})", values)  # noqa: S608 # only question marks
+        if self._has_definitions and topic.type not in self._types:
+            self._types.add(topic.type)
+            self._database.execute(
+                "INSERT INTO message_definitions VALUES (NULL, ?, 'ros2msg', ?, ?)",
+                (topic.type, topic.definition, topic.type_hash),
+            )
+        return self._count
+
+    def write(self, topic: int, time_ns: int, cdr: bytes) -> None:
+        self._database.execute("INSERT INTO messages VALUES (NULL, ?, ?, ?)", (topic, time_ns, cdr))
+
+    def finish(self, metadata: str) -> None:
+        self._database.execute("INSERT INTO metadata VALUES (NULL, ?, ?)", (self._version, metadata))
+        self._database.execute("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
+        self._database.execute("COMMIT")
+        self.close()
+
+    def close(self) -> None:
+        self._database.close()

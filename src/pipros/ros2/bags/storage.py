@@ -1,0 +1,67 @@
+"""What the files of a bag of ROS 2 have in common, whatever their format."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+
+@dataclass(frozen=True, slots=True)
+class StoredTopic:
+    """A topic of a file. `id` is its number in the file."""
+
+    id: int
+    name: str
+    type: str
+    encoding: str
+    is_latched: bool
+
+
+@dataclass(frozen=True, slots=True)
+class NewTopic:
+    """A topic to be written, with the definition of its type and of all embedded types."""
+
+    name: str
+    type: str
+    definition: str
+    type_hash: str
+    is_latched: bool
+
+
+class StorageReader(Protocol):
+    """A file open for reading."""
+
+    @property
+    def topics(self) -> Sequence[StoredTopic]: ...
+
+    @property
+    def definitions(self) -> Mapping[str, str]:
+        """The texts of the types (`ros2msg`), by type. May be empty."""
+
+    @property
+    def count_by_topic(self) -> Mapping[int, int]: ...
+
+    @property
+    def range_ns(self) -> tuple[int, int] | None:
+        """The times of the first and the last message, or None without messages."""
+
+    def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
+        """Yield topic, time and CDR in time order."""
+
+    def close(self) -> None: ...
+
+
+class StorageWriter(Protocol):
+    """A file open for writing."""
+
+    def add_topic(self, topic: NewTopic) -> int:
+        """Add a topic, and return its number."""
+
+    def write(self, topic: int, time_ns: int, cdr: bytes) -> None: ...
+
+    def finish(self, metadata: str) -> None:
+        """Write the end of the file, with a copy of the metadata, and close it."""
+
+    def close(self) -> None:
+        """Close the file as it is."""

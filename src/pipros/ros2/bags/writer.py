@@ -1,0 +1,209 @@
+"""Write bags of ROS 2 from the messages of bags of ROS 1."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError
+from pipros.basics.errors import PiprosError
+from pipros.msg.language.digest import SEPARATOR
+from pipros.msg.language.full_text import specs_from_text
+from pipros.msg.language.spec import MessageSpec
+from pipros.msg.time import NS_PER_S
+from pipros.ros2.bags.mcap_storage import McapStorageWriter
+from pipros.ros2.bags.metadata import BagMetadata, TopicMetadata, metadata_record, metadata_text
+from pipros.ros2.bags.sqlite_files import SqliteWriter
+from pipros.ros2.bags.storage import NewTopic, StorageWriter
+from pipros.ros2.conversion.errors import ConversionError
+from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
+from pipros.ros2.conversion.plans import Plan, Plans
+from pipros.ros2.distribution import Distribution
+from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
+from pipros.ros2.names import checked_name
+
+SUFFIXES = {"mcap": ".mcap", "sqlite3": ".db3"}
+"""The storage formats, with the suffixes of their files."""
+
+
+@dataclass(slots=True)
+class _Topic:
+    """A topic of the new bag."""
+
+    new: NewTopic
+    id: int
+    count: int = 0
+
+
+class Ros2BagWriter:
+    """Writer of one file of a bag, which takes messages of ROS 1 like `BagWriter`.
+
+    Attributes:
+        skipped: why topics were left out, by topic.
+        incomplete: why messages of other topics were left out; the first reason.
+    """
+
+    def __init__(
+        self,
+        storage: StorageWriter,
+        distribution: Distribution,
+        *,
+        folders: Sequence[str | os.PathLike[str]] = (),
+        rules: MappingRules = BUILTIN_RULES,
+    ) -> None:
+        self._storage = storage
+        self._distribution = distribution
+        self._rules = rules
+        self._catalog = Catalog(distribution, installed_definitions(), folders)
+        self._plans: dict[tuple[str, str], Plans] = {}
+        self._topics: dict[str, _Topic] = {}
+        self._of_connection: list[tuple[_Topic, Plan] | None] = []
+        self._first_ns: int | None = None
+        self._last_ns = 0
+        self.skipped: dict[str, str] = {}
+        self.incomplete: dict[str, str] = {}
+
+    def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
+        """Add a connection. If its type cannot be converted, its messages are left out."""
+        connection = Connection(len(self._of_connection), topic, dict(header))
+        found: tuple[_Topic, Plan] | None = None
+        try:
+            found = self._topic(connection)
+        except PiprosError as error:
+            reasons = self.incomplete if connection.topic in self._topics else self.skipped
+            reasons.setdefault(topic, str(error))
+        self._of_connection.append(found)
+        return connection
+
+    def _topic(self, connection: Connection) -> tuple[_Topic, Plan]:
+        name = checked_name(connection.topic if connection.topic[:1] == "/" else f"/{connection.topic}")
+        plans = self._plans_of(connection)
+        plan = plans.for_ros1(connection.type)
+        plan.prepare()
+        known = self._topics.get(name)
+        if known is None:
+            new = self._new_topic(name, plans, plan, is_latched=connection.is_latching)
+            known = self._topics[name] = _Topic(new, self._storage.add_topic(new))
+        elif known.new.type != plan.ros2_type:
+            raise BagError(f"a topic has one type in ROS 2: {known.new.type}, not {plan.ros2_type}")
+        return known, plan
+
+    def _new_topic(self, name: str, plans: Plans, plan: Plan, *, is_latched: bool) -> NewTopic:
+        whole = self._catalog.complete(self._catalog.message(plan.ros2_type))
+        parts = [whole.message.text()]
+        for type_name, inner in whole.embedded.items():
+            parts.append(f"{SEPARATOR}\nMSG: {type_name.replace('/msg/', '/')}\n{inner.text()}")
+        has_hash = self._distribution.has_type_hashes
+        type_hash = plans.message_hash(plan.ros2_type) if has_hash else ""
+        return NewTopic(name, plan.ros2_type, "\n".join(parts), type_hash, is_latched)
+
+    def _plans_of(self, connection: Connection) -> Plans:
+        """Return plans that use the definitions in the bag."""
+        key = connection.type, connection.md5sum
+        if key not in self._plans:
+            installed = installed_definitions()
+            specs: Mapping[str, MessageSpec] = {}
+            if connection.definition.strip():
+                specs = specs_from_text(connection.type, connection.definition)
+            self._catalog.add_derived(specs)
+
+            def lookup(name: str) -> MessageSpec:
+                return specs[name] if name in specs else installed.message(name)
+
+            ros1 = Ros1Definitions(lookup, installed.service)
+            self._plans[key] = Plans(self._catalog, ros1, self._rules)
+        return self._plans[key]
+
+    def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
+        """Add a message, which is left out if its values do not fit the type of ROS 2."""
+        found = self._of_connection[connection.id]
+        if found is None:
+            return
+        topic, plan = found
+        time_ns = seconds * NS_PER_S + nanoseconds
+        try:
+            cdr = plan.to_cdr(data)
+        except ConversionError as error:
+            self.incomplete.setdefault(connection.topic, str(error))
+            return
+        self._storage.write(topic.id, time_ns, cdr)
+        topic.count += 1
+        self._first_ns = time_ns if self._first_ns is None else min(self._first_ns, time_ns)
+        self._last_ns = max(self._last_ns, time_ns)
+
+    def finish(self) -> None:
+        """Do nothing: `close_storage` needs the name of the file."""
+
+    def close_storage(self, storage: str, file: str) -> BagMetadata:
+        """Write the end of the file, and return the content of `metadata.yaml`."""
+        first = self._first_ns or 0
+        topics = [
+            TopicMetadata(name, each.new.type, each.new.is_latched, each.new.type_hash, each.count)
+            for name, each in self._topics.items()
+        ]
+        metadata = BagMetadata(
+            self._distribution.bag_version,
+            storage,
+            (file,),
+            topics,
+            first,
+            max(0, self._last_ns - first),
+            sum(each.count for each in topics),
+            self._distribution,
+        )
+        self._storage.finish(metadata_record(metadata))
+        return metadata
+
+
+@contextmanager
+def new_ros2_bag(
+    folder: Path,
+    distribution: Distribution,
+    *,
+    storage: str,
+    compression: str = "zstd",
+    folders: Sequence[str | os.PathLike[str]] = (),
+    rules: MappingRules = BUILTIN_RULES,
+) -> Iterator[Ros2BagWriter]:
+    """Context manager for a new bag: a folder with one file and `metadata.yaml`, which appears when complete.
+
+    Args:
+        storage: `mcap` or `sqlite3`.
+        compression: of the chunks in MCAP files: `none`, `lz4` or `zstd`.
+        folders: folders with definitions of ROS 2; see `Catalog`.
+
+    Raises:
+        BagError: a format is unknown, or a library is missing.
+        OSError: the folder cannot be written.
+    """
+    if storage not in SUFFIXES:
+        raise BagError(f"the storage must be one of {', '.join(SUFFIXES)}, got [{storage}]")
+    unfinished = folder.with_name(folder.name + ".active")
+    if unfinished.exists():
+        raise BagError(f"{unfinished} exists; an earlier conversion did not finish. Remove it")
+    unfinished.mkdir(parents=True)
+    try:
+        name = f"{folder.name}_0{SUFFIXES[storage]}"
+        file: Any = None
+        try:
+            if storage == "mcap":
+                file = McapStorageWriter(unfinished / name, distribution, compression)
+            else:
+                file = SqliteWriter(unfinished / name, distribution)
+            writer = Ros2BagWriter(file, distribution, folders=folders, rules=rules)
+            yield writer
+            metadata = writer.close_storage(storage, name)
+        finally:
+            if file is not None:
+                file.close()
+        (unfinished / "metadata.yaml").write_text(metadata_text(metadata), encoding="utf-8")
+        unfinished.rename(folder)
+    except BaseException:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        raise

@@ -1,0 +1,77 @@
+"""The serialized default values of fields that only the target of a conversion has."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from typing import Any
+
+from pipros.ros2.conversion.errors import NotConvertible
+from pipros.ros2.conversion.values import Kind, Value, Values
+from pipros.ros2.interfaces.spec import Form
+from pipros.safe.yaml import YamlError, load
+
+_U32 = struct.Struct("<I")
+_CODES = {(Kind.INTEGER, 1): "B", (Kind.INTEGER, 2): "H", (Kind.INTEGER, 4): "I", (Kind.INTEGER, 8): "Q"}
+_CODES |= {(Kind.FLOAT, 4): "f", (Kind.FLOAT, 8): "d"}
+
+Piece = tuple[int, int, bytes]
+"""Size, alignment in CDR, and content."""
+
+
+def default_bytes(value: Value, values: Values, *, to_cdr: bool) -> Iterator[Piece]:
+    """Yield the pieces of a field's default value.
+
+    Raises:
+        NotConvertible: the default in the definition does not fit the type.
+    """
+    default = _parsed(value)
+    if value.form is Form.SEQUENCE:
+        elements = default if isinstance(default, list) else []
+        yield 4, 4, _U32.pack(len(elements))
+        for each in elements:
+            yield from _single(value, each, values, to_cdr=to_cdr)
+    elif value.form is Form.ARRAY:
+        listed = default if isinstance(default, list) else [None] * value.length
+        for each in listed:
+            yield from _single(value, each, values, to_cdr=to_cdr)
+    else:
+        yield from _single(value, default, values, to_cdr=to_cdr)
+
+
+def _single(value: Value, default: Any, values: Values, *, to_cdr: bool) -> Iterator[Piece]:
+    if value.kind is Kind.MESSAGE and value.message is not None:
+        for field in values.of_fields(value.message).values():
+            yield from default_bytes(field, values, to_cdr=to_cdr)
+    elif value.kind in (Kind.STRING, Kind.WIDE_STRING):
+        octets = b"" if default is None else str(default).encode()
+        if value.kind is Kind.WIDE_STRING:
+            octets = b""  # how a default would be encoded depends on the vendor
+        elif to_cdr:
+            octets += b"\0"
+        yield 4, 4, _U32.pack(len(octets))
+        if octets:
+            yield len(octets), 1, octets
+    elif default is None:
+        yield value.size, value.alignment, bytes(value.size)
+    else:
+        yield value.size, value.alignment, _number(value, default)
+
+
+def _number(value: Value, default: Any) -> bytes:
+    code = _CODES[value.kind, value.size]
+    try:
+        if value.kind is Kind.FLOAT:
+            return struct.pack(f"<{code}", float(default))
+        return struct.pack(f"<{code}", int(default) & ((1 << 8 * value.size) - 1))
+    except (ValueError, TypeError, OverflowError) as error:
+        raise NotConvertible(f"the default value {default!r} is not a number") from error
+
+
+def _parsed(value: Value) -> Any:
+    if not value.default:
+        return None
+    try:
+        return load(value.default, "<default value>", angles=False)
+    except YamlError as error:
+        raise NotConvertible(f"the default value {value.default} is malformed: {error}") from error

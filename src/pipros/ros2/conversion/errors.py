@@ -1,0 +1,30 @@
+"""Exceptions of conversions."""
+
+from __future__ import annotations
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
+
+_TEXT_LIMIT = 2_000
+
+
+class ConversionError(PiprosError):
+    """A message cannot be converted: its bytes do not fit its type.
+
+    The text is made printable, because it may quote a peer or a file.
+    """
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(printable(text, _TEXT_LIMIT))
+
+
+class BoundExceeded(ConversionError):
+    """A string or an array is longer than the type of the other side allows."""
+
+
+class NotConvertible(ConversionError):
+    """Two types have no conversion. The text names the fields, and the rule that is missing."""
+
+
+class InvalidRules(PiprosError):
+    """A file of mapping rules is malformed."""

@@ -1,0 +1,444 @@
+"""Generate the function that converts one message type from ROS 1 to CDR, or from CDR to ROS 1.
+
+Theory of operation:
+
+- The function reads `data` once, from front to end, and appends parts to a list. No message object exists.
+- Numbers, times and fixed arrays collect in a run (`runs.py`), which one `unpack_from` and one
+  `pack` convert. If the offset in CDR is known modulo 8, the layout is chosen now, and otherwise when the
+  function runs.
+- Arrays of numbers, and of messages without padding such as points, are slices of the source.
+- Only arrays of other elements become loops.
+- A slice beyond the data is detected by the next `unpack_from`, or by the check at the end.
+- If fields correspond in another order, a first pass over the message finds their offsets.
+
+The source contains no text from definitions; tables are passed to it by numbered names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pipros.basics.limits import Limits, limit_text
+from pipros.msg.language.spec import DefinitionError, MessageSpec
+from pipros.ros2.conversion.defaults import default_bytes
+from pipros.ros2.conversion.errors import NotConvertible
+from pipros.ros2.conversion.pairing import Pair, Pairing, Path
+from pipros.ros2.conversion.run_emitter import Cursor, RunEmitter
+from pipros.ros2.conversion.runs import Check, Item, Role, layout
+from pipros.ros2.conversion.values import Kind, Value, Values
+from pipros.ros2.interfaces.spec import Form, Ros2Message
+
+HEADER = b"\0\1\0\0"
+"""The encapsulation header of little-endian CDR (XCDR1)."""
+
+_SINGLE_CHECKS = {
+    (Kind.TIME, True): Check.TIME_TO_ROS2,
+    (Kind.TIME, False): Check.TIME_TO_ROS1,
+    (Kind.DURATION, True): Check.DURATION_TO_ROS2,
+    (Kind.DURATION, False): Check.DURATION_TO_ROS1,
+}
+_LOG = ("rosgraph_msgs/Log", "rcl_interfaces/msg/Log")
+
+
+def converter_source(
+    pair: Pair, pairing: Pairing, limits: Limits, *, to_cdr: bool
+) -> tuple[str, dict[str, Any]]:
+    """Return the source of a module with the function `convert(data)`, and the tables that it needs.
+
+    The function takes a `memoryview` of ROS 1's bytes or of a CDR body, and returns a list of buffers.
+
+    Raises:
+        NotConvertible: fields that correspond have types that do not.
+        DefinitionError: the types exceed a limit.
+    """
+    made = _Converter(pairing, limits, to_cdr=to_cdr)
+    made.whole(pair)
+    lines = ["def convert(data):", *made.lines]
+    return "\n".join((*lines, "")), made.tables
+
+
+class _Converter(RunEmitter):
+    def __init__(self, pairing: Pairing, limits: Limits, *, to_cdr: bool) -> None:
+        super().__init__(to_cdr=to_cdr)
+        self._pairing = pairing
+        self._values = Values(pairing.lookup, pairing.catalog)
+        self._limits = limits
+        self._fields = 0
+        self._outer = ""
+        self._smallest: dict[str, int] = {}
+        self._flat: dict[str, bool] = {}
+
+    def whole(self, pair: Pair) -> None:
+        self._outer = pair.ros1.type
+        self.emit("parts = [_header]" if self.to_cdr else "parts = []")
+        self.emit("add = parts.append")
+        first, second = self._values.of_message(pair.ros1), self._values.of_message(pair.ros2)
+        if first.kind is not Kind.MESSAGE and first.kind is second.kind:
+            self._single(*self._ordered(first, second))
+        else:
+            self._linked(pair)
+        self.flush()
+        self.emit(f"_check_end({self.source}, _len(data))")
+        self.emit("return parts")
+
+    def _ordered(self, ros1: Value, ros2: Value) -> tuple[Value, Value]:
+        """Return the values of source and target."""
+        return (ros1, ros2) if self.to_cdr else (ros2, ros1)
+
+    # Messages ---------------------------------------------------------------------------------------------
+
+    def _linked(self, pair: Pair) -> None:
+        ros1, ros2 = self._values.of_fields(pair.ros1), self._values.of_fields(pair.ros2)
+        source, target = self._ordered_fields(ros1, ros2)
+        links = {
+            (link.ros2 if self.to_cdr else link.ros1): (link.ros1 if self.to_cdr else link.ros2)
+            for link in pair.links
+        }
+        names = list(source)
+        simple = all(len(path) == 1 for link in links.items() for path in link)
+        if simple:
+            places = [names.index(links[(name,)][0]) for name in target if (name,) in links]
+            simple = places == sorted(places)
+        if simple:
+            self._in_order(source, target, {to[0]: of[0] for to, of in links.items()}, pair)
+        else:
+            self._anywhere(source, target, links, pair)
+
+    def _ordered_fields(
+        self, ros1: dict[str, Value], ros2: dict[str, Value]
+    ) -> tuple[dict[str, Value], dict[str, Value]]:
+        return (ros1, ros2) if self.to_cdr else (ros2, ros1)
+
+    def _in_order(
+        self, source: Mapping[str, Value], target: Mapping[str, Value], links: Mapping[str, str], pair: Pair
+    ) -> None:
+        left = list(source)
+        for name, value in target.items():
+            if name not in links:
+                self._fill(value, pair)
+                continue
+            while left[0] != links[name]:
+                self._skip(source[left.pop(0)])
+            self._field(source[left.pop(0)], value, f"{pair.ros1.type}.{name}")
+        for name in left:
+            self._skip(source[name])
+
+    def _anywhere(
+        self, source: Mapping[str, Value], target: Mapping[str, Value], links: Mapping[Path, Path], pair: Pair
+    ) -> None:
+        self.flush()
+        found: dict[Path, tuple[Cursor, Value]] = {}
+        self._locate(source, (), set(links.values()), found)
+        self.flush()
+        end = self.source
+        missing = sorted(".".join(path) for path in set(links.values()) - found.keys())
+        if missing:
+            raise NotConvertible(
+                f"a rule for {pair.ros1.type} names the field {missing[0]}, which does not exist"
+            )
+        used: set[Path] = set()
+        self._fill_tree(target, (), links, found, used, pair)
+        unused = sorted(".".join(path) for path in links.keys() - used)
+        if unused:
+            raise NotConvertible(
+                f"a rule for {pair.ros1.type} names the field {unused[0]}, which does not exist"
+            )
+        self.flush()
+        self.source = end
+
+    def _locate(
+        self,
+        fields: Mapping[str, Value],
+        above: Path,
+        wanted: set[Path],
+        found: dict[Path, tuple[Cursor, Value]],
+    ) -> None:
+        """Emit a pass over fields, and collect the offsets of the wanted ones."""
+        for name, value in fields.items():
+            path = (*above, name)
+            if path in wanted:
+                self.flush()
+                found[path] = self.source, value
+            is_above = any(len(each) > len(path) and each[: len(path)] == path for each in wanted)
+            if is_above and value.form is Form.SINGLE and value.message is not None:
+                self._locate(self._values.of_fields(value.message), path, wanted, found)
+            else:
+                self._skip(value)
+
+    def _fill_tree(
+        self,
+        fields: Mapping[str, Value],
+        above: Path,
+        links: Mapping[Path, Path],
+        found: Mapping[Path, tuple[Cursor, Value]],
+        used: set[Path],
+        pair: Pair,
+    ) -> None:
+        for name, value in fields.items():
+            path = (*above, name)
+            if path in links:
+                self.flush()
+                used.add(path)
+                self.source, source = found[links[path]]
+                if _is_log(pair) and name == "level":
+                    check = Check.LEVEL_TO_ROS2 if self.to_cdr else Check.LEVEL_TO_ROS1
+                    self.items.append(Item(Role.COPY, 1, 1, check))
+                else:
+                    self._field(source, value, f"{pair.ros1.type}.{name}")
+                self.flush()
+            elif any(each[: len(path)] == path for each in links) and value.message is not None:
+                self._fill_tree(self._values.of_fields(value.message), path, links, found, used, pair)
+            else:
+                self._fill(value, pair)
+
+    # Fields -----------------------------------------------------------------------------------------------
+
+    def _field(self, source: Value, target: Value, where: str) -> None:
+        self._count_field(where)
+        if source.form is not target.form or source.length != target.length or source.kind is not target.kind:
+            raise NotConvertible(f"{where}: {_described(source)} and {_described(target)} do not correspond")
+        if source.kind is Kind.WIDE_STRING:
+            raise NotConvertible(f"{where}: wide strings have no counterpart in ROS 1")
+        if source.size != target.size:
+            raise NotConvertible(
+                f"{where}: numbers of {source.size} and {target.size} bytes do not correspond"
+            )
+        if source.form is Form.SINGLE:
+            self._single(source, target)
+        elif source.kind in (Kind.INTEGER, Kind.FLOAT) and source.form is Form.ARRAY:
+            self.items.append(Item(Role.COPY, source.size * source.length, source.size))
+        else:
+            self._array(source, target)
+
+    def _count_field(self, where: str) -> None:
+        self._fields += 1
+        if self._fields > self._limits.definition_fields:
+            limit = limit_text("definition_fields", self._limits.definition_fields)
+            raise DefinitionError(f"the message has more fields in all; {limit}", file=where)
+
+    def _single(self, source: Value, target: Value) -> None:
+        if source.kind is Kind.STRING:
+            self._string(target.string_bound)
+        elif source.kind is Kind.MESSAGE:
+            self._linked(self._pair(source, target))
+        else:
+            check = _SINGLE_CHECKS.get((source.kind, self.to_cdr))
+            self.items.append(Item(Role.COPY, source.size, source.alignment, check))
+
+    def _pair(self, source: Value, target: Value) -> Pair:
+        first, second = self._ordered(source, target)
+        if not isinstance(first.message, MessageSpec) or not isinstance(second.message, Ros2Message):
+            raise TypeError("a message has no definition")
+        return self._pairing.message(first.message, second.message)
+
+    def _string(self, bound: int) -> None:
+        self.flush()
+        length = self.local("n")
+        if self.to_cdr:
+            self.emit(f"({length},) = _u32(data, {self.source})")
+            if bound:
+                self.emit(f"if {length} > {bound}: _raise_bound({length}, {bound})")
+            self.write_length(f"{length} + 1")
+            start, end = self.slice(length, 4)
+            self.emit(f"add(data[{start} : {end}])")
+            self.emit("add(_nul)")
+            self.target = self.target_local(f"{self.target.plus(1)} + {length}")
+            return
+        self.align_source(4)
+        self.emit(f"({length},) = _u32(data, {self.source})")
+        start, end = self.slice(length, 4)
+        with self.block(f"if {length}:"):
+            self.emit(f"{length} -= 1")
+            self.emit(f"if data[{end} - 1]: _raise_unterminated()")
+        self.emit(f"add(_p32({length}))")
+        self.emit(f"add(data[{start} : {start} + {length}])")
+
+    def _array(self, source: Value, target: Value) -> None:
+        """Emit the conversion of a sequence, or of a fixed array of anything but numbers."""
+        self.flush()
+        count = self._copied_count(source, target)
+        element = self._flat_element(source, target)
+        if element is not None:
+            size, alignment = element
+            if source.form is Form.ARRAY:
+                (self.align_target if self.to_cdr else self.align_source)(alignment)
+            elif alignment == 8:
+                self.align_elements(count)
+            start, end = self.slice(count if size == 1 else f"{count} * {size}", 0)
+            self.emit(f"add(data[{start} : {end}])")
+            if self.to_cdr:
+                units = (u for u in (8, 4, 2) if size % u == 0 and self.target.remainder(u) == 0)
+                self.target = self.target_local(f"{self.target} + {end} - ({start})", next(units, 1))
+            return
+        self._check_count(count, source)
+        self._loop(count, lambda: self._single(_one(source), _one(target)))
+
+    def _loop(self, count: str, body: Callable[[], None]) -> None:
+        """Emit a loop in which the cursors are local names."""
+        self.flush()
+        source = self.assign("o", str(self.source))
+        target = self.assign("w", str(self.target)) if self.to_cdr else ""
+        self.source, self.target = Cursor(source, 0, 1), Cursor(target, 0, 1)
+        with self.loop(f"for _ in _range({count}):", _place(self._outer)):
+            body()
+            self.flush()
+            for name, cursor in ((source, self.source), (target, self.target)):
+                if name and str(cursor) != name:
+                    self.emit(f"{name} = {cursor}")
+            self.emit("pass")
+        self.source, self.target = Cursor(source, 0, 1), Cursor(target, 0, 1)
+
+    def _copied_count(self, source: Value, target: Value) -> str:
+        if source.form is Form.ARRAY:
+            return str(source.length)
+        if not self.to_cdr:
+            self.align_source(4)
+        count = self.local("n")
+        self.emit(f"({count},) = _u32(data, {self.source})")
+        self.source = self.source.plus(4)
+        if target.bound:
+            self.emit(f"if {count} > {target.bound}: _raise_bound({count}, {target.bound})")
+        if self.to_cdr:
+            self.write_length(count)
+        else:
+            self.emit(f"add(_p32({count}))")
+        return count
+
+    def _check_count(self, count: str, source: Value) -> None:
+        smallest = self._smallest_size(_one(source))
+        left = f"_len(data) - ({self.source})"
+        self.emit(f"_check_count({count}, {smallest}, {left}, {self._limits.empty_elements})")
+
+    def _smallest_size(self, value: Value) -> int:
+        """Return a lower limit for the size of a value in the source."""
+        if value.form is Form.SEQUENCE or (value.form is Form.SINGLE and value.kind is Kind.STRING):
+            return 4
+        if value.form is Form.ARRAY:
+            return value.length * self._smallest_size(_one(value))
+        if value.kind is not Kind.MESSAGE or value.message is None:
+            return value.size or 4
+        name = value.message.type
+        if name not in self._smallest:
+            fields = self._values.of_fields(value.message).values()
+            self._smallest[name] = sum(self._smallest_size(each) for each in fields)
+        return self._smallest[name]
+
+    def _flat_element(self, source: Value, target: Value) -> tuple[int, int] | None:
+        """Return size and alignment if elements are the same bytes on both sides, without padding."""
+        if source.kind in (Kind.INTEGER, Kind.FLOAT):
+            return source.size, source.size
+        if not self._may_be_flat(_one(source)):
+            return None
+        before = self.lines, self.items, self.source, self.target
+        self.lines, self.items = [], []
+        self.source = self.target = Cursor()
+        self._linked(self._pair(source, target))
+        emitted, items = self.lines, self.items
+        self.lines, self.items, self.source, self.target = before
+        alignment = max((item.alignment for item in items), default=0)
+        is_plain = (
+            items and not emitted and all(item.role is Role.COPY and item.check is None for item in items)
+        )
+        if not is_plain or items[0].alignment != alignment:
+            return None
+        made = layout(items, 0, to_cdr=self.to_cdr)
+        if not made.is_plain or made.source_size != made.target_size or made.source_size % alignment:
+            return None
+        return made.source_size, alignment
+
+    def _may_be_flat(self, value: Value) -> bool:
+        """Return False for a type with strings, times or arrays other than fixed ones of numbers.
+
+        For those, a trial would be in vain, and trials within trials would multiply.
+        """
+        if value.kind is not Kind.MESSAGE or value.message is None:
+            return value.kind in (Kind.INTEGER, Kind.FLOAT) and value.form is not Form.SEQUENCE
+        if value.form is not Form.SINGLE:
+            return False
+        name = value.message.type
+        if name not in self._flat:
+            fields = self._values.of_fields(value.message).values()
+            self._flat[name] = all(self._may_be_flat(each) for each in fields)
+        return self._flat[name]
+
+    # One side only ----------------------------------------------------------------------------------------
+
+    def _skip(self, value: Value) -> None:
+        """Emit the reading of a field that the target lacks."""
+        self._count_field(self._outer)
+        is_number = value.kind in (Kind.INTEGER, Kind.FLOAT)
+        if value.form is Form.SINGLE:
+            self._skip_single(value)
+        elif is_number and value.form is Form.ARRAY:
+            self.items.append(Item(Role.DROP, value.size * value.length, value.size))
+        else:
+            self.flush()
+            count = str(value.length)
+            if value.form is Form.SEQUENCE:
+                count = self._read_length()
+            if is_number:
+                if not self.to_cdr and value.size == 8:
+                    self.align_elements(count)
+                self.slice(f"{count} * {value.size}", 0)
+                return
+            self._check_count(count, value)
+            target = self.target
+            self._loop(count, lambda: self._skip_single(_one(value)))
+            self.target = target
+
+    def _skip_single(self, value: Value) -> None:
+        if value.kind in (Kind.STRING, Kind.WIDE_STRING):
+            self.flush()
+            length = self._read_length()
+            self.slice(length, 0)
+        elif value.kind is Kind.MESSAGE and value.message is not None:
+            for field in self._values.of_fields(value.message).values():
+                self._skip(field)
+        else:
+            self.items.append(Item(Role.DROP, value.size, value.alignment))
+
+    def _read_length(self) -> str:
+        if not self.to_cdr:
+            self.align_source(4)
+        length = self.local("n")
+        self.emit(f"({length},) = _u32(data, {self.source})")
+        self.source = self.source.plus(4)
+        return length
+
+    def _fill(self, value: Value, pair: Pair) -> None:
+        """Emit the default value of a field that the source lacks."""
+        self._count_field(self._outer)
+        count = value.length if value.form is Form.ARRAY else 1
+        if count * max(1, value.size) > self._limits.message_values:
+            raise NotConvertible(f"{pair.ros2.type}: a new message has too many values")
+        for size, alignment, octets in default_bytes(value, self._values, to_cdr=self.to_cdr):
+            if not octets.strip(b"\0"):
+                self.items.append(Item(Role.FILL, size, alignment))
+                continue
+            self.flush()
+            if self.to_cdr:
+                self.align_target(alignment)
+                self.target = self.target.plus(size)
+            self.emit(f"add({self.table('_fill', octets)})")
+
+
+def _is_log(pair: Pair) -> bool:
+    return (pair.ros1.type, pair.ros2.type) == _LOG
+
+
+def _no_field(pair: Pair, name: str) -> NotConvertible:
+    return NotConvertible(f"a rule for {pair.ros1.type} names the field {name}, which does not exist")
+
+
+def _one(value: Value) -> Value:
+    return Value(value.kind, Form.SINGLE, 0, value.size, value.message, 0, value.string_bound)
+
+
+def _described(value: Value) -> str:
+    many = {Form.SINGLE: "one of", Form.ARRAY: f"{value.length}", Form.SEQUENCE: "a sequence of"}[value.form]
+    return f"{many} {value.kind.value}"
+
+
+def _place(type_name: str) -> MessageSpec:
+    return MessageSpec(type_name, (), (), "", type_name)

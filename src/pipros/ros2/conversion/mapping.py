@@ -1,0 +1,210 @@
+"""Which type of ROS 2 corresponds to a type of ROS 1, and which fields correspond.
+
+Rules are those of ros1_bridge, whose YAML files are read unchanged
+(https://github.com/ros2/ros1_bridge/blob/master/doc/index.rst):
+
+- a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, and other packages to those of the same name;
+- types correspond to types of the same name, and fields to fields of the same name, ignoring case;
+- rules name packages, types or fields that correspond otherwise. If a rule names fields, it names them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.ros2.conversion.errors import InvalidRules
+from pipros.safe.yaml import YamlError, load
+
+Fields = Mapping[str, str]
+"""Fields of ROS 1 and the corresponding ones of ROS 2, as dotted paths."""
+
+
+@dataclass(frozen=True, slots=True)
+class MessageRule:
+    """Two messages that correspond (`std_msgs/String`, `std_msgs/msg/String`).
+
+    Attributes:
+        fields: all fields that correspond; None to match them by name.
+    """
+
+    ros1: str
+    ros2: str
+    fields: Fields | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceRule:
+    """Two services that correspond."""
+
+    ros1: str
+    ros2: str
+    request: Fields | None = None
+    response: Fields | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MappingRules:
+    """Rules in the order in which they were given; the first that matches a type applies.
+
+    Attributes:
+        packages: pairs of packages whose types correspond by name.
+    """
+
+    messages: tuple[MessageRule, ...] = ()
+    services: tuple[ServiceRule, ...] = ()
+    packages: tuple[tuple[str, str], ...] = ()
+
+    def message(self, ros1: str = "", ros2: str = "") -> MessageRule | None:
+        """Return the first rule for a type of ROS 1, a type of ROS 2, or a pair of both."""
+        return next((each for each in self.messages if _fits(each, ros1, ros2)), None)
+
+    def service(self, ros1: str = "", ros2: str = "") -> ServiceRule | None:
+        """Like `message`."""
+        return next((each for each in self.services if _fits(each, ros1, ros2)), None)
+
+    def candidates_in_ros2(self, ros1: str, middle: str = "msg") -> Iterator[str]:
+        """Yield the types of ROS 2 to try for a type of ROS 1 without its own rule, the most likely first."""
+        package, _, name = ros1.partition("/")
+        for other in [second for first, second in self.packages if first == package]:
+            yield f"{other}/{middle}/{name}"
+        yield f"{package}/{middle}/{name}"
+        if package.endswith("_msgs"):
+            yield f"{package.removesuffix('_msgs')}_interfaces/{middle}/{name}"
+
+    def candidates_in_ros1(self, ros2: str) -> Iterator[str]:
+        """Yield the types of ROS 1 to try for a type of ROS 2 without its own rule."""
+        package, _, name = ros2.split("/")
+        for other in [first for first, second in self.packages if second == package]:
+            yield f"{other}/{name}"
+        yield f"{package}/{name}"
+        if package.endswith("_interfaces"):
+            yield f"{package.removesuffix('_interfaces')}_msgs/{name}"
+
+    def and_then(self, others: MappingRules) -> MappingRules:
+        """Return these rules, followed by `others`."""
+        return MappingRules(
+            self.messages + others.messages, self.services + others.services, self.packages + others.packages
+        )
+
+
+BUILTIN_RULES = MappingRules(
+    messages=(
+        MessageRule("std_msgs/Time", "builtin_interfaces/msg/Time"),
+        MessageRule("std_msgs/Duration", "builtin_interfaces/msg/Duration"),
+        MessageRule(
+            "rosgraph_msgs/Log",
+            "rcl_interfaces/msg/Log",
+            {
+                "header.stamp": "stamp",
+                "level": "level",
+                "name": "name",
+                "msg": "msg",
+                "file": "file",
+                "function": "function",
+                "line": "line",
+            },
+        ),
+    ),
+    services=(
+        ServiceRule("roscpp_tutorials/TwoInts", "example_interfaces/srv/AddTwoInts"),
+        ServiceRule("rospy_tutorials/AddTwoInts", "example_interfaces/srv/AddTwoInts"),
+    ),
+)
+"""The rules that pipros has. Rules of the user precede them."""
+
+_PACKAGES = ("ros1_package_name", "ros2_package_name")
+_KEYS = {
+    *_PACKAGES,
+    *(f"ros{side}_{kind}_name" for side in (1, 2) for kind in ("message", "service")),
+    "fields_1_to_2",
+    "request_fields_1_to_2",
+    "response_fields_1_to_2",
+    "enable_foreign_mappings",
+}
+
+
+def parse_rules(text: str, file: str) -> MappingRules:
+    """Parse a mapping file of ros1_bridge.
+
+    Raises:
+        InvalidRules: the file is malformed.
+    """
+    try:
+        document = load(text, file, angles=False)
+    except YamlError as error:
+        raise InvalidRules(str(error)) from None
+    if not isinstance(document or [], list):
+        raise InvalidRules(f"{file}: the file must contain a list of rules")
+    messages: list[MessageRule] = []
+    services: list[ServiceRule] = []
+    packages: list[tuple[str, str]] = []
+    for number, rule in enumerate(document or [], 1):
+        _add(rule, f"{file}, rule {number}", messages, services, packages)
+    return MappingRules(tuple(messages), tuple(services), tuple(packages))
+
+
+def _add(
+    rule: Any,
+    where: str,
+    messages: list[MessageRule],
+    services: list[ServiceRule],
+    packages: list[tuple[str, str]],
+) -> None:
+    if not isinstance(rule, dict):
+        raise InvalidRules(f"{where}: a rule must be a mapping, got {type(rule).__name__}")
+    unknown = sorted(str(key) for key in rule.keys() - _KEYS)
+    if unknown:
+        raise InvalidRules(f"{where}: unknown key {unknown[0]}; the keys are {', '.join(sorted(_KEYS))}")
+    first, second = (_text(rule, key, where) for key in _PACKAGES)
+    kinds = [
+        kind for kind in ("message", "service") if f"ros1_{kind}_name" in rule or f"ros2_{kind}_name" in rule
+    ]
+    if not kinds:
+        packages.append((first, second))
+        return
+    if len(kinds) > 1:
+        raise InvalidRules(f"{where}: a rule is for a message or for a service, not for both")
+    kind = kinds[0]
+    ros1 = f"{first}/{_text(rule, f'ros1_{kind}_name', where)}"
+    ros2_name = _text(rule, f"ros2_{kind}_name", where)
+    if kind == "message":
+        messages.append(MessageRule(ros1, f"{second}/msg/{ros2_name}", _fields(rule, "fields_1_to_2", where)))
+    else:
+        services.append(
+            ServiceRule(
+                ros1,
+                f"{second}/srv/{ros2_name}",
+                _fields(rule, "request_fields_1_to_2", where),
+                _fields(rule, "response_fields_1_to_2", where),
+            )
+        )
+
+
+def _text(rule: Mapping[str, Any], key: str, where: str) -> str:
+    value = rule.get(key)
+    if not isinstance(value, str) or not value:
+        raise InvalidRules(f"{where}: missing required key {key}")
+    return value
+
+
+def _fields(rule: Mapping[str, Any], key: str, where: str) -> Fields | None:
+    value = rule.get(key)
+    if value is None:
+        return None
+    if not isinstance(value, dict) or not all(isinstance(each, str) for each in value.values()):
+        raise InvalidRules(f"{where}: {key} must map field names to field names")
+    return {str(first): second for first, second in value.items()}
+
+
+def _fits(rule: MessageRule | ServiceRule, ros1: str, ros2: str) -> bool:
+    return (not ros1 or rule.ros1 == ros1) and (not ros2 or rule.ros2 == ros2)
+
+
+def merged(files: Sequence[MappingRules]) -> MappingRules:
+    """Return the rules of several files, followed by `BUILTIN_RULES`."""
+    rules = MappingRules()
+    for each in files:
+        rules = rules.and_then(each)
+    return rules.and_then(BUILTIN_RULES)

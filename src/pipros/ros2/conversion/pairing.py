@@ -1,0 +1,146 @@
+"""Pairs of corresponding messages, down to the fields: what a conversion copies, drops and fills."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from pipros.basics.errors import NotFound
+from pipros.msg.language.digest import Lookup
+from pipros.msg.language.spec import MessageSpec, ServiceSpec
+from pipros.ros2.conversion.errors import NotConvertible
+from pipros.ros2.conversion.mapping import Fields, MappingRules
+from pipros.ros2.conversion.values import WHOLE_MESSAGES
+from pipros.ros2.interfaces.catalog import Catalog
+from pipros.ros2.interfaces.spec import NO_FIELDS, Ros2Message
+
+Path = tuple[str, ...]
+"""The name of a field, or the names that lead to a field of an embedded message."""
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A field of ROS 1 and the corresponding field of ROS 2."""
+
+    ros1: Path
+    ros2: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two messages that correspond, with the links between their fields."""
+
+    ros1: MessageSpec
+    ros2: Ros2Message
+    links: tuple[Link, ...]
+
+    @property
+    def only_ros1(self) -> tuple[str, ...]:
+        """The fields that are dropped on the way to ROS 2."""
+        linked = {link.ros1[0] for link in self.links}
+        return tuple(field.name for field in self.ros1.fields if field.name not in linked)
+
+    @property
+    def only_ros2(self) -> tuple[str, ...]:
+        """The fields that are dropped on the way to ROS 1, and filled with defaults on the way to ROS 2."""
+        linked = {link.ros2[0] for link in self.links}
+        return tuple(
+            field.name for field in self.ros2.fields if field.name not in linked and field != NO_FIELDS
+        )
+
+
+class Pairing:
+    """Finder of pairs.
+
+    Args:
+        lookup: the definitions of ROS 1.
+        rules: the rules of the user, followed by those of pipros; see `mapping.merged`.
+    """
+
+    def __init__(self, lookup: Lookup, catalog: Catalog, rules: MappingRules) -> None:
+        self.lookup = lookup
+        self.catalog = catalog
+        self._rules = rules
+
+    def ros2_type(self, ros1: str) -> str:
+        """Return the type of ROS 2 for a message of ROS 1.
+
+        Raises:
+            NotConvertible: no type of ROS 2 corresponds.
+        """
+        rule = self._rules.message(ros1=ros1)
+        if rule is not None:
+            return rule.ros2
+        return _first(ros1, self._rules.candidates_in_ros2(ros1), self.catalog.has_message, self.catalog)
+
+    def ros1_type(self, ros2: str) -> str:
+        """Return the type of ROS 1 for a message of ROS 2. Raises the same errors as `ros2_type`."""
+        rule = self._rules.message(ros2=ros2)
+        if rule is not None:
+            return rule.ros1
+        return _first(ros2, self._rules.candidates_in_ros1(ros2), self._has_ros1, None)
+
+    def ros2_service(self, ros1: str) -> str:
+        """Return the service of ROS 2 for one of ROS 1. Raises the same errors as `ros2_type`."""
+        rule = self._rules.service(ros1=ros1)
+        if rule is not None:
+            return rule.ros2
+        return _first(
+            ros1, self._rules.candidates_in_ros2(ros1, "srv"), self.catalog.has_service, self.catalog
+        )
+
+    def message(self, ros1: MessageSpec, ros2: Ros2Message) -> Pair:
+        """Return the pair of two messages.
+
+        Raises:
+            NotConvertible: each side has fields that the other lacks, and no rule names them.
+        """
+        kind = WHOLE_MESSAGES.get(ros1.type)
+        if kind is not None and kind is WHOLE_MESSAGES.get(ros2.type):
+            links = tuple(Link((ros1.fields[0].name,), (field.name,)) for field in ros2.fields)
+            return Pair(ros1, ros2, links)
+        rule = self._rules.message(ros1.type, ros2.type)
+        return _pair(ros1, ros2, None if rule is None else rule.fields)
+
+    def service(self, ros1: ServiceSpec, ros2_type: str) -> tuple[Pair, Pair]:
+        """Return the pairs of the requests and of the responses. Raises the same errors as `message`."""
+        ros2 = self.catalog.service(ros2_type)
+        rule = self._rules.service(ros1.type, ros2_type)
+        request = _pair(ros1.request, ros2.request, None if rule is None else rule.request)
+        return request, _pair(ros1.response, ros2.response, None if rule is None else rule.response)
+
+    def _has_ros1(self, name: str) -> bool:
+        try:
+            self.lookup(name)
+        except NotFound:
+            return False
+        return True
+
+
+def _first(
+    name: str, candidates: Iterator[str], exists: Callable[[str], bool], catalog: Catalog | None
+) -> str:
+    tried = list(candidates)
+    for each in tried:
+        if exists(each):
+            return each
+    where = f"ROS 2 {catalog.distribution.value}" if catalog else "ROS 1"
+    raise NotConvertible(f"no type of {where} corresponds to {name}: tried {', '.join(tried)}")
+
+
+def _pair(ros1: MessageSpec, ros2: Ros2Message, fields: Fields | None) -> Pair:
+    if fields is not None:
+        links = tuple(Link(tuple(a.split(".")), tuple(b.split("."))) for a, b in fields.items())
+        return Pair(ros1, ros2, links)
+    theirs = {field.name for field in ros2.fields}
+    ours = {field.name: field.name for field in ros1.fields if field.type.length != 0}
+    lowered = {name.lower(): name for name in ours if name not in theirs}
+    matches = [(ours.get(each.name) or lowered.get(each.name), each.name) for each in ros2.fields]
+    links = tuple(Link((first,), (second,)) for first, second in matches if first is not None)
+    made = Pair(ros1, ros2, links)
+    if made.only_ros1 and made.only_ros2:
+        raise NotConvertible(
+            f"{ros1.type} and {ros2.type} need a rule: only ROS 1 has {', '.join(made.only_ros1)}, "
+            f"only ROS 2 has {', '.join(made.only_ros2)}"
+        )
+    return made

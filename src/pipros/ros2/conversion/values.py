@@ -1,0 +1,108 @@
+"""Types of both languages in a common form, as far as their serialization is concerned."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from enum import Enum
+
+from pipros.msg.language.digest import Lookup
+from pipros.msg.language.spec import FLOATS, NUMBERS, FieldType, MessageSpec
+from pipros.ros2.interfaces.catalog import Catalog
+from pipros.ros2.interfaces.spec import DURATION, SIZES, TIME, Form, Ros2Message, Ros2Type
+
+
+class Kind(Enum):
+    """What a value consists of. The values of the members are for error messages."""
+
+    INTEGER = "integers"
+    FLOAT = "floating-point numbers"
+    STRING = "strings"
+    WIDE_STRING = "wide strings"
+    TIME = "times"
+    DURATION = "durations"
+    MESSAGE = "messages"
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """The type of a field.
+
+    Attributes:
+        size: bytes of one number or time.
+        message: the definition of an embedded message.
+        bound: maximum number of elements; 0 for no maximum.
+        string_bound: maximum number of characters; 0 for no maximum.
+        default: the default as written in a definition of ROS 2, or empty.
+    """
+
+    kind: Kind
+    form: Form = Form.SINGLE
+    length: int = 0
+    size: int = 0
+    message: MessageSpec | Ros2Message | None = None
+    bound: int = 0
+    string_bound: int = 0
+    default: str = ""
+
+    @property
+    def alignment(self) -> int:
+        """Alignment in CDR of one number or time."""
+        return 4 if self.kind in (Kind.TIME, Kind.DURATION) else self.size
+
+
+WHOLE_MESSAGES = {
+    "std_msgs/Time": Kind.TIME,
+    "std_msgs/Duration": Kind.DURATION,
+    TIME: Kind.TIME,
+    DURATION: Kind.DURATION,
+}
+"""Messages that consist of one time, which the other language may have as a built-in type."""
+
+
+class Values:
+    """Converter of field types to `Value`."""
+
+    def __init__(self, lookup: Lookup, catalog: Catalog) -> None:
+        self._lookup = lookup
+        self._catalog = catalog
+
+    def of_message(self, message: MessageSpec | Ros2Message) -> Value:
+        """Return the value that a whole message is."""
+        kind = WHOLE_MESSAGES.get(message.type, Kind.MESSAGE)
+        return Value(kind, size=0 if kind is Kind.MESSAGE else 8, message=message)
+
+    def of_fields(self, message: MessageSpec | Ros2Message) -> dict[str, Value]:
+        """Return the fields of a message, in their order."""
+        if isinstance(message, MessageSpec):
+            return {each.name: self._ros1(each.type) for each in message.fields}
+        return {each.name: self._ros2(each.type, each.default) for each in message.fields}
+
+    def _ros1(self, kind: FieldType) -> Value:
+        form = Form.SINGLE if not kind.is_array else Form.SEQUENCE if kind.length is None else Form.ARRAY
+        length = kind.length or 0
+        base = kind.base
+        if base in NUMBERS:
+            number = Kind.FLOAT if base in FLOATS else Kind.INTEGER
+            return Value(number, form, length, struct.calcsize(f"<{NUMBERS[base]}"))
+        if base == "string":
+            return Value(Kind.STRING, form, length)
+        if kind.is_builtin:
+            return Value(Kind.TIME if base == "time" else Kind.DURATION, form, length, 8)
+        whole = WHOLE_MESSAGES.get(base, Kind.MESSAGE)
+        return Value(whole, form, length, 0 if whole is Kind.MESSAGE else 8, self._lookup(base))
+
+    def _ros2(self, kind: Ros2Type, default: str) -> Value:
+        length = kind.length if kind.form is Form.ARRAY else 0
+        bound = kind.length if kind.form is Form.BOUNDED else 0
+        form = Form.SEQUENCE if kind.form is Form.BOUNDED else kind.form
+        base = kind.base
+        if base in SIZES:
+            number = Kind.FLOAT if base.startswith("float") else Kind.INTEGER
+            return Value(number, form, length, SIZES[base], bound=bound, default=default)
+        if base in ("string", "wstring"):
+            text = Kind.STRING if base == "string" else Kind.WIDE_STRING
+            return Value(text, form, length, 0, None, bound, kind.string_bound, default)
+        whole = WHOLE_MESSAGES.get(base, Kind.MESSAGE)
+        message = self._catalog.message(base)
+        return Value(whole, form, length, 0 if whole is Kind.MESSAGE else 8, message, bound)

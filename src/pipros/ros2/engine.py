@@ -1,0 +1,159 @@
+"""What a gateway needs of a connection to ROS 2, whatever the middleware.
+
+An engine carries bytes: payloads are CDR with the encapsulation header. Names and types are those of ROS 2
+(`/chatter`, `std_msgs/msg/String`), which an engine translates to DDS or Zenoh. It converts no messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from pipros.basics.errors import PiprosError
+
+
+class Reliability(Enum):
+    """Whether lost messages are sent again. The values are the names in ROS 2."""
+
+    RELIABLE = "reliable"
+    BEST_EFFORT = "best_effort"
+
+
+class Durability(Enum):
+    """Whether late subscribers receive earlier messages. The values are the names in ROS 2."""
+
+    VOLATILE = "volatile"
+    TRANSIENT_LOCAL = "transient_local"
+
+
+@dataclass(frozen=True, slots=True)
+class TopicQos:
+    """The policies that gateways choose. All others have ROS 2's defaults.
+
+    Attributes:
+        depth: number of messages that are kept; 0 keeps all, within the limits of the engine.
+    """
+
+    reliability: Reliability = Reliability.RELIABLE
+    durability: Durability = Durability.VOLATILE
+    depth: int = 10
+
+
+class EndpointKind(Enum):
+    """What an endpoint does with its topic or service."""
+
+    PUBLISHER = "publisher"
+    SUBSCRIBER = "subscriber"
+    SERVER = "server"
+    CLIENT = "client"
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """An endpoint of another process.
+
+    Attributes:
+        key: identifies the endpoint within the engine.
+        node: full name of its node, or empty if it is unknown.
+        type_hash: the announced hash, or empty (Humble).
+        gateway: identity of the gateway that offers the endpoint for ROS 1, or empty.
+    """
+
+    key: bytes
+    kind: EndpointKind
+    name: str
+    type: str
+    type_hash: str = ""
+    qos: TopicQos = TopicQos()
+    node: str = ""
+    gateway: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A message from ROS 2. `publisher` is the key of the endpoint that sent it."""
+
+    payload: bytes | memoryview
+    publisher: bytes = b""
+
+
+class EngineError(PiprosError):
+    """A connection to ROS 2 cannot be opened, or an endpoint cannot be created."""
+
+
+class CallFailed(EngineError):
+    """A service of ROS 2 is not available, or did not answer in time."""
+
+
+class Subscription(Protocol):
+    """A subscriber or a server of the engine."""
+
+    def close(self) -> None:
+        """End it. No callback starts afterwards. May be called repeatedly."""
+
+
+class Announcement(Protocol):
+    """A publisher of the engine. Thread-safe."""
+
+    def publish(self, payload: bytes) -> None:
+        """Send CDR. Never waits for a slow subscriber: reliable ones beyond `depth` lose messages."""
+
+    @property
+    def subscriber_count(self) -> int:
+        """Number of matched subscribers of other processes."""
+
+    def close(self) -> None: ...
+
+
+class Caller(Protocol):
+    """A service client of the engine. Thread-safe."""
+
+    def call(self, request: bytes, timeout_s: float) -> bytes:
+        """Return the reply.
+
+        Raises:
+            CallFailed: no server is available, or the time is up.
+        """
+
+    @property
+    def is_available(self) -> bool:
+        """Whether there is a server."""
+
+    def close(self) -> None: ...
+
+
+class Ros2Engine(Protocol):
+    """A connection to the nodes of one domain. Thread-safe.
+
+    Callbacks run in threads of the engine, one at a time for each subscription. `type_hash` is empty for
+    Humble.
+    """
+
+    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+        """Create a publisher, which is visible at once."""
+
+    def subscribe(
+        self,
+        topic: str,
+        type_name: str,
+        type_hash: str,
+        qos: TopicQos,
+        callback: Callable[[Sample], None],
+    ) -> Subscription:
+        """Create a subscriber."""
+
+    def serve(
+        self, service: str, type_name: str, type_hash: str, answer: Callable[[bytes], bytes]
+    ) -> Subscription:
+        """Offer a service. If `answer` raises, the client gets no reply: ROS 2 has no error replies."""
+
+    def caller(self, service: str, type_name: str, type_hash: str) -> Caller:
+        """Create a service client."""
+
+    def endpoints(self) -> Sequence[Endpoint]:
+        """Return the known endpoints of other processes."""
+
+    def close(self) -> None:
+        """End all endpoints and threads, and tell the peers. May be called repeatedly."""

@@ -1,0 +1,243 @@
+"""The types of one distribution of ROS 2: carried by pipros, in folders of the user, or derived from ROS 1.
+
+The file `carried.msgs` names the types that have the fields of ROS 1, and defines those that differ.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from pipros.basics.errors import NotFound
+from pipros.basics.input_file import read_text
+from pipros.basics.limits import process_limits
+from pipros.msg.language.digest import DEPTH_LIMIT
+from pipros.msg.language.spec import DefinitionError, MessageSpec, ServiceSpec
+from pipros.ros2.distribution import Distribution
+from pipros.ros2.interfaces.derive import derived_message, derived_service
+from pipros.ros2.interfaces.parse import embedded_names, parse_ros2_message, parse_ros2_service
+from pipros.ros2.interfaces.spec import CompleteRos2Message, Ros2Message, Ros2Service
+
+
+@dataclass(frozen=True, slots=True)
+class Ros1Definitions:
+    """Functions that return a definition of ROS 1 by its name, or raise NotFound."""
+
+    message: Callable[[str], MessageSpec]
+    service: Callable[[str], ServiceSpec]
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """The content of `carried.msgs` for one distribution."""
+
+    same_messages: frozenset[str]
+    same_services: frozenset[str]
+    texts: Mapping[str, str]
+
+    @property
+    def messages(self) -> frozenset[str]:
+        """The names of all messages."""
+        return self.same_messages | {name for name in self.texts if "/msg/" in name}
+
+
+@cache
+def carried(distribution: Distribution) -> Carried:
+    """Return the carried types of a distribution."""
+    text = files("pipros.ros2.interfaces").joinpath("carried.msgs").read_text("utf-8")
+    head, *sections = text.split("\n=== ")
+    same: dict[str, set[str]] = {"same": set(), "service": set()}
+    for line in head.splitlines():
+        title, _, names = line.partition(": ")
+        kind, package, *distributions = title.split()
+        if kind in same and distribution.value in distributions:
+            middle = "msg" if kind == "same" else "srv"
+            same[kind].update(f"{package}/{middle}/{name}" for name in names.split())
+    texts = {}
+    for section in sections:
+        title, _, body = section.partition("\n")
+        name, *distributions = title.split()
+        if distribution.value in distributions:
+            texts[name] = body
+    return Carried(frozenset(same["same"]), frozenset(same["service"]), texts)
+
+
+class Catalog:
+    """Definitions of ROS 2, by name. Each is read once.
+
+    A type is taken from the first of these that has it: `folders`, the carried types, and, if `derive` is
+    true, the type of ROS 1 with the same name.
+
+    Args:
+        ros1: the definitions of ROS 1.
+        folders: folders that contain packages with `.msg` and `.srv` files, such as a `share` of ROS 2 or
+            the `src` of a workspace.
+        derive: whether types that are found nowhere else are derived from ROS 1.
+    """
+
+    def __init__(
+        self,
+        distribution: Distribution,
+        ros1: Ros1Definitions,
+        folders: Sequence[str | os.PathLike[str]] = (),
+        *,
+        derive: bool = False,
+    ) -> None:
+        self.distribution = distribution
+        self._ros1 = ros1
+        self._folders = [Path(each) for each in folders]
+        self._derive = derive
+        self._carried = carried(distribution)
+        self._messages: dict[str, Ros2Message] = {}
+        self._services: dict[str, Ros2Service] = {}
+
+    def add(self, messages: Mapping[str, Ros2Message]) -> None:
+        """Add definitions, such as those in a bag, which take precedence."""
+        self._messages.update(messages)
+
+    def add_derived(self, specs: Mapping[str, MessageSpec]) -> None:
+        """Add types of ROS 1 whose packages are unknown, with the fields that they have there."""
+        for spec in specs.values():
+            made = derived_message(spec)
+            if not self._is_carried_package(made.type) and not self.has_message(made.type):
+                self._messages[made.type] = made
+
+    def add_service(self, service: Ros2Service) -> None:
+        """Add a definition, which takes precedence."""
+        self._services[service.type] = service
+
+    def message(self, name: str) -> Ros2Message:
+        """Return the definition of `package/msg/Name`.
+
+        Raises:
+            NotFound: the type is unknown.
+            DefinitionError: its file is invalid.
+        """
+        if name not in self._messages:
+            found = self._file(name)
+            if found is not None:
+                self._messages[name] = parse_ros2_message(*found)
+            elif name in self._carried.texts:
+                self._messages[name] = parse_ros2_message(self._carried.texts[name], name)
+            elif self._may_derive(name, self._carried.same_messages):
+                self._messages[name] = derived_message(self._ros1.message(name.replace("/msg/", "/")))
+            else:
+                raise self._unknown(name)
+        return self._messages[name]
+
+    def service(self, name: str) -> Ros2Service:
+        """Return the definition of `package/srv/Name`. Raises the same errors as `message`."""
+        if name not in self._services:
+            found = self._file(name)
+            if found is not None:
+                self._services[name] = parse_ros2_service(*found)
+            elif name in self._carried.texts:
+                self._services[name] = parse_ros2_service(self._carried.texts[name], name)
+            elif self._may_derive(name, self._carried.same_services):
+                self._services[name] = derived_service(self._ros1.service(name.replace("/srv/", "/")))
+            else:
+                raise self._unknown(name)
+        return self._services[name]
+
+    def complete(self, message: Ros2Message) -> CompleteRos2Message:
+        """Return a definition with those of all embedded types. Raises the same errors as `message`."""
+        return CompleteRos2Message(message, embedded_messages(message, self.message))
+
+    def has_message(self, name: str) -> bool:
+        """Return whether `message` finds a type."""
+        try:
+            self.message(name)
+        except NotFound:
+            return False
+        return True
+
+    def has_service(self, name: str) -> bool:
+        """Return whether `service` finds a type."""
+        try:
+            self.service(name)
+        except NotFound:
+            return False
+        return True
+
+    def _may_derive(self, name: str, same: frozenset[str]) -> bool:
+        return name in same or (self._derive and not self._is_carried_package(name))
+
+    def _is_carried_package(self, name: str) -> bool:
+        """Return whether all types of the package are known, so that a missing one does not exist."""
+        package = name.partition("/")[0] + "/"
+        known = self._carried.same_messages | self._carried.same_services | self._carried.texts.keys()
+        return any(each.startswith(package) for each in known)
+
+    def _file(self, name: str) -> tuple[str, str, str] | None:
+        package, kind, base = name.split("/")
+        for path in self._paths(package, kind, base):
+            if path.is_file():
+                try:
+                    return (
+                        read_text(os.fspath(path), process_limits().definition_bytes),
+                        name,
+                        os.fspath(path),
+                    )
+                except (OSError, UnicodeDecodeError) as error:
+                    raise DefinitionError(f"cannot be read: {error}", file=os.fspath(path)) from None
+        return None
+
+    def _paths(self, package: str, kind: str, base: str) -> Iterator[Path]:
+        for folder in self._folders:
+            yield folder / package / kind / f"{base}.{kind}"
+            if folder.name == package:
+                yield folder / kind / f"{base}.{kind}"
+
+    def _unknown(self, name: str) -> NotFound:
+        searched = ", ".join(map(str, self._folders)) or "no folder was given"
+        return NotFound(
+            f"the type {name} of ROS 2 {self.distribution.value} is unknown; "
+            f"give the folder that contains its package (searched: {searched})"
+        )
+
+
+def embedded_messages(message: Ros2Message, lookup: Callable[[str], Ros2Message]) -> dict[str, Ros2Message]:
+    """Return all types that a message embeds, directly or indirectly, by name.
+
+    Raises:
+        NotFound: a type is unknown.
+        DefinitionError: a type contains itself, or messages are nested too deeply.
+    """
+    found: dict[str, Ros2Message] = {}
+    heights: dict[str, int] = {}
+
+    def visit(outer: Ros2Message, above: tuple[str, ...]) -> int:
+        height = 0
+        for name in embedded_names(outer):
+            if name in above or len(above) + heights.get(name, 1) > DEPTH_LIMIT:
+                reason = (
+                    "a message cannot contain itself" if name in above else "messages are nested too deeply"
+                )
+                raise DefinitionError(f"{reason}: {name}", file=outer.file)
+            if name not in heights:
+                found[name] = lookup(name)
+                heights[name] = 1 + visit(found[name], (*above, name))
+            height = max(height, heights[name])
+        return height
+
+    visit(message, (message.type,))
+    return found
+
+
+def folders_of_environment(environment: Mapping[str, str]) -> list[Path]:
+    """Return the `share` folders of the ROS 2 installations and workspaces in `AMENT_PREFIX_PATH`."""
+    return [
+        Path(each) / "share" for each in environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each
+    ]
+
+
+def installed_definitions() -> Ros1Definitions:
+    """Return the definitions of the ROS 1 packages on the path."""
+    from pipros.msg.importing.hook import installed_library
+
+    definitions = installed_library().definitions
+    return Ros1Definitions(definitions.message, definitions.service)

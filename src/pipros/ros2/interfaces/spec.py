@@ -1,0 +1,138 @@
+"""Interface definitions of ROS 2 as plain values.
+
+Type names have three parts (`std_msgs/msg/Header`), even if a file uses a short form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+SIZES = {
+    "bool": 1,
+    "byte": 1,
+    "char": 1,
+    "int8": 1,
+    "uint8": 1,
+    "int16": 2,
+    "uint16": 2,
+    "int32": 4,
+    "uint32": 4,
+    "int64": 8,
+    "uint64": 8,
+    "float32": 4,
+    "float64": 8,
+}
+"""Types of one number, with their size in CDR, which is also their alignment."""
+
+PRIMITIVES = frozenset((*SIZES, "string", "wstring"))
+
+TIME = "builtin_interfaces/msg/Time"
+DURATION = "builtin_interfaces/msg/Duration"
+HEADER = "std_msgs/msg/Header"
+
+
+class Form(Enum):
+    """How often a value occurs in a field."""
+
+    SINGLE = "single"
+    ARRAY = "array"
+    BOUNDED = "bounded"
+    SEQUENCE = "sequence"
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Type:
+    """The type of a field.
+
+    Attributes:
+        base: a primitive type, or the name of a message.
+        length: the number of elements of an array, or the maximum of a bounded sequence.
+        string_bound: maximum number of characters of a `string<=N`; 0 for no maximum.
+    """
+
+    base: str
+    form: Form = Form.SINGLE
+    length: int = 0
+    string_bound: int = 0
+
+    @property
+    def is_primitive(self) -> bool:
+        return self.base in PRIMITIVES
+
+    def __str__(self) -> str:
+        """Return the type as definitions have it: names of messages have two parts."""
+        base = self.base.replace("/msg/", "/") + (f"<={self.string_bound}" if self.string_bound else "")
+        return (
+            base
+            + {
+                Form.SINGLE: "",
+                Form.ARRAY: f"[{self.length}]",
+                Form.BOUNDED: f"[<={self.length}]",
+                Form.SEQUENCE: "[]",
+            }[self.form]
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Field:
+    """A line `type name default`. `default` is the text as written, or empty."""
+
+    type: Ros2Type
+    name: str
+    default: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Constant:
+    """A line `type NAME=value`. `text` is the value as written."""
+
+    type: str
+    name: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Message:
+    """A message definition, or one half of a service.
+
+    Attributes:
+        type: `package/msg/Name`.
+        fields: at least one. A definition without fields has the field `NO_FIELDS`.
+        file: the source, for error messages.
+    """
+
+    type: str
+    fields: tuple[Ros2Field, ...]
+    constants: tuple[Ros2Constant, ...] = ()
+    file: str = ""
+
+    def text(self) -> str:
+        """Return the definition without comments, as a file would have it."""
+        lines = [f"{each.type} {each.name}={each.text}" for each in self.constants]
+        for field in self.fields:
+            if field != NO_FIELDS:
+                lines.append(f"{field.type} {field.name} {field.default}".rstrip())
+        return "".join(f"{line}\n" for line in lines)
+
+
+@dataclass(frozen=True, slots=True)
+class Ros2Service:
+    """A service definition. The halves have the types `package/srv/Name_Request` and `…_Response`."""
+
+    type: str
+    request: Ros2Message
+    response: Ros2Message
+
+
+NO_FIELDS = Ros2Field(Ros2Type("uint8"), "structure_needs_at_least_one_member")
+"""The field of a definition without fields. It has one byte on the wire."""
+
+
+@dataclass(frozen=True, slots=True)
+class CompleteRos2Message:
+    """A definition and the definitions of all embedded types, by name."""
+
+    message: Ros2Message
+    embedded: Mapping[str, Ros2Message]

@@ -1,0 +1,131 @@
+"""The names that topics, services, actions and types of ROS 2 have in DDS and in Zenoh."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from pipros.basics.errors import InvalidName
+
+_NAME_LIMIT = 255
+"""Maximum length of a topic's name in DDS."""
+
+_PART = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+_DDS_TYPE = re.compile(r"([A-Za-z]\w*)::(msg|srv|action)::dds_::([A-Za-z]\w*)_", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceTopics:
+    """The topics of a service in DDS."""
+
+    request: str
+    reply: str
+
+
+@dataclass(frozen=True, slots=True)
+class ActionNames:
+    """The services and topics of an action, which `fully qualified name/_action/` precedes."""
+
+    send_goal: str
+    cancel_goal: str
+    get_result: str
+    feedback: str
+    status: str
+
+
+def checked_name(name: str) -> str:
+    """Return a fully qualified name of ROS 2.
+
+    Raises:
+        InvalidName: a part does not begin with a letter or `_`, as ROS 1 allows for names that begin with a
+            digit behind a slash, or contains other characters.
+    """
+    parts = name.split("/")
+    if (
+        parts[0]
+        or len(parts) < 2
+        or not all(_PART.fullmatch(part) and "__" not in part for part in parts[1:])
+    ):
+        raise InvalidName(
+            f"[{name}] is not a name of ROS 2: behind each slash, a letter or _ must follow, then letters, "
+            "digits and single _"
+        )
+    return name
+
+
+def dds_topic(name: str) -> str:
+    """Return the name of a topic in DDS.
+
+    Raises:
+        InvalidName: the name breaks the rules of ROS 2, or is too long.
+
+    >>> dds_topic("/chatter")
+    'rt/chatter'
+    """
+    return _limited(f"rt{checked_name(name)}")
+
+
+def dds_service(name: str) -> ServiceTopics:
+    """Return the topics of a service in DDS. Raises the same errors as `dds_topic`."""
+    checked_name(name)
+    return ServiceTopics(_limited(f"rq{name}Request"), _limited(f"rr{name}Reply"))
+
+
+def action_names(name: str) -> ActionNames:
+    """Return the names of an action's services and topics in ROS 2.
+
+    Raises:
+        InvalidName: see `checked_name`.
+    """
+    inner = f"{checked_name(name)}/_action"
+    kinds = ("send_goal", "cancel_goal", "get_result", "feedback", "status")
+    return ActionNames(*(f"{inner}/{kind}" for kind in kinds))
+
+
+def topic_of_dds(name: str) -> str | None:
+    """Return the topic of ROS 2 for a name in DDS, or None if it is not a topic of ROS 2."""
+    return name[2:] if name.startswith("rt/") else None
+
+
+def service_of_dds(name: str) -> str | None:
+    """Return the service to which a topic in DDS belongs, or None."""
+    for prefix, suffix in (("rq/", "Request"), ("rr/", "Reply")):
+        if name.startswith(prefix) and name.endswith(suffix):
+            return name[2 : -len(suffix)]
+    return None
+
+
+def dds_type(type_name: str) -> str:
+    """Return the name of a type in DDS and in Zenoh.
+
+    >>> dds_type("std_msgs/msg/String")
+    'std_msgs::msg::dds_::String_'
+    >>> dds_type("std_srvs/srv/SetBool_Request")
+    'std_srvs::srv::dds_::SetBool_Request_'
+    """
+    package, kind, name = type_name.split("/")
+    return f"{package}::{kind}::dds_::{name}_"
+
+
+def type_of_dds(name: str) -> str | None:
+    """Return the type of ROS 2 for a type name in DDS, or None if it is not a type of ROS 2."""
+    match = _DDS_TYPE.fullmatch(name)
+    return "/".join(match.groups()) if match else None
+
+
+def zenoh_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
+    """Return the key of rmw_zenoh for a topic or a service.
+
+    Args:
+        type_hash: the hash of the type, or `TypeHashNotSupported` for Humble.
+
+    Raises:
+        InvalidName: the name breaks the rules of ROS 2.
+    """
+    return f"{domain}/{checked_name(name)[1:]}/{dds_type(type_name)}/{type_hash}"
+
+
+def _limited(name: str) -> str:
+    if len(name) > _NAME_LIMIT:
+        raise InvalidName(f"[{name[:40]}…] has more than {_NAME_LIMIT} characters in DDS")
+    return name

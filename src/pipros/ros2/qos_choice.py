@@ -1,0 +1,81 @@
+"""Which quality of service a gateway offers to ROS 2, and requests from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pipros.ros2.engine import Durability, Endpoint, Reliability, TopicQos
+
+LEAST_DEPTH = 10
+"""Minimum depth of publishers, the default of ROS 2."""
+
+_STATIC_TRANSFORMS = "/tf_static"
+_CLOCK = "/clock"
+
+
+@dataclass(frozen=True, slots=True)
+class QosOverride:
+    """The policies that a rule sets for a topic; None leaves the choice to the gateway."""
+
+    reliability: Reliability | None = None
+    durability: Durability | None = None
+    depth: int | None = None
+
+    def applied_to(self, qos: TopicQos) -> TopicQos:
+        return TopicQos(
+            self.reliability or qos.reliability,
+            self.durability or qos.durability,
+            qos.depth if self.depth is None else self.depth,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ReaderChoice:
+    """A subscriber to create, and the publishers whose messages it passes on.
+
+    A subscriber may match further publishers, whose messages another one passes on.
+    """
+
+    qos: TopicQos
+    publishers: frozenset[bytes]
+
+
+def offered_qos(
+    topic: str, *, is_latched: bool, queue_size: int = 0, override: QosOverride | None = None
+) -> TopicQos:
+    """Return the QoS of a publisher in ROS 2 for a topic of ROS 1.
+
+    Reliable and volatile, as ROS 2's default. Latched topics are transient_local with one message for each
+    publisher of ROS 1, and so is `/tf_static`, whose transforms the gateway merges. `/clock` is best effort.
+    """
+    if topic == _CLOCK:
+        qos = TopicQos(Reliability.BEST_EFFORT, Durability.VOLATILE, 1)
+    elif is_latched or topic == _STATIC_TRANSFORMS:
+        qos = TopicQos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL, 1)
+    else:
+        qos = TopicQos(depth=max(LEAST_DEPTH, queue_size))
+    return qos if override is None else override.applied_to(qos)
+
+
+def requested_qos(
+    publishers: Sequence[Endpoint], *, depth: int = LEAST_DEPTH, override: QosOverride | None = None
+) -> tuple[ReaderChoice, ...]:
+    """Return the subscribers that receive from all publishers of a topic in ROS 2.
+
+    One subscriber with the strongest policies that match all publishers of a durability: reliable if all of
+    them are. If some publishers are transient_local and others volatile, there are two subscribers, because
+    a transient_local one matches no volatile publisher.
+    """
+    latched = [each for each in publishers if each.qos.durability is Durability.TRANSIENT_LOCAL]
+    volatile = [each for each in publishers if each.qos.durability is Durability.VOLATILE]
+    choices = []
+    for group, durability in ((latched, Durability.TRANSIENT_LOCAL), (volatile, Durability.VOLATILE)):
+        if not group:
+            continue
+        is_reliable = all(each.qos.reliability is Reliability.RELIABLE for each in group)
+        reliability = Reliability.RELIABLE if is_reliable else Reliability.BEST_EFFORT
+        qos = TopicQos(reliability, durability, depth)
+        keys = frozenset(each.key for each in group)
+        choices.append(ReaderChoice(qos if override is None else override.applied_to(qos), keys))
+    return tuple(choices)

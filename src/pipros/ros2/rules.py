@@ -1,0 +1,246 @@
+"""What a gateway passes between ROS 1 and ROS 2: allow and deny lists, and static rules, from YAML.
+
+    topics:
+      to_ros2: {allow: ["/camera/*"], deny: ["/camera/debug"]}
+      to_ros1: {allow: [/cmd_vel]}
+      static:
+        - {ros1: /scan, ros2: /front/scan, direction: to_ros2, rate: 5, qos: {reliability: best_effort}}
+    services:
+      to_ros1: {allow: [/reset]}
+
+Patterns have the wildcards of shells; `*` matches slashes, too. A direction is that of the messages, and for
+services and actions that of the requests: `to_ros1` lets nodes of ROS 2 call services of ROS 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from fnmatch import fnmatchcase
+from typing import Any, TypeVar
+
+from pipros.basics.names import is_legal_topic
+from pipros.ros2.conversion.errors import InvalidRules
+from pipros.ros2.engine import Durability, Reliability
+from pipros.ros2.names import checked_name
+from pipros.ros2.qos_choice import QosOverride
+from pipros.safe.yaml import YamlError, load
+
+_Choice = TypeVar("_Choice", bound=Enum)
+
+
+class Kind(Enum):
+    """What passes. The values are the keys of the file."""
+
+    TOPIC = "topics"
+    SERVICE = "services"
+    ACTION = "actions"
+
+
+class Direction(Enum):
+    """Where messages or requests go. The values are the words in the file."""
+
+    TO_ROS1 = "to_ros1"
+    TO_ROS2 = "to_ros2"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether a name passes. `reason` says why not, for users."""
+
+    passes: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class NameFilter:
+    """Patterns of names. An empty `allow` allows what the defaults allow."""
+
+    allow: tuple[str, ...] = ()
+    deny: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class StaticRule:
+    """A topic that passes even if nothing publishes it yet.
+
+    Attributes:
+        ros1, ros2: the names.
+        directions: one direction, or both.
+        ros1_type, ros2_type: the types; empty to take those of the publishers.
+        rate: maximum number of messages per second; infinite for all.
+    """
+
+    ros1: str
+    ros2: str
+    directions: frozenset[Direction]
+    ros1_type: str = ""
+    ros2_type: str = ""
+    rate: float = math.inf
+    qos: QosOverride = field(default_factory=QosOverride)
+
+
+_NEVER = {
+    Kind.TOPIC: ("/parameter_events", "/rosout", "/rosout_agg", "*/_action/*", "*/_*"),
+    Kind.SERVICE: (
+        "*/get_loggers",
+        "*/set_logger_level",
+        "*/tf2_frames",
+        "*/get_parameters",
+        "*/set_parameters",
+        "*/set_parameters_atomically",
+        "*/list_parameters",
+        "*/describe_parameters",
+        "*/get_parameter_types",
+        "*/get_type_description",
+        "*/_action/*",
+        "*/_*",
+    ),
+    Kind.ACTION: (),
+}
+"""Names of the machinery of either side, which pass only if an allow list has exactly their name."""
+
+
+@dataclass(frozen=True, slots=True)
+class GatewayRules:
+    """The rules of a gateway."""
+
+    filters: Mapping[tuple[Kind, Direction], NameFilter] = field(default_factory=dict)
+    static: tuple[StaticRule, ...] = ()
+
+    def verdict(self, kind: Kind, direction: Direction, name: str, *, is_local: bool) -> Verdict:
+        """Return whether a topic, service or action passes.
+
+        Without an allow list, everything passes except what enters ROS 1: services and actions, and topics if
+        ROS 2 is reached beyond this machine.
+
+        Args:
+            is_local: whether the gateway talks to ROS 2 on this machine only.
+        """
+        chosen = self.filters.get((kind, direction), NameFilter())
+        where = f"{kind.value}: {direction.value}"
+        pattern = next((each for each in chosen.deny if fnmatchcase(name, each)), None)
+        if pattern is not None:
+            return Verdict(False, f"the deny list ({where}) has {pattern}")
+        if name in chosen.allow:
+            return Verdict(True)
+        if any(fnmatchcase(name, each) for each in _NEVER[kind]):
+            return Verdict(False, f"the name is internal; an allow list ({where}) can name it")
+        if chosen.allow:
+            passes = any(fnmatchcase(name, each) for each in chosen.allow)
+            return Verdict(passes, "" if passes else f"the allow list ({where}) does not have it")
+        if direction is Direction.TO_ROS1 and not (is_local and kind is Kind.TOPIC):
+            reason = "from other machines " if kind is Kind.TOPIC else ""
+            return Verdict(False, f"nothing {reason}enters ROS 1 unless an allow list ({where}) has it")
+        return Verdict(True)
+
+    def renamed(self, direction: Direction, name: str) -> StaticRule | None:
+        """Return the static rule for a topic of the side that publishes."""
+        for rule in self.static:
+            source = rule.ros1 if direction is Direction.TO_ROS2 else rule.ros2
+            if source == name and direction in rule.directions:
+                return rule
+        return None
+
+
+def parse_gateway_rules(text: str, file: str) -> GatewayRules:
+    """Parse the rules of a gateway.
+
+    Raises:
+        InvalidRules: the file is malformed.
+    """
+    try:
+        document = load(text, file, angles=False)
+    except YamlError as error:
+        raise InvalidRules(str(error)) from None
+    sections = _mapping(document, file, {kind.value for kind in Kind})
+    filters: dict[tuple[Kind, Direction], NameFilter] = {}
+    static: list[StaticRule] = []
+    for kind in Kind:
+        where = f"{file}: {kind.value}"
+        keys = {direction.value for direction in Direction} | ({"static"} if kind is Kind.TOPIC else set())
+        section = _mapping(sections.get(kind.value), where, keys)
+        for direction in Direction:
+            if direction.value in section:
+                filters[kind, direction] = _filter(section[direction.value], f"{where}: {direction.value}")
+        for number, rule in enumerate(_list(section.get("static"), f"{where}: static"), 1):
+            static.append(_static(rule, f"{where}: static rule {number}"))
+    return GatewayRules(filters, tuple(static))
+
+
+def _filter(values: Any, where: str) -> NameFilter:
+    lists = _mapping(values, where, {"allow", "deny"})
+    allow, deny = (_list(lists.get(key), f"{where}: {key}") for key in ("allow", "deny"))
+    for pattern in (*allow, *deny):
+        if not isinstance(pattern, str) or pattern[:1] not in ("/", "*"):
+            raise InvalidRules(f"{where}: a pattern must begin with / or *, got {pattern!r}")
+    return NameFilter(tuple(allow), tuple(deny))
+
+
+def _static(values: Any, where: str) -> StaticRule:
+    keys = {"ros1", "ros2", "direction", "ros1_type", "ros2_type", "rate", "qos"}
+    rule = _mapping(values, where, keys)
+    ros1 = str(rule.get("ros1") or rule.get("ros2") or "")
+    ros2 = str(rule.get("ros2") or ros1)
+    if not ros1.startswith("/") or not is_legal_topic(ros1):
+        raise InvalidRules(f"{where}: ros1 must be the full name of a topic, got [{ros1}]")
+    try:
+        checked_name(ros2)
+    except ValueError as error:
+        raise InvalidRules(f"{where}: {error}") from None
+    word = rule.get("direction", "both")
+    directions = frozenset(Direction) if word == "both" else frozenset((_choice(Direction, word, where),))
+    rate = rule.get("rate", math.inf)
+    if isinstance(rate, bool) or not isinstance(rate, int | float) or not rate > 0:
+        raise InvalidRules(f"{where}: rate must be a number greater than zero, got {rate!r}")
+    return StaticRule(
+        ros1,
+        ros2,
+        directions,
+        str(rule.get("ros1_type") or ""),
+        str(rule.get("ros2_type") or ""),
+        float(rate),
+        _override(rule.get("qos"), f"{where}: qos"),
+    )
+
+
+def _override(values: Any, where: str) -> QosOverride:
+    qos = _mapping(values, where, {"reliability", "durability", "depth"})
+    depth = qos.get("depth")
+    if depth is not None and (isinstance(depth, bool) or not isinstance(depth, int) or depth < 0):
+        raise InvalidRules(f"{where}: depth must be a whole number >= 0, got {depth!r}")
+    reliability, durability = qos.get("reliability"), qos.get("durability")
+    return QosOverride(
+        None if reliability is None else _choice(Reliability, reliability, where),
+        None if durability is None else _choice(Durability, durability, where),
+        depth,
+    )
+
+
+def _choice(choices: type[_Choice], word: Any, where: str) -> _Choice:
+    for each in choices:
+        if each.value == word:
+            return each
+    known = ", ".join(each.value for each in choices)
+    raise InvalidRules(f"{where}: expected one of {known}, got {word!r}")
+
+
+def _mapping(values: Any, where: str, keys: set[str]) -> Mapping[str, Any]:
+    if values is None:
+        return {}
+    if not isinstance(values, dict):
+        raise InvalidRules(f"{where}: expected a mapping, got {type(values).__name__}")
+    unknown = sorted(str(key) for key in values.keys() - keys)
+    if unknown:
+        raise InvalidRules(f"{where}: unknown key {unknown[0]}; the keys are {', '.join(sorted(keys))}")
+    return values
+
+
+def _list(values: Any, where: str) -> Sequence[Any]:
+    if values is None:
+        return ()
+    if not isinstance(values, list):
+        raise InvalidRules(f"{where}: expected a list, got {type(values).__name__}")
+    return values

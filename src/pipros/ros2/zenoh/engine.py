@@ -1,0 +1,404 @@
+"""The engine for nodes of ROS 2 that use rmw_zenoh.
+
+eclipse-zenoh calls Python functions in its own threads, and then a process without `Session.close` never
+exits. Therefore all data come from channels, which daemon threads read; one thread for each subscription.
+"""
+
+from __future__ import annotations
+
+import atexit
+import itertools
+import json
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
+from pipros.basics.limits import Limits, process_limits
+from pipros.ros2.engine import (
+    Announcement,
+    Caller,
+    CallFailed,
+    Durability,
+    Endpoint,
+    EndpointKind,
+    EngineError,
+    Reliability,
+    Sample,
+    Subscription,
+    TopicQos,
+)
+from pipros.ros2.names import zenoh_key
+from pipros.ros2.zenoh.tokens import (
+    NO_HASH,
+    NodeIdentity,
+    endpoint_token,
+    gid_of_hash,
+    graph_key,
+    new_attachment,
+    node_token,
+    parse_attachment,
+    parse_token,
+)
+
+ROUTER: Final = "tcp/localhost:7447"
+"""Where rmw_zenoh's router listens."""
+
+_LOG = logging.getLogger("pipros.ros2")
+_HEARTBEAT_S: Final = 0.5
+_CLOSE_S: Final = 1.0
+_REQUESTS: Final = 64
+"""Requests that wait for a service."""
+_GRAPH_CHANGES: Final = 4096
+_TOKEN_BYTES: Final = 1000
+"""Approximate memory of a parsed token, beside its text."""
+_SERVICE_QOS: Final = TopicQos(depth=10)
+
+
+def zenoh_libraries() -> tuple[Any, Any]:
+    """Return the modules zenoh and xxhash.
+
+    Raises:
+        MissingExtra: they are not installed.
+    """
+    try:
+        import xxhash
+        import zenoh
+        import zenoh.ext
+    except ImportError:
+        raise MissingExtra(f"rmw_zenoh needs eclipse-zenoh: {install_command('zenoh')}") from None
+    return zenoh, xxhash
+
+
+class ZenohEngine:
+    """A session with a router of Zenoh, and one node. See `Ros2Engine`.
+
+    Args:
+        node: full name of the node that owns all endpoints.
+        routers: endpoints of routers, such as `tcp/localhost:7447`.
+        timeout_s: the time for a router to answer.
+        limits: defaults to the process-wide limits.
+
+    Raises:
+        MissingExtra: eclipse-zenoh is not installed.
+        EngineError: no router answers.
+    """
+
+    def __init__(
+        self,
+        domain: int,
+        node: str,
+        routers: Sequence[str] = (ROUTER,),
+        *,
+        timeout_s: float = 5.0,
+        limits: Limits | None = None,
+    ) -> None:
+        self._zenoh, self._xxhash = zenoh_libraries()
+        self._lock = threading.Lock()
+        self._numbers = itertools.count(1)
+        self._known: dict[str, Endpoint] = {}
+        self._known_bytes = 0
+        limits = limits or process_limits()
+        self._graph_limit_bytes = limits.ros2_graph_bytes
+        self._is_closed = False
+        self._threads: list[threading.Thread] = []
+        try:
+            self._session = self._zenoh.open(_config(self._zenoh, routers, timeout_s, limits))
+        except self._zenoh.ZError as error:
+            reason = str(error).partition(" at /")[0]  # without the place in the library
+            raise EngineError(f"no router of Zenoh answers at {', '.join(routers)}: {reason}") from error
+        namespace, _, name = node.rpartition("/")
+        self._zid = str(self._session.zid())
+        self.node = NodeIdentity(domain, self._zid, namespace, name)
+        self._tokens = self._session.liveliness()
+        self._node_token = self._tokens.declare_token(node_token(self.node))
+        changes = self._zenoh.handlers.FifoChannel(_GRAPH_CHANGES)
+        self._graph = self._tokens.declare_subscriber(graph_key(domain), changes, history=True)
+        self.start("graph", self._watch_graph)
+        # A thread that waits in the library while Python ends aborts the process.
+        atexit.register(self.close)
+
+    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+        return _Publisher(self, topic, type_name, type_hash, qos)
+
+    def subscribe(
+        self,
+        topic: str,
+        type_name: str,
+        type_hash: str,
+        qos: TopicQos,
+        callback: Callable[[Sample], None],
+    ) -> Subscription:
+        return _Subscriber(self, topic, type_name, type_hash, qos, callback)
+
+    def serve(
+        self, service: str, type_name: str, type_hash: str, answer: Callable[[bytes], bytes]
+    ) -> Subscription:
+        return _Server(self, service, type_name, type_hash, answer)
+
+    def caller(self, service: str, type_name: str, type_hash: str) -> Caller:
+        return _Client(self, service, type_name, type_hash)
+
+    def endpoints(self) -> Sequence[Endpoint]:
+        with self._lock:
+            return list(self._known.values())
+
+    def close(self) -> None:
+        with self._lock:
+            if self._is_closed:
+                return
+            self._is_closed = True
+        atexit.unregister(self.close)
+        self._session.close()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join(_CLOSE_S)
+
+    # For the endpoints of this module ---------------------------------------------------------------------
+
+    @property
+    def session(self) -> Any:
+        return self._session
+
+    @property
+    def library(self) -> Any:
+        return self._zenoh
+
+    def start(self, name: str, run: Callable[[], None]) -> None:
+        """Run a function in a daemon thread, which must end soon after the session."""
+        thread = threading.Thread(target=run, name=f"zenoh {name}", daemon=True)
+        self._threads = [each for each in self._threads if each.is_alive()] + [thread]
+        thread.start()
+
+    def declare(
+        self, kind: EndpointKind, name: str, type_name: str, type_hash: str, qos: TopicQos
+    ) -> tuple[str, bytes, Any]:
+        """Declare the token of an endpoint. Return the key of its data, its GID, and the token.
+
+        Raises:
+            EngineError: the engine is closed.
+        """
+        with self._lock:
+            if self._is_closed:
+                raise EngineError("the session of Zenoh is closed")
+        key = zenoh_key(self.node.domain, name, type_name, type_hash or NO_HASH)
+        text = endpoint_token(self.node, next(self._numbers), kind, name, type_name, type_hash, qos)
+        gid = gid_of_hash(self._xxhash.xxh3_128_intdigest(text.encode()))
+        return key, gid, self._tokens.declare_token(text)
+
+    def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
+        """Return the number of other sessions' endpoints of a kind, for a name and type."""
+        return sum((each.kind, each.name, each.type) == (kind, name, type_name) for each in self.endpoints())
+
+    def _watch_graph(self) -> None:
+        for change in _received(self._zenoh, self._graph.handler):
+            token = str(change.key_expr)
+            is_new = change.kind == self._zenoh.SampleKind.PUT
+            parsed = parse_token(token)
+            if parsed is None or parsed[0] == self._zid:
+                continue
+            with self._lock:
+                self._change(token, parsed[1] if is_new else None)
+
+    def _change(self, token: str, endpoint: Endpoint | None) -> None:
+        cost = 2 * len(token) + _TOKEN_BYTES
+        if self._known.pop(token, None) is not None:
+            self._known_bytes -= cost
+        if endpoint is None:
+            return
+        if self._known_bytes + cost > self._graph_limit_bytes:
+            _LOG.warning("too many endpoints in ROS 2 (ros2_graph_bytes): %s is ignored", endpoint.name)
+            return
+        self._known[token] = endpoint
+        self._known_bytes += cost
+
+
+class _Publisher:
+    def __init__(
+        self, engine: ZenohEngine, topic: str, type_name: str, type_hash: str, qos: TopicQos
+    ) -> None:
+        zenoh, ext = engine.library, engine.library.ext
+        self._engine = engine
+        self._names = topic, type_name
+        self._lock = threading.Lock()
+        self._sequences = itertools.count(1)
+        key, self._gid, self._token = engine.declare(EndpointKind.PUBLISHER, topic, type_name, type_hash, qos)
+        options: dict[str, Any] = {"congestion_control": zenoh.CongestionControl.DROP}
+        if qos.durability is Durability.TRANSIENT_LOCAL:
+            options["cache"] = ext.CacheConfig(max_samples=max(1, qos.depth))
+            options["publisher_detection"] = True
+            if qos.reliability is Reliability.RELIABLE:
+                options["sample_miss_detection"] = ext.MissDetectionConfig(sporadic_heartbeat=_HEARTBEAT_S)
+            self._publisher = ext.declare_advanced_publisher(engine.session, key, **options)
+        else:
+            self._publisher = engine.session.declare_publisher(key, **options)
+
+    def publish(self, payload: bytes) -> None:
+        with self._lock:  # sequences must arrive in their order
+            attachment = new_attachment(next(self._sequences), self._gid)
+            self._publisher.put(payload, attachment=attachment.to_bytes())
+
+    @property
+    def subscriber_count(self) -> int:
+        return self._engine.count(EndpointKind.SUBSCRIBER, *self._names)
+
+    def close(self) -> None:
+        _undeclare(self._engine.library, self._token, self._publisher)
+
+
+class _Subscriber:
+    def __init__(
+        self,
+        engine: ZenohEngine,
+        topic: str,
+        type_name: str,
+        type_hash: str,
+        qos: TopicQos,
+        callback: Callable[[Sample], None],
+    ) -> None:
+        zenoh, ext = engine.library, engine.library.ext
+        self._engine = engine
+        self._callback = callback
+        # Publishers of Lyrical use the plain key only while a token of a subscriber is known.
+        key, _, self._token = engine.declare(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
+        channel = zenoh.handlers.RingChannel(max(1, qos.depth))
+        if qos.durability is Durability.TRANSIENT_LOCAL:
+            self._subscriber = ext.declare_advanced_subscriber(
+                engine.session,
+                key,
+                channel,
+                history=ext.HistoryConfig(detect_late_publishers=True),
+                recovery=ext.RecoveryConfig(heartbeat=True),
+            )
+        else:
+            self._subscriber = engine.session.declare_subscriber(key, channel)
+        engine.start(topic, self._run)
+
+    def _run(self) -> None:
+        for sample in _received(self._engine.library, self._subscriber.handler):
+            attached = None if sample.attachment is None else parse_attachment(sample.attachment.to_bytes())
+            if sample.kind != self._engine.library.SampleKind.PUT or attached is None:
+                continue
+            try:
+                self._callback(Sample(sample.payload.to_bytes(), attached.gid))
+            except Exception:
+                _LOG.exception("a callback for ROS 2 failed")
+
+    def close(self) -> None:
+        _undeclare(self._engine.library, self._token, self._subscriber)
+
+
+class _Server:
+    def __init__(
+        self,
+        engine: ZenohEngine,
+        service: str,
+        type_name: str,
+        type_hash: str,
+        answer: Callable[[bytes], bytes],
+    ) -> None:
+        self._engine = engine
+        self._answer = answer
+        self._key, _, self._token = engine.declare(
+            EndpointKind.SERVER, service, type_name, type_hash, _SERVICE_QOS
+        )
+        # A full FIFO would stop the whole session; of a ring, the oldest request gets no reply.
+        channel = engine.library.handlers.RingChannel(_REQUESTS)
+        self._queryable = engine.session.declare_queryable(self._key, channel, complete=True)
+        engine.start(service, self._run)
+
+    def _run(self) -> None:
+        for query in _received(self._engine.library, self._queryable.handler):
+            with query:  # its end tells the client that no further reply follows
+                try:
+                    self._reply(query)
+                except Exception:
+                    _LOG.exception("a service for ROS 2 failed")
+
+    def _reply(self, query: Any) -> None:
+        attached = None if query.attachment is None else parse_attachment(query.attachment.to_bytes())
+        if attached is None or query.payload is None:
+            return
+        reply = self._answer(query.payload.to_bytes())
+        attachment = new_attachment(attached.sequence, attached.gid)
+        query.reply(self._key, reply, attachment=attachment.to_bytes())
+
+    def close(self) -> None:
+        _undeclare(self._engine.library, self._token, self._queryable)
+
+
+class _Client:
+    def __init__(self, engine: ZenohEngine, service: str, type_name: str, type_hash: str) -> None:
+        self._engine = engine
+        self._names = service, type_name
+        self._sequences = itertools.count(1)
+        self._key, self._gid, self._token = engine.declare(
+            EndpointKind.CLIENT, service, type_name, type_hash, _SERVICE_QOS
+        )
+
+    def call(self, request: bytes, timeout_s: float) -> bytes:
+        zenoh, name = self._engine.library, self._names[0]
+        attachment = new_attachment(next(self._sequences), self._gid)
+        try:
+            replies = self._engine.session.get(
+                self._key,
+                target=zenoh.QueryTarget.ALL_COMPLETE,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                timeout=timeout_s,
+                payload=request,
+                attachment=attachment.to_bytes(),
+            )
+            for reply in replies:
+                if reply.ok is not None:
+                    return bytes(reply.ok.payload.to_bytes())
+        except zenoh.ZError as error:
+            raise CallFailed(f"the service {name} of ROS 2 failed: {error}") from error
+        reason = f"did not answer within {timeout_s} s" if self.is_available else "is not available"
+        raise CallFailed(f"the service {name} of ROS 2 {reason}")
+
+    @property
+    def is_available(self) -> bool:
+        return self._engine.count(EndpointKind.SERVER, *self._names) > 0
+
+    def close(self) -> None:
+        _undeclare(self._engine.library, self._token)
+
+
+def _config(zenoh: Any, routers: Sequence[str], timeout_s: float, limits: Limits) -> Any:
+    """Return the configuration of a session. Defaults change between versions, so all that matters is set."""
+    config = zenoh.Config()
+    values: dict[str, Any] = {
+        "mode": "client",
+        "connect/endpoints": list(routers),
+        "connect/timeout_ms": int(timeout_s * 1000),
+        "connect/exit_on_failure": True,
+        "listen/endpoints": [],
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "timestamping/enabled": True,
+        "transport/shared_memory/enabled": False,
+        "transport/link/rx/max_message_size": limits.bridge_message_bytes,
+    }
+    for key, value in values.items():
+        config.insert_json5(key, json.dumps(value))
+    return config
+
+
+def _received(zenoh: Any, handler: Any) -> Any:
+    """Yield what arrives on a channel until it is closed."""
+    while True:
+        try:
+            yield handler.recv()
+        except zenoh.ZError:
+            return
+
+
+def _undeclare(zenoh: Any, *entities: Any) -> None:
+    """End entities, which may have ended with their session."""
+    for entity in entities:
+        try:
+            entity.undeclare()
+        except zenoh.ZError:
+            continue

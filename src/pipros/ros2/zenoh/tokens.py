@@ -1,0 +1,162 @@
+"""Liveliness tokens and attachments of rmw_zenoh: values to text and bytes, and back. Pure.
+
+Every node and endpoint declares a token, which disappears with its session. All tokens together are the ROS
+graph. Parts of a token are separated by `/`, so that slashes within a part become `%`.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from dataclasses import dataclass
+
+from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, TopicQos
+from pipros.ros2.names import dds_type, type_of_dds
+
+NO_HASH = "TypeHashNotSupported"
+"""What Humble has instead of a type hash."""
+
+GID_BYTES = 16
+DEFAULT_DEPTH = 42
+"""Depth that rmw_zenoh leaves out."""
+
+_PREFIX = "@ros2_lv"
+_KINDS = {
+    EndpointKind.PUBLISHER: "MP",
+    EndpointKind.SUBSCRIBER: "MS",
+    EndpointKind.SERVER: "SS",
+    EndpointKind.CLIENT: "SC",
+}
+_KIND_OF = {word: kind for kind, word in _KINDS.items()}
+_PARTS_OF_ENDPOINT = 13
+_ATTACHMENT = struct.Struct(f"<qqB{GID_BYTES}s")
+
+
+@dataclass(frozen=True, slots=True)
+class NodeIdentity:
+    """A node of a session.
+
+    Attributes:
+        session: the id of the session in Zenoh, as its API prints it.
+        namespace, name: of the node; the namespace is empty or begins with a slash.
+    """
+
+    domain: int
+    session: str
+    namespace: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """What accompanies every message, request and reply.
+
+    Attributes:
+        sequence: number of the message of its publisher, from 1.
+        gid: identity of the publisher or client. A reply has that of its request.
+    """
+
+    sequence: int
+    time_ns: int
+    gid: bytes
+
+    def to_bytes(self) -> bytes:
+        return _ATTACHMENT.pack(self.sequence, self.time_ns, GID_BYTES, self.gid)
+
+
+def parse_attachment(data: bytes) -> Attachment | None:
+    """Return the attachment, or None if it has another form. rmw_zenoh drops messages without one."""
+    if len(data) != _ATTACHMENT.size:
+        return None
+    sequence, time_ns, size, gid = _ATTACHMENT.unpack(data)
+    return Attachment(sequence, time_ns, gid) if size == GID_BYTES else None
+
+
+def new_attachment(sequence: int, gid: bytes) -> Attachment:
+    """Return the attachment of a message that is sent now."""
+    return Attachment(sequence, time.time_ns(), gid)
+
+
+def graph_key(domain: int) -> str:
+    """Return the key expression that all tokens of a domain match."""
+    return f"{_PREFIX}/{domain}/**"
+
+
+def node_token(node: NodeIdentity) -> str:
+    """Return the token of a session's only node."""
+    session = f"{_PREFIX}/{node.domain}/{node.session}/0/0/NN"
+    return f"{session}/%/{_mangled(node.namespace)}/{node.name}"
+
+
+def endpoint_token(
+    node: NodeIdentity,
+    number: int,
+    kind: EndpointKind,
+    name: str,
+    type_name: str,
+    type_hash: str,
+    qos: TopicQos,
+) -> str:
+    """Return the token of an endpoint. `number` is unique in the session, and not that of the node, 0."""
+    start = f"{_PREFIX}/{node.domain}/{node.session}/0/{number}/{_KINDS[kind]}"
+    owner = f"%/{_mangled(node.namespace)}/{node.name}"
+    return f"{start}/{owner}/{_mangled(name)}/{dds_type(type_name)}/{type_hash or NO_HASH}/{qos_text(qos)}"
+
+
+def parse_token(token: str) -> tuple[str, Endpoint] | None:
+    """Return the session and the endpoint of a token, or None for tokens of nodes and of unknown forms.
+
+    Later versions may append parts.
+    """
+    parts = token.split("/")
+    if len(parts) < _PARTS_OF_ENDPOINT or parts[0] != _PREFIX or parts[5] not in _KIND_OF:
+        return None
+    session, kind, namespace, node, name, dds_name, type_hash, qos = parts[2], *parts[5:6], *parts[7:13]
+    type_name = type_of_dds(dds_name)
+    if type_name is None:
+        return None
+    full_node = f"{_unmangled(namespace)}/{node}"
+    endpoint = Endpoint(
+        token.encode(),
+        _KIND_OF[kind],
+        _unmangled(name),
+        type_name,
+        "" if type_hash == NO_HASH else type_hash,
+        parse_qos(qos),
+        full_node,
+    )
+    return session, endpoint
+
+
+def qos_text(qos: TopicQos) -> str:
+    """Return the part of a token for QoS. Defaults of rmw_zenoh are left out."""
+    reliability = "" if qos.reliability is Reliability.RELIABLE else "2"
+    durability = "" if qos.durability is Durability.VOLATILE else "1"
+    history = "" if qos.depth else "2"
+    depth = "" if qos.depth in (0, DEFAULT_DEPTH) else str(qos.depth)
+    return f"{reliability}:{durability}:{history},{depth}:,:,:,,"
+
+
+def parse_qos(text: str) -> TopicQos:
+    """Parse the part of a token for QoS. Values that are unknown count as defaults."""
+    reliability, durability, history, *_ = [*text.split(":"), "", "", ""]
+    kind, _, depth = history.partition(",")
+    is_number = depth.isascii() and depth.isdigit() and len(depth) < 10
+    return TopicQos(
+        Reliability.BEST_EFFORT if reliability == "2" else Reliability.RELIABLE,
+        Durability.TRANSIENT_LOCAL if durability == "1" else Durability.VOLATILE,
+        0 if kind == "2" else int(depth) if is_number else DEFAULT_DEPTH,
+    )
+
+
+def gid_of_hash(digest: int) -> bytes:
+    """Return the GID for the 128-bit XXH3 hash (seed 0) of an entity's token, low bytes first."""
+    return digest.to_bytes(GID_BYTES, "little")
+
+
+def _mangled(name: str) -> str:
+    return name.replace("/", "%") if name not in ("", "/") else "%"
+
+
+def _unmangled(part: str) -> str:
+    return "" if part == "%" else part.replace("%", "/")

@@ -1,0 +1,230 @@
+"""The engine for rmw_zenoh with peers that are written from the published format."""
+
+from __future__ import annotations
+
+import struct
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from pipros.basics.limits import Limits
+from pipros.ros2.engine import (
+    CallFailed,
+    Durability,
+    EndpointKind,
+    EngineError,
+    Ros2Engine,
+    Sample,
+    TopicQos,
+)
+from pipros.ros2.zenoh.engine import ZenohEngine
+from tests.support.ports import ClaimedPort
+from tests.support.processes import Processes
+from tests.support.waiting import wait_until
+from tests.support.zenoh_peer import ADD, STRING, Peer, Router, gid_of
+
+KIND = "std_msgs/msg/String"
+ADD_KIND = "example_interfaces/srv/AddTwoInts"
+LATCHED = TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+
+
+@pytest.fixture
+def router() -> Iterator[Router]:
+    router = Router()
+    yield router
+    router.close()
+
+
+@pytest.fixture
+def engine(router: Router) -> Iterator[Ros2Engine]:
+    engine = ZenohEngine(0, "/robot/gateway", [router.address])
+    yield engine
+    engine.close()
+
+
+@pytest.fixture
+def peer(router: Router) -> Iterator[Peer]:
+    peer = Peer(router)
+    yield peer
+    peer.close()
+
+
+def wait_for_endpoint(engine: Ros2Engine, kind: EndpointKind, name: str) -> None:
+    wait_until(
+        lambda: any((each.kind, each.name) == (kind, name) for each in engine.endpoints()),
+        what=f"{kind} of {name}",
+    )
+
+
+@pytest.mark.parametrize("size", [10, 1_000_000])
+def test_messages_reach_ros2_with_their_attachments(engine: Ros2Engine, peer: Peer, size: int) -> None:
+    received = peer.subscribe("/chatter")
+    publisher = engine.announce("/chatter", KIND, STRING, TopicQos())
+    wait_until(lambda: publisher.subscriber_count == 1, what="the subscriber")
+
+    def arrived() -> bool:
+        publisher.publish(b"x" * size)
+        return len(received) > 2
+
+    wait_until(arrived, what="messages in ROS 2")
+
+    (token,) = [each for each in peer.tokens if "/MP/" in each]
+    assert "/MP/%/%robot/gateway/%chatter/std_msgs::msg::dds_::String_/" in token
+    assert token.endswith("/::,10:,:,:,,")
+    payloads, attachments = zip(*received, strict=True)
+    assert set(payloads) == {b"x" * size}
+    numbers = [struct.unpack_from("<q", each)[0] for each in attachments]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    assert {each[16:] for each in attachments} == {b"\x10" + gid_of(token)}
+
+
+@pytest.mark.parametrize("type_hash", [STRING, ""])
+def test_messages_of_ros2_arrive(engine: Ros2Engine, peer: Peer, type_hash: str) -> None:
+    samples: list[Sample] = []
+    subscriber = engine.subscribe("/chatter", KIND, type_hash, TopicQos(), samples.append)
+    publisher = peer.publisher("/chatter", type_hash=type_hash or "TypeHashNotSupported")
+    wait_for_endpoint(engine, EndpointKind.PUBLISHER, "/chatter")
+
+    def arrived() -> bool:
+        publisher.put(b"dropped", is_attached=False)
+        publisher.put(b"hello" * 200_000)
+        return len(samples) > 2
+
+    wait_until(arrived, what="messages of ROS 2")
+
+    assert set(samples) == {Sample(b"hello" * 200_000, publisher.gid)}
+    (endpoint,) = engine.endpoints()
+    assert (endpoint.node, endpoint.type, endpoint.type_hash) == ("/peer", KIND, type_hash)
+    subscriber.close()
+    wait_until(lambda: not any("/MS/" in each for each in peer.tokens), what="the end of the token")
+
+
+def test_late_subscribers_of_ros2_get_the_latched_message(engine: Ros2Engine, peer: Peer) -> None:
+    publisher = engine.announce("/map", KIND, STRING, LATCHED)
+    publisher.publish(b"old")
+    publisher.publish(b"new")
+    wait_until(lambda: any("/MP/" in each for each in peer.tokens), what="the token")
+
+    received = peer.subscribe("/map", is_latched=True)
+
+    wait_until(lambda: received, what="the latched message")
+    assert [payload for payload, _ in received] == [b"new"]
+
+
+def test_a_late_gateway_gets_latched_messages_of_ros2(engine: Ros2Engine, peer: Peer) -> None:
+    peer.publisher("/map", is_latched=True).put(b"map")
+    wait_for_endpoint(engine, EndpointKind.PUBLISHER, "/map")
+    samples: list[Sample] = []
+
+    engine.subscribe("/map", KIND, STRING, LATCHED, samples.append)
+
+    wait_until(lambda: samples, what="the latched message")
+    assert [sample.payload for sample in samples] == [b"map"]
+
+
+def test_services_of_ros2_are_called(engine: Ros2Engine, peer: Peer) -> None:
+    caller = engine.caller("/add", ADD_KIND, ADD)
+    with pytest.raises(CallFailed, match="/add of ROS 2 is not available"):
+        caller.call(b"request", 5.0)
+    peer.serve("/add", lambda request: request[::-1])
+    wait_until(lambda: caller.is_available, what="the service")
+
+    assert caller.call(b"abc", 10.0) == b"cba"
+    caller.close()
+    wait_until(lambda: not any("/SC/" in each for each in peer.tokens), what="the end of the client")
+
+
+def test_services_are_offered_to_ros2(engine: Ros2Engine, peer: Peer) -> None:
+    server = engine.serve("/add", ADD_KIND, ADD, lambda request: request.upper())
+    wait_until(lambda: any("/SS/" in each for each in peer.tokens), what="the token")
+
+    ((payload, attachment),) = peer.call("/add", b"abc")
+
+    assert payload == b"ABC"
+    assert struct.unpack_from("<q", attachment)[0] == 7  # the reply has the number and client of the request
+    server.close()
+    wait_until(lambda: not any("/SS/" in each for each in peer.tokens), what="the end of the service")
+    assert peer.call("/add", b"abc") == []
+
+
+def test_a_service_that_raises_gives_no_reply(engine: Ros2Engine, peer: Peer) -> None:
+    engine.serve("/add", ADD_KIND, ADD, lambda request: request if request else bytes(-1))
+    wait_until(lambda: any("/SS/" in each for each in peer.tokens), what="the token")
+
+    assert peer.call("/add", b"") == []
+    assert [payload for payload, _ in peer.call("/add", b"x")] == [b"x"]
+
+
+def test_endpoints_disappear_with_their_session(engine: Ros2Engine, router: Router) -> None:
+    peer = Peer(router)
+    peer.publisher("/chatter")
+    wait_for_endpoint(engine, EndpointKind.PUBLISHER, "/chatter")
+
+    peer.close()
+
+    wait_until(lambda: not engine.endpoints(), what="the end of the publisher")
+
+
+def test_a_restarted_peer_is_found_again(engine: Ros2Engine, router: Router) -> None:
+    publisher = engine.announce("/chatter", KIND, STRING, TopicQos())
+    for _ in range(2):
+        peer = Peer(router)
+        received = peer.subscribe("/chatter")
+
+        def arrived(received: list[tuple[bytes, bytes]] = received) -> bool:
+            publisher.publish(b"hello")
+            return bool(received)
+
+        wait_until(arrived, what="a message")
+        peer.close()
+        wait_until(lambda: publisher.subscriber_count == 0, what="the end of the subscriber")
+
+
+def test_remembered_endpoints_are_limited(
+    router: Router, peer: Peer, caplog: pytest.LogCaptureFixture
+) -> None:
+    for number in range(20):
+        peer.declare("MP", f"/topic{number}", "std_msgs::msg::dds_::String_", STRING)
+    engine = ZenohEngine(0, "/gateway", [router.address], limits=Limits(ros2_graph_bytes=4000))
+
+    wait_until(lambda: "ros2_graph_bytes" in caplog.text, what="the warning")
+
+    assert 1 <= len(engine.endpoints()) <= 4
+    engine.close()
+
+
+def test_an_engine_without_a_router_raises() -> None:
+    port = ClaimedPort()
+    address = f"tcp/127.0.0.1:{port.number}"
+
+    with pytest.raises(EngineError, match=f"no router of Zenoh answers at {address}"):
+        ZenohEngine(0, "/gateway", [address], timeout_s=0.2)
+    port.release()
+
+
+def test_a_closed_engine_refuses_endpoints(router: Router) -> None:
+    engine = ZenohEngine(0, "/gateway", [router.address])
+    engine.close()
+    engine.close()
+
+    with pytest.raises(EngineError, match="is closed"):
+        engine.announce("/chatter", KIND, STRING, TopicQos())
+
+
+PROGRAM = """
+import sys
+from pipros.ros2.engine import TopicQos
+from pipros.ros2.zenoh.engine import ZenohEngine
+engine = ZenohEngine(0, "/gateway", sys.argv[1:])
+engine.subscribe("/chatter", "std_msgs/msg/String", "", TopicQos(), print)
+"""
+
+
+def test_a_program_may_end_without_closing(router: Router) -> None:
+    processes = Processes({})
+    try:
+        done = processes.run(sys.executable, "-c", PROGRAM, router.address)
+        assert (done.returncode, done.output) == (0, "")
+    finally:
+        processes.end_all()

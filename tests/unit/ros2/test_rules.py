@@ -1,0 +1,145 @@
+"""The rules of a gateway: what passes, under which name, and with which quality of service."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipros.ros2.conversion.errors import InvalidRules
+from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, TopicQos
+from pipros.ros2.qos_choice import QosOverride, offered_qos, requested_qos
+from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule, parse_gateway_rules
+
+RELIABLE, BEST_EFFORT = Reliability
+VOLATILE, LATCHED = Durability
+
+
+def publisher(key: bytes, reliability: Reliability, durability: Durability) -> Endpoint:
+    qos = TopicQos(reliability, durability)
+    return Endpoint(key, EndpointKind.PUBLISHER, "/a", "std_msgs/msg/String", qos=qos)
+
+
+def test_publishers_are_reliable_unless_topics_are_special() -> None:
+    assert offered_qos("/a", is_latched=False) == TopicQos(RELIABLE, VOLATILE, 10)
+    assert offered_qos("/a", is_latched=False, queue_size=100).depth == 100
+    assert offered_qos("/map", is_latched=True) == TopicQos(RELIABLE, LATCHED, 1)
+    assert offered_qos("/tf_static", is_latched=False) == TopicQos(RELIABLE, LATCHED, 1)
+    assert offered_qos("/clock", is_latched=False) == TopicQos(BEST_EFFORT, VOLATILE, 1)
+    override = QosOverride(BEST_EFFORT, depth=5)
+    assert offered_qos("/map", is_latched=True, override=override) == TopicQos(BEST_EFFORT, LATCHED, 5)
+
+
+def test_subscribers_match_all_publishers() -> None:
+    a, b = publisher(b"a", RELIABLE, VOLATILE), publisher(b"b", BEST_EFFORT, VOLATILE)
+
+    (only,) = requested_qos([a])
+    assert (only.qos, only.publishers) == (TopicQos(RELIABLE, VOLATILE, 10), {b"a"})
+    (both,) = requested_qos([a, b], depth=3)
+    assert (both.qos, both.publishers) == (TopicQos(BEST_EFFORT, VOLATILE, 3), {b"a", b"b"})
+    assert requested_qos([]) == ()
+
+
+def test_latched_and_volatile_publishers_need_two_subscribers() -> None:
+    a, b = publisher(b"a", RELIABLE, LATCHED), publisher(b"b", BEST_EFFORT, VOLATILE)
+
+    first, second = requested_qos([a, b], override=QosOverride(depth=1))
+
+    assert (first.qos, first.publishers) == (TopicQos(RELIABLE, LATCHED, 1), {b"a"})
+    assert (second.qos, second.publishers) == (TopicQos(BEST_EFFORT, VOLATILE, 1), {b"b"})
+
+
+@pytest.mark.parametrize(
+    ("kind", "direction", "is_local", "passes"),
+    [
+        (Kind.TOPIC, Direction.TO_ROS2, False, True),
+        (Kind.TOPIC, Direction.TO_ROS1, True, True),
+        (Kind.TOPIC, Direction.TO_ROS1, False, False),
+        (Kind.SERVICE, Direction.TO_ROS1, True, False),
+        (Kind.SERVICE, Direction.TO_ROS2, False, True),
+        (Kind.ACTION, Direction.TO_ROS1, True, False),
+    ],
+)
+def test_little_enters_ros1_by_default(
+    kind: Kind, direction: Direction, is_local: bool, passes: bool
+) -> None:
+    verdict = GatewayRules().verdict(kind, direction, "/a", is_local=is_local)
+
+    assert verdict.passes is passes
+    assert ("enters ROS 1 unless an allow list" in verdict.reason) is not passes
+
+
+RULES = """
+topics:
+  to_ros2: {deny: [/camera/debug*]}
+  to_ros1: {allow: ["/cmd_*", /rosout]}
+  static:
+    - {ros1: /scan, ros2: /front/scan, direction: to_ros2, rate: 5, qos: {reliability: best_effort, depth: 1}}
+    - {ros1: /odom}
+services:
+  to_ros1: {allow: ["*"], deny: [/shutdown]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "direction", "name", "reason"),
+    [
+        (Kind.TOPIC, Direction.TO_ROS2, "/camera/image", ""),
+        (
+            Kind.TOPIC,
+            Direction.TO_ROS2,
+            "/camera/debug_image",
+            "the deny list (topics: to_ros2) has",
+        ),
+        (Kind.TOPIC, Direction.TO_ROS1, "/cmd_vel", ""),
+        (Kind.TOPIC, Direction.TO_ROS1, "/scan", "the allow list (topics: to_ros1) does not have it"),
+        (Kind.TOPIC, Direction.TO_ROS1, "/rosout", ""),
+        (Kind.TOPIC, Direction.TO_ROS2, "/rosout", "the name is internal"),
+        (Kind.TOPIC, Direction.TO_ROS2, "/turn/_action/status", "the name is internal"),
+        (Kind.SERVICE, Direction.TO_ROS1, "/reset", ""),
+        (Kind.SERVICE, Direction.TO_ROS1, "/shutdown", "the deny list"),
+        (Kind.SERVICE, Direction.TO_ROS1, "/node/get_loggers", "the name is internal"),
+    ],
+)
+def test_lists_decide(kind: Kind, direction: Direction, name: str, reason: str) -> None:
+    verdict = parse_gateway_rules(RULES, "rules.yaml").verdict(kind, direction, name, is_local=False)
+
+    assert verdict.passes is not bool(reason)
+    assert verdict.reason.startswith(reason)
+
+
+def test_static_rules_rename_topics() -> None:
+    rules = parse_gateway_rules(RULES, "rules.yaml")
+
+    scan = rules.renamed(Direction.TO_ROS2, "/scan")
+    assert scan == StaticRule(
+        "/scan",
+        "/front/scan",
+        frozenset({Direction.TO_ROS2}),
+        rate=5.0,
+        qos=QosOverride(BEST_EFFORT, None, 1),
+    )
+    assert rules.renamed(Direction.TO_ROS1, "/front/scan") is None
+    odom = rules.renamed(Direction.TO_ROS1, "/odom")
+    assert odom is not None
+    assert (odom.ros2, odom.directions) == ("/odom", frozenset(Direction))
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("[1]", "expected a mapping, got list"),
+        ("topic: {}", "unknown key topic; the keys are actions, services, topics"),
+        ("topics: {to_ros1: {allow: /a}}", "expected a list, got str"),
+        ("topics: {to_ros1: {allow: [a]}}", "must begin with / or"),
+        ("services: {static: []}", "unknown key static"),
+        ("topics: {static: [{}]}", "ros1 must be the full name of a topic"),
+        ("topics: {static: [{ros1: /a, ros2: /9}]}", "is not a name of ROS 2"),
+        ("topics: {static: [{ros1: /a, direction: up}]}", "expected one of to_ros1, to_ros2, got 'up'"),
+        ("topics: {static: [{ros1: /a, rate: 0}]}", "rate must be a number greater than zero"),
+        ("topics: {static: [{ros1: /a, qos: {depth: -1}}]}", "depth must be a whole number"),
+        ("topics: {static: [{ros1: /a, qos: {reliability: x}}]}", "expected one of reliable, best_effort"),
+        ("{", "rules.yaml"),
+    ],
+)
+def test_malformed_rules_raise(text: str, reason: str) -> None:
+    with pytest.raises(InvalidRules, match=reason):
+        parse_gateway_rules(text, "rules.yaml")
