@@ -109,6 +109,13 @@ class Limits(NamedTuple):
         bridge_stall_s: the time that a client may leave a full connection unread.
         bridge_client_rate: messages per second that a client may send; beyond, it is read more slowly.
         bridge_client_rate_bytes: likewise, bytes per second.
+        fleet_members: other members of a fleet that a member shows.
+        fleet_topics: topics of all these members that it shows.
+        fleet_directory_bytes: a member's directory.
+        fleet_message_bytes: a message, a request or a reply over a fleet link, also once it is decompressed.
+        fleet_queue_bytes: messages that wait to be sent over a fleet link.
+        fleet_latched_bytes: latched messages that a member keeps for others.
+        fleet_calls: calls from other members that a member handles at a time, and waits for.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
         turtles: turtles in one turtlesim.
@@ -196,6 +203,13 @@ class Limits(NamedTuple):
     bridge_stall_s: float = 10.0
     bridge_client_rate: int = 10_000
     bridge_client_rate_bytes: int = 256 * _MIB
+    fleet_members: int = 1000
+    fleet_topics: int = 5000
+    fleet_directory_bytes: int = 4 * _MIB
+    fleet_message_bytes: int = 64 * _MIB
+    fleet_queue_bytes: int = 32 * _MIB
+    fleet_latched_bytes: int = 64 * _MIB
+    fleet_calls: int = 64
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     turtles: int = 100

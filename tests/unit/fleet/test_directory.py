@@ -1,0 +1,79 @@
+"""Directory documents of members, also of hostile ones."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from pipros.basics.errors import LimitExceeded, ProtocolError
+from pipros.fleet.directory import (
+    Directory,
+    Entry,
+    from_json,
+    to_json,
+    wanted_from_json,
+    wanted_to_json,
+)
+
+MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
+
+
+def test_a_directory_survives_its_encoding() -> None:
+    directory = Directory(
+        "r1",
+        "0" * 16,
+        7,
+        (Entry("/chatter", "std_msgs/String", MD5, is_latched=True), Entry("/x", "a/B", MD5)),
+        (Entry("/cmd", "std_msgs/String", MD5),),
+        (Entry("/reset", "std_srvs/Empty", MD5),),
+        has_parameters=True,
+    )
+    assert from_json(to_json(directory), "r1") == directory
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\xff", b"[]", b"{}", b'{"member": "r1"}', b"[" * 100_000, b'{"member": 1}']
+)
+def test_malformed_directories_raise(content: bytes) -> None:
+    with pytest.raises(ProtocolError, match="malformed"):
+        from_json(content, "r1")
+
+
+def test_a_directory_of_another_member_raises() -> None:
+    with pytest.raises(ProtocolError, match=r"\[r1\] claims to be that of \[r2\]"):
+        from_json(to_json(Directory("r2", "0" * 16)), "r1")
+
+
+def test_a_directory_that_is_too_large_raises() -> None:
+    with pytest.raises(LimitExceeded, match="fleet_directory_bytes"):
+        from_json(to_json(Directory("r1", "0" * 16)), "r1", limit_bytes=10)
+
+
+def test_invalid_entries_are_omitted() -> None:
+    good = {"name": "/ok", "type": "a/B", "md5sum": MD5}
+    wrong = [
+        1,
+        {},
+        {**good, "name": "relative"},
+        {**good, "name": "/a//b"},
+        {**good, "name": "/a/"},
+        {**good, "name": "/a\nb"},
+        {**good, "name": "/~a"},
+        {**good, "type": "nothing"},
+        {**good, "type": "*"},
+        {**good, "md5sum": "*"},
+        {**good, "md5sum": 5},
+    ]
+    document = {"member": "r1", "instance": "i", "revision": 1, "shared": [*wrong, good], "services": 4}
+    found = from_json(json.dumps(document).encode(), "r1")
+    assert found.shared == (Entry("/ok", "a/B", MD5),)
+    assert found.services == ()
+
+
+def test_wanted_topics() -> None:
+    assert wanted_from_json(wanted_to_json({"/b", "/a"})) == {"/a", "/b"}
+    assert wanted_from_json(b'["/a", 5]') == {"/a"}
+    for content in (b"", b"{}", b"\xff"):
+        assert wanted_from_json(content) == frozenset()
+    assert wanted_from_json(wanted_to_json({"/a"}), limit_bytes=2) == frozenset()
