@@ -14,6 +14,7 @@ from pipros.basics.names import is_legal
 from pipros.basics.printable import printable
 
 _MD5: Final = re.compile(r"[0-9a-f]{32}")
+_LONGEST_S: Final = 86_400.0
 _TYPE: Final = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*", re.ASCII)
 
 
@@ -24,13 +25,13 @@ class Entry:
     Attributes:
         name: global name on the member's master.
         type, md5sum: as in connection headers.
-        is_latched: whether a publisher latches it. For shared topics.
+        timeout_s: the time that a service may take.
     """
 
     name: str
     type: str
     md5sum: str
-    is_latched: bool = False
+    timeout_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,5 +128,10 @@ def _entries(values: object) -> tuple[Entry, ...]:
                 and _TYPE.fullmatch(kind)
                 and _MD5.fullmatch(md5sum)
             ):
-                found[name] = Entry(name, kind, md5sum, value.get("is_latched") is True)
+                found[name] = Entry(name, kind, md5sum, _timeout_s(value.get("timeout_s")))
     return tuple(sorted(found.values()))
+
+
+def _timeout_s(value: object) -> float:
+    is_usable = isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= _LONGEST_S
+    return float(value) if is_usable else 0.0  # type: ignore[arg-type]

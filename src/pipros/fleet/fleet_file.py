@@ -161,7 +161,7 @@ def matches_any(patterns: Sequence[str], name: str) -> bool:
 def matches(pattern: str, name: str) -> bool:
     """Return whether a name matches a pattern with `*` and `**`.
 
-    >>> matches("/camera/*", "/camera/info"), matches("/camera/*", "/camera/left/info"), matches("/**", "/a/b")
+    >>> matches("/camera/*", "/camera/info"), matches("/camera/*", "/camera/a/b"), matches("/**", "/a/b")
     (True, False, True)
     """
     return _compiled(pattern).fullmatch(name) is not None

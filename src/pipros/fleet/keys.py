@@ -27,6 +27,8 @@ from pipros.basics.printable import printable
 ROOT: Final = "pipros"
 VERSION: Final = 1
 """Version of the protocol. Members of other versions are reported and otherwise ignored."""
+EVERY: Final = "**"
+"""Stands for all topics or services in a pattern. It is not a legal ROS name."""
 _INSTANCE: Final = re.compile(r"[0-9a-f]{16}")
 
 
@@ -50,6 +52,8 @@ def mangled(name: str) -> str:
     >>> mangled("/camera/image raw")
     'camera/image%20raw'
     """
+    if name == EVERY:
+        return name
     return "/".join(quote(part, safe="") for part in name.strip("/").split("/") if part)
 
 
@@ -92,7 +96,8 @@ def parameters(member: str, verb: str, caller: str) -> str:
 
 
 def definition(member: str, kind: str) -> str:
-    return f"{ROOT}/{member}/definition/{quote(kind, safe='')}"
+    """`kind`: a type, or `*` for all."""
+    return f"{ROOT}/{member}/definition/{quote(kind, safe='*')}"
 
 
 def statistics(member: str) -> str:

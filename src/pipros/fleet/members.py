@@ -45,12 +45,8 @@ class Members:
         return gone
 
     def present(self) -> dict[str, Token]:
-        """Return the usable token of each member: the oldest run that speaks this version."""
-        found: dict[str, Token] = {}
-        for token in sorted(self._tokens, reverse=True):
-            if token.version == VERSION:
-                found[token.member] = token
-        return found
+        """Return the usable token of each member: the newest run that speaks this version."""
+        return {token.member: token for token in sorted(self._tokens) if token.version == VERSION}
 
     def other_versions(self) -> list[Token]:
         """Return the members that cannot be used, because they speak another version."""

@@ -1,4 +1,4 @@
-"""Messages that wait for the link: rates, newest-only topics, priorities and a bandwidth. No clock, no lock."""
+"""Messages that wait for the link: rates, newest-only topics, priorities, a bandwidth. No clock, no lock."""
 
 from __future__ import annotations
 

@@ -24,9 +24,9 @@ def test_a_directory_survives_its_encoding() -> None:
         "r1",
         "0" * 16,
         7,
-        (Entry("/chatter", "std_msgs/String", MD5, is_latched=True), Entry("/x", "a/B", MD5)),
+        (Entry("/chatter", "std_msgs/String", MD5), Entry("/x", "a/B", MD5)),
         (Entry("/cmd", "std_msgs/String", MD5),),
-        (Entry("/reset", "std_srvs/Empty", MD5),),
+        (Entry("/reset", "std_srvs/Empty", MD5, 2.5),),
         has_parameters=True,
     )
     assert from_json(to_json(directory), "r1") == directory
@@ -66,9 +66,13 @@ def test_invalid_entries_are_omitted() -> None:
         {**good, "md5sum": 5},
     ]
     document = {"member": "r1", "instance": "i", "revision": 1, "shared": [*wrong, good], "services": 4}
+    document["accepted"] = [
+        {**good, "timeout_s": value} for value in (-1, 1e9, "1", None, float("nan"), True)
+    ]
     found = from_json(json.dumps(document).encode(), "r1")
     assert found.shared == (Entry("/ok", "a/B", MD5),)
     assert found.services == ()
+    assert found.accepted == (Entry("/ok", "a/B", MD5),)
 
 
 def test_wanted_topics() -> None:

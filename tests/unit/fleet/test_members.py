@@ -8,15 +8,15 @@ from pipros.fleet.members import Members, Token
 OLD, NEW = "0" * 16, "1" * 16
 
 
-def test_the_older_of_two_runs_is_used() -> None:
+def test_the_newer_of_two_runs_is_used() -> None:
     members = Members(10)
     assert members.update(keys.live("r1", 1, NEW), is_present=True) == Token("r1", NEW)
     assert members.update(keys.live("r1", 1, OLD), is_present=True) == Token("r1", OLD)
     assert members.update(keys.live("r1", 1, OLD), is_present=True) is None
-    assert members.present() == {"r1": Token("r1", OLD)}
-    assert [token.instance for token in members.of("r1")] == [OLD, NEW]
-    assert members.update(keys.live("r1", 1, OLD), is_present=False) == Token("r1", OLD)
     assert members.present() == {"r1": Token("r1", NEW)}
+    assert [token.instance for token in members.of("r1")] == [OLD, NEW]
+    assert members.update(keys.live("r1", 1, NEW), is_present=False) == Token("r1", NEW)
+    assert members.present() == {"r1": Token("r1", OLD)}
 
 
 def test_members_of_other_versions_are_reported_and_not_used() -> None:
