@@ -6,6 +6,7 @@ the local master, which another thread takes because they may block. Messages do
 
 from __future__ import annotations
 
+import itertools
 import json
 import logging
 import os
@@ -23,10 +24,11 @@ from pipros.fleet import keys
 from pipros.fleet.calls import LocalCalls
 from pipros.fleet.directory import (
     Directory,
+    Wishes,
     from_json,
     to_json,
-    wanted_from_json,
-    wanted_to_json,
+    wishes_from_json,
+    wishes_to_json,
 )
 from pipros.fleet.fleet_file import FleetFile, matches_any
 from pipros.fleet.frames import frame_change
@@ -45,6 +47,8 @@ from pipros.node.service_client import OpenCalls
 
 LOOK_S: Final = 0.5
 """Interval of looks at the local master, and at the link."""
+LEAVE_S: Final = 0.2
+"""Time after the end of a token by which it is known whether it was the link that ended."""
 RETURN_S: Final = 3.0
 """Time that members have to connect to a router that was restarted, before they are considered gone."""
 REQUEST_S: Final = 3.0
@@ -101,8 +105,9 @@ class Agent:
         self._directory = Directory(self.member, self.instance)
         self._shared: dict[str, Source] = {}
         self._accepted: dict[str, Sink] = {}
-        self._wishes: dict[str, frozenset[str]] = {}
-        self._wishes_sent: dict[str, frozenset[str]] = {}
+        self._wishes: dict[str, Wishes] = {}
+        self._wishes_sent: dict[str, Wishes] = {}
+        self._revisions = itertools.count(1)
         self._asked: OpenCalls = OpenCalls()
         self._loop = BackgroundLoop(f"definitions of {node.name}")
         self._definitions = Definitions(node, self._loop, self._asked)
@@ -113,6 +118,7 @@ class Agent:
         self._is_closed = threading.Event()
         self._declared: list[Ends] = []
         self._reported: set[str] = set()
+        self._leaving: dict[str, float] = {}
         self._was_connected = False
         self._prune_at_s: float | None = None
         self._threads: list[threading.Thread] = []
@@ -141,8 +147,8 @@ class Agent:
             self._link.serve(keys.definition(me, "*"), self._on_definition_request),
             self._link.serve(keys.statistics(me), self._on_statistics_request),
             self._link.subscribe(keys.into("*", me, keys.EVERY), self._on_input),
-            self._link.subscribe(keys.wanted("*", me), self._on_wishes),
-            self._link.subscribe(keys.directory("*"), self._on_directory),
+            self._link.subscribe(keys.wanted("*", me), self._on_document),
+            self._link.subscribe(keys.directory("*"), self._on_document),
             self._link.declare_token(keys.live(me, keys.VERSION, self.instance)),
             self._link.watch_tokens(keys.live("*"), self._on_token),
         ]
@@ -175,17 +181,14 @@ class Agent:
     def _on_token(self, key: str, is_present: bool) -> None:
         self._post("token", key, lambda: self._handle_token(key, is_present=is_present))
 
-    def _on_directory(self, key: str, payload: bytes, attachment: bytes) -> None:
+    def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
+        """Handle a directory or wishes. An answer (`kind`) may be older, so it does not replace a message."""
         del attachment
         match keys.parts(key):
             case (member, "directory", []):
-                self._post("directory", member, lambda: self._handle_directory(member, payload))
-
-    def _on_wishes(self, key: str, payload: bytes, attachment: bytes) -> None:
-        del attachment
-        match keys.parts(key):
+                self._post(f"directory {kind}", member, lambda: self._handle_directory(member, payload))
             case (member, "wanted", [_]):
-                self._post("wishes", member, lambda: self._handle_wishes(member, payload))
+                self._post(f"wishes {kind}", member, lambda: self._handle_wishes(member, payload))
 
     def _on_input(self, key: str, payload: bytes, attachment: bytes) -> None:
         match keys.parts(key):
@@ -203,7 +206,7 @@ class Agent:
 
     def _on_wishes_request(self, question: Question) -> None:
         other = question.key.rpartition("/")[2]
-        question.answer(wanted_to_json(self._wishes_sent.get(other, frozenset())))
+        question.answer(wishes_to_json(self._wishes_sent.get(other, Wishes(self.instance))))
         question.close()
 
     def _on_latched_request(self, question: Question) -> None:
@@ -274,9 +277,11 @@ class Agent:
                     self.log.exception("the fleet agent failed: %s", error)
 
     def _handle_token(self, key: str, *, is_present: bool) -> None:
-        if not is_present and not self._link.is_connected:
-            return  # it is this member that has left; see `_prune`
-        token = self._members.update(key, is_present=is_present)
+        if not is_present:
+            self._leaving[key] = time.monotonic() + LEAVE_S
+            return
+        self._leaving.pop(key, None)
+        token = self._members.update(key, is_present=True)
         if token is None:
             return
         if token.version != keys.VERSION:
@@ -288,10 +293,19 @@ class Agent:
             older = [each for each in self._members.of(self.member) if each.instance < self.instance]
             if older:
                 self._on_failure(NameTaken(_taken(self.member)))
-        elif is_present:
-            self._ask(token)
         else:
-            self._leave(token)
+            self._ask(token)
+
+    def _settle_leaving(self) -> None:
+        """Forget members whose tokens are gone. While the link is down, all are; then see `_prune`."""
+        for key, due_s in list(self._leaving.items()):
+            if not self._link.is_connected:
+                del self._leaving[key]
+            elif time.monotonic() >= due_s:
+                del self._leaving[key]
+                token = self._members.update(key, is_present=False)
+                if token is not None:
+                    self._leave(token)
 
     def _leave(self, token: Token) -> None:
         other = self._members.present().get(token.member)
@@ -313,14 +327,14 @@ class Agent:
     def _ask(self, token: Token) -> None:
         """Request what a member may have sent before this one could receive it."""
         member = token.member
-        self._workers.run(self._request, keys.wanted(member, self.member), self._on_wishes)
+        self._workers.run(self._request, keys.wanted(member, self.member))
         if matches_any(self.file.show, member):
-            self._workers.run(self._request, keys.directory(member), self._on_directory)
+            self._workers.run(self._request, keys.directory(member))
 
-    def _request(self, key: str, on_answer: Callable[[str, bytes, bytes], object]) -> None:
+    def _request(self, key: str) -> None:
         try:
             for answer in self._link.get(key, timeout_s=REQUEST_S, ended=self._is_closed.is_set):
-                on_answer(answer.key, answer.payload, answer.attachment)
+                self._on_document(answer.key, answer.payload, answer.attachment, "answer")
         except LinkFailed as error:
             self.log.debug("%s", error)
 
@@ -360,8 +374,12 @@ class Agent:
         )
 
     def _handle_wishes(self, member: str, payload: bytes) -> None:
-        if member in self._members.present() and member != self.member:
-            self._wishes[member] = wanted_from_json(payload, self._node.limits.fleet_directory_bytes)
+        token, before = self._members.present().get(member), self._wishes.get(member)
+        wishes = wishes_from_json(payload, self._node.limits.fleet_directory_bytes)
+        if wishes is None or token is None or wishes.instance != token.instance or member == self.member:
+            return
+        if before is None or before.instance != wishes.instance or before.revision < wishes.revision:
+            self._wishes[member] = wishes
 
     def _handle_local(self, local: LocalGraph) -> None:
         self._local = local
@@ -373,6 +391,7 @@ class Agent:
     def _settle(self) -> None:
         """Bring topics, directory and wishes in line with what is known."""
         self._check_link()
+        self._settle_leaving()
         self._prune()
         self._settle_shared()
         self._settle_accepted()
@@ -406,7 +425,7 @@ class Agent:
             self.log.warning("the link to the router is lost; local nodes are not affected")
 
     def _settle_shared(self) -> None:
-        wanted = frozenset().union(*self._wishes.values()) if self._wishes else frozenset()
+        wanted = {name for wishes in self._wishes.values() for name in wishes.topics}
         offered = {entry.name: entry for entry in self._local.shared if entry.name in wanted}
         for name, source in list(self._shared.items()):
             if offered.get(name) != source.entry:
@@ -456,9 +475,10 @@ class Agent:
     def _publish_wishes(self) -> None:
         for member, shown in self.shown.items():
             wanted = shown.wanted()
-            if wanted != self._wishes_sent.get(member, frozenset()):
-                self._wishes_sent[member] = wanted
-                self._link.put(keys.wanted(self.member, member), wanted_to_json(wanted), waits=True)
+            sent = self._wishes_sent.get(member)
+            if sent is None or wanted != sent.topics:
+                self._wishes_sent[member] = wishes = Wishes(self.instance, next(self._revisions), wanted)
+                self._link.put(keys.wanted(self.member, member), wishes_to_json(wishes), waits=True)
 
     # -- other threads ---------------------------------------------------------------------
 

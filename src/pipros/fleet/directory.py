@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
@@ -58,6 +57,21 @@ class Directory:
     sets_parameters: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """The topics that a member wants from another.
+
+    Attributes:
+        instance: identifies the run of the member's agent.
+        revision: increases with each change, because an answer may arrive after a newer message.
+        topics: names on the other member's master.
+    """
+
+    instance: str
+    revision: int = 0
+    topics: frozenset[str] = frozenset()
+
+
 def to_json(directory: Directory) -> bytes:
     """Encode a directory."""
     return json.dumps(asdict(directory), separators=(",", ":")).encode()
@@ -103,18 +117,19 @@ def read_json(content: bytes) -> Any:
         return None
 
 
-def wanted_to_json(topics: Iterable[str]) -> bytes:
-    """Encode the topics that a member wants from another."""
-    return json.dumps(sorted(topics), separators=(",", ":")).encode()
+def wishes_to_json(wishes: Wishes) -> bytes:
+    """Encode wishes."""
+    document = {**asdict(wishes), "topics": sorted(wishes.topics)}
+    return json.dumps(document, separators=(",", ":")).encode()
 
 
-def wanted_from_json(content: bytes, limit_bytes: int | None = None) -> frozenset[str]:
-    """Decode the topics that a member wants; empty if the document is malformed or too large."""
+def wishes_from_json(content: bytes, limit_bytes: int | None = None) -> Wishes | None:
+    """Decode wishes; None if they are malformed or too large."""
     limit_bytes = process_limits().fleet_directory_bytes if limit_bytes is None else limit_bytes
-    found = read_json(content) if len(content) <= limit_bytes else None
-    if not isinstance(found, list):
-        return frozenset()
-    return frozenset(name for name in found if isinstance(name, str))
+    match read_json(content) if len(content) <= limit_bytes else None:
+        case {"instance": str(instance), "revision": int(revision), "topics": list(topics)}:
+            return Wishes(instance, revision, frozenset(name for name in topics if isinstance(name, str)))
+    return None
 
 
 def _entries(values: object) -> tuple[Entry, ...]:

@@ -78,6 +78,7 @@ class Sender:
         self.limits = limits
         self.outbox: Outbox[Outgoing] = Outbox(limits.fleet_queue_bytes, bandwidth_kbit)
         self.latched_bytes = 0
+        self._sequences: dict[str, int] = {}
         self._has_bandwidth = bandwidth_kbit > 0
         self._changed = threading.Condition()
         self._is_sending: Source | None = None
@@ -92,6 +93,14 @@ class Sender:
     def remove(self, source: Source) -> None:
         with self._changed:
             self.outbox.remove_topic(source.key)
+
+    def next_sequence(self, key: str) -> int:
+        """Return the number of the next message under a key. The caller holds the lock of the key's source.
+
+        The numbers continue if a topic is sent again, because receivers ignore those that they know.
+        """
+        self._sequences[key] = number = self._sequences.get(key, 0) + 1
+        return number
 
     def dropped(self, key: str) -> int:
         with self._changed:
@@ -159,7 +168,6 @@ class Source:
         self._node = node
         self._sender = sender
         self._change = change
-        self._sequence = 0
         self._numbers: dict[str, int] = {}
         self._latched: dict[int, Kept] = {}
         self._lock = threading.Lock()
@@ -196,12 +204,11 @@ class Source:
         """Number a message and send it. For `Sender`."""
         body = compressed(message.body) if self.rule.is_compressed else message.body
         with self._lock:
-            self._sequence += 1
             attachment = pack(
                 Attachment(
                     message.publisher,
                     self._sender.instance,
-                    self._sequence,
+                    self._sender.next_sequence(self.key),
                     time.time_ns(),
                     self.entry.md5sum,
                     is_compressed=self.rule.is_compressed,

@@ -10,10 +10,11 @@ from pipros.basics.errors import LimitExceeded, ProtocolError
 from pipros.fleet.directory import (
     Directory,
     Entry,
+    Wishes,
     from_json,
     to_json,
-    wanted_from_json,
-    wanted_to_json,
+    wishes_from_json,
+    wishes_to_json,
 )
 
 MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
@@ -75,9 +76,9 @@ def test_invalid_entries_are_omitted() -> None:
     assert found.accepted == (Entry("/ok", "a/B", MD5),)
 
 
-def test_wanted_topics() -> None:
-    assert wanted_from_json(wanted_to_json({"/b", "/a"})) == {"/a", "/b"}
-    assert wanted_from_json(b'["/a", 5]') == {"/a"}
-    for content in (b"", b"{}", b"\xff"):
-        assert wanted_from_json(content) == frozenset()
-    assert wanted_from_json(wanted_to_json({"/a"}), limit_bytes=2) == frozenset()
+def test_wishes_survive_their_encoding() -> None:
+    wishes = Wishes("0" * 16, 4, frozenset({"/b", "/a"}))
+    assert wishes_from_json(wishes_to_json(wishes)) == wishes
+    assert wishes_from_json(wishes_to_json(wishes), limit_bytes=2) is None
+    for content in (b"", b"{}", b"\xff", b"[]"):
+        assert wishes_from_json(content) is None
