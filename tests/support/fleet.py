@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any
@@ -21,12 +22,24 @@ String: Any = load_message_class("std_msgs/String")
 LOOK_S = 0.05
 
 
+class _Kept(logging.Handler):
+    """Keeps texts that are logged."""
+
+    def __init__(self, texts: list[str]) -> None:
+        super().__init__(logging.WARNING)
+        self._texts = texts
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._texts.append(record.getMessage())
+
+
 class Member:
     """A member with its own master.
 
     Attributes:
         name: its name in the fleet.
         failures: errors for which its agent must end.
+        warnings: texts that its agent logged.
     """
 
     def __init__(
@@ -42,6 +55,7 @@ class Member:
         self.name = name
         self._stack = ExitStack()
         self.failures: list[Exception] = []
+        self.warnings: list[str] = []
         if master_uri is None:
             master_uri = self._stack.enter_context(Master(port=0)).uri
         self.environment = Environment(master_uri=master_uri)
@@ -51,6 +65,7 @@ class Member:
             limits=process_limits()._replace(**(limits or {})),
         )
         self._stack.enter_context(self.agent_node)
+        self.agent_node.log.addHandler(_Kept(self.warnings))
         parsed = parse_fleet_file(file) if isinstance(file, str) else file
         self.link: Link = connect(router, tls, limits=self.agent_node.limits)
         self._stack.callback(self.link.close)
