@@ -45,7 +45,13 @@ def test_a_router_and_a_member_run_as_commands(ros: RosSystem) -> None:
     assert missing.returncode == 1
     assert "there is no member [robot2]" in missing.output
 
-    for process, end in ((member, signal.SIGINT), (router, signal.SIGTERM)):
+    healthy = ros.pipros.run("pipros", "doctor")
+    assert "fleet agent" not in healthy.output
+    for process, end in ((router, signal.SIGTERM), (member, signal.SIGINT)):
+        if process is member:
+            member.wait_for("the link to the router is lost")
+            sick = ros.pipros.run("pipros", "doctor")
+            assert "[/pipros_fleet_robot1] has no link to its fleet: no router is connected" in sick.output
         before = time.monotonic()
         process.send_signal(end)
         assert process.wait() == 0

@@ -32,14 +32,15 @@ from pipros.fleet.directory import (
 )
 from pipros.fleet.fleet_file import FleetFile, matches_any
 from pipros.fleet.frames import frame_change
-from pipros.fleet.local_graph import AGENT_PREFIX, LocalGraph, look, occupied, read_state
+from pipros.fleet.local_graph import LocalGraph, look, occupied, read_state
 from pipros.fleet.members import Members, Token
 from pipros.fleet.shown_member import ShownMember
 from pipros.fleet.sinks import Sink
 from pipros.fleet.sources import Sender, Source
 from pipros.fleet.zenoh_session import Ends, Link, LinkFailed, Question
 from pipros.graph.services import header_at, uri_of
-from pipros.graph.system_state import SystemState
+from pipros.graph.system_state import FLEET_AGENT_PREFIX, SystemState
+from pipros.msg import load_service_class
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -61,7 +62,7 @@ class NameTaken(PiprosError):
 
 def agent_node_name(member: str) -> str:
     """Return the name of the node of a member's agent."""
-    return AGENT_PREFIX[1:] + member
+    return FLEET_AGENT_PREFIX[1:] + member
 
 
 def new_instance() -> str:
@@ -119,6 +120,7 @@ class Agent:
         self._declared: list[Ends] = []
         self._reported: set[str] = set()
         self._leaving: dict[str, float] = {}
+        self._away: set[str] = set()
         self._was_connected = False
         self._prune_at_s: float | None = None
         self._threads: list[threading.Thread] = []
@@ -148,10 +150,19 @@ class Agent:
             self._link.serve(keys.statistics(me), self._on_statistics_request),
             self._link.subscribe(keys.into("*", me, keys.EVERY), self._on_input),
             self._link.subscribe(keys.wanted("*", me), self._on_document),
-            self._link.subscribe(keys.directory("*"), self._on_document),
+            *(
+                self._link.subscribe(keys.directory(pattern), self._on_document)
+                for pattern in map(keys.pattern_of, self.file.show)
+            ),
             self._link.declare_token(keys.live(me, keys.VERSION, self.instance)),
             self._link.watch_tokens(keys.live("*"), self._on_token),
         ]
+        trigger: Any = load_service_class("std_srvs/Trigger")
+
+        def tell(_: object) -> Any:
+            return trigger._response_class(self._link.is_connected, f"member {me}")
+
+        self._node.serve(f"{self._node.name}/link", trigger, tell)  # for `pipros doctor`
         for target in (self._look_repeatedly, self._handle_events):
             thread = threading.Thread(target=target, name=f"agent {me}", daemon=True)
             thread.start()
@@ -281,6 +292,7 @@ class Agent:
             self._leaving[key] = time.monotonic() + LEAVE_S
             return
         self._leaving.pop(key, None)
+        self._away.discard(key)
         token = self._members.update(key, is_present=True)
         if token is None:
             return
@@ -301,13 +313,15 @@ class Agent:
         for key, due_s in list(self._leaving.items()):
             if not self._link.is_connected:
                 del self._leaving[key]
+                self._away.add(key)
             elif time.monotonic() >= due_s:
                 del self._leaving[key]
-                token = self._members.update(key, is_present=False)
-                if token is not None:
-                    self._leave(token)
+                self._leave(key)
 
-    def _leave(self, token: Token) -> None:
+    def _leave(self, key: str) -> None:
+        token = self._members.update(key, is_present=False)
+        if token is None:
+            return
         other = self._members.present().get(token.member)
         if other is not None:
             self._ask(other)
@@ -316,13 +330,18 @@ class Agent:
             self.log.info("[%s] has left", token.member)
 
     def _prune(self) -> None:
-        """Forget the members that left while the link was down. Others had time to connect again."""
+        """Forget the members that left while the link was down. Others had time to connect again.
+
+        Their tokens were announced again. A request for all tokens would not help, because its answers are
+        incomplete in a session that watches tokens.
+        """
         if self._prune_at_s is None or time.monotonic() < self._prune_at_s:
             return
         self._prune_at_s = None
         if self._link.is_connected:
-            for token in self._members.keep_only(self._link.live_keys(keys.live("*"), REQUEST_S)):
-                self._leave(token)
+            for key in self._away:
+                self._leave(key)
+            self._away.clear()
 
     def _ask(self, token: Token) -> None:
         """Request what a member may have sent before this one could receive it."""

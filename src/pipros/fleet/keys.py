@@ -66,6 +66,16 @@ def unmangled(part: str) -> str:
     return "/" + unquote(part)
 
 
+def pattern_of(members: str) -> str:
+    """Return the part of a key for names of members with wildcards. Illegal characters match no member.
+
+    >>> pattern_of("robot*"), pattern_of("*"), pattern_of("robot1")
+    ('robot$*', '*', 'robot1')
+    """
+    parts = [re.sub(r"[^A-Za-z0-9_]", "_", part) for part in re.split(r"\*+", members)]
+    return "*" if not any(parts) and len(parts) > 1 else "$*".join(parts) or "_"
+
+
 def live(member: str, version: int | str = "*", instance: str = "*") -> str:
     return f"{ROOT}/{member}/live/{version}/{instance}"
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Protocol
 
 from pipros.basics.errors import PiprosError
 from pipros.bridges.foxglove.catalog import Definition
 from pipros.fleet.directory import Entry
 from pipros.fleet.fleet_file import FleetFile
-from pipros.graph.system_state import Registrations, SystemState
-
-AGENT_PREFIX: Final = "/pipros_fleet_"
-"""Every agent is a node of this name and its member's. Topics of agents alone are never offered."""
+from pipros.graph.system_state import FLEET_AGENT_PREFIX, Registrations, SystemState
 
 TopicDefinition = Callable[[str, str, Sequence[str]], Definition | None]
 """Return the definition of a topic with this type and these nodes; None if it cannot be found out."""
@@ -46,7 +43,8 @@ class LocalMaster(Protocol):
 
 
 def is_agent(node: str) -> bool:
-    return node.startswith(AGENT_PREFIX)
+    """Return whether a node is an agent. Topics of agents alone are never offered."""
+    return node.startswith(FLEET_AGENT_PREFIX)
 
 
 def not_agents(nodes: Iterable[str]) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from pipros.fleet.keys import VERSION, read_live
@@ -36,13 +35,6 @@ class Members:
             return None
         (self._tokens.add if is_present else self._tokens.discard)(token)
         return token
-
-    def keep_only(self, keys: Iterable[str]) -> list[Token]:
-        """Forget the tokens whose keys are not listed, and return them."""
-        present = {Token(found[0], found[2], found[1]) for key in keys if (found := read_live(key))}
-        gone = sorted(self._tokens - present)
-        self._tokens -= set(gone)
-        return gone
 
     def present(self) -> dict[str, Token]:
         """Return the usable token of each member: the newest run that speaks this version."""

@@ -26,6 +26,9 @@ no message runs in circles, whatever the topology.
 """
 SENT_AT_ONCE_BYTES: Final = 32 * 1024
 """Larger messages are left to a thread, which may wait for the link."""
+FULL_AFTER_S: Final = 0.0005
+FULL_S: Final = 0.1
+"""If sending takes longer than the first, the link is full; for the second, the thread sends everything."""
 _MOST_SOURCES: Final = 1000
 """Publishers of one topic that are told apart."""
 
@@ -37,13 +40,7 @@ class Sends(Protocol):
     def is_connected(self) -> bool: ...
 
     def put(
-        self,
-        key: str,
-        payload: bytes,
-        attachment: bytes = b"",
-        priority: Priority = Priority.NORMAL,
-        *,
-        waits: bool = False,
+        self, key: str, payload: bytes, attachment: bytes = b"", priority: Priority = Priority.NORMAL
     ) -> None: ...
 
 
@@ -79,10 +76,10 @@ class Sender:
         self.outbox: Outbox[Outgoing] = Outbox(limits.fleet_queue_bytes, bandwidth_kbit)
         self.latched_bytes = 0
         self._sequences: dict[str, int] = {}
-        self._has_bandwidth = bandwidth_kbit > 0
         self._changed = threading.Condition()
         self._is_sending: Source | None = None
         self._is_closed = False
+        self._full_until_s = 0.0
         self.is_up = True
         threading.Thread(target=self._send_all, name="sender of a fleet link", daemon=True).start()
 
@@ -110,8 +107,10 @@ class Sender:
         """Send a message at once, or leave it to the thread."""
         source, size = message.source, len(message.body)
         with self._changed:
+            now_s = time.monotonic()
             if (
                 size > SENT_AT_ONCE_BYTES
+                or now_s < self._full_until_s
                 or source.rule.is_compressed
                 or self._is_sending is source
                 or not self.outbox.is_idle(source.key)
@@ -119,7 +118,9 @@ class Sender:
                 self.outbox.push(source.key, message, size)
                 self._changed.notify()
                 return
-            source.send(self._link, message, waits=False, is_up=self.is_up)
+            source.send(self._link, message, is_up=self.is_up)
+            if time.monotonic() - now_s > FULL_AFTER_S:
+                self._full_until_s = time.monotonic() + FULL_S
 
     def close(self) -> None:
         with self._changed:
@@ -137,9 +138,7 @@ class Sender:
                 if found is None or self._is_closed:
                     return
                 self._is_sending = found[1].source
-            # with a bandwidth, the link is not full, unless it has less
-            waits = not self._has_bandwidth
-            found[1].source.send(self._link, found[1], waits=waits, is_up=self.is_up)
+            found[1].source.send(self._link, found[1], is_up=self.is_up)
 
 
 class Source:
@@ -200,7 +199,7 @@ class Source:
     def dropped(self) -> int:
         return self._sender.dropped(self.key)
 
-    def send(self, link: Sends, message: Outgoing, *, waits: bool, is_up: bool) -> None:
+    def send(self, link: Sends, message: Outgoing, *, is_up: bool) -> None:
         """Number a message and send it. For `Sender`."""
         body = compressed(message.body) if self.rule.is_compressed else message.body
         with self._lock:
@@ -223,7 +222,7 @@ class Source:
         self.messages += 1
         self.bytes += len(body)
         with contextlib.suppress(Exception):  # a closed session, at the end
-            link.put(self.key, body, attachment, self.rule.priority, waits=waits)
+            link.put(self.key, body, attachment, self.rule.priority)
 
     def _keep(self, publisher: int, kept: Kept) -> None:
         before = self._latched.pop(publisher, None)

@@ -34,6 +34,10 @@ CONNECT_MS: Final = 1000
 """Time of one attempt to reach the router."""
 RETRY: Final = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2}
 """Pauses between attempts, so that a member is back within a second of its router."""
+FULL_US: Final = 20_000
+"""Time that a member waits for room on a full link before it drops a message. Routers wait a millisecond, so
+that a slow member hardly delays the others.
+"""
 SESSIONS: Final = 2000
 """Links of a router, also while they are being accepted."""
 SMALLEST_BUFFER_BYTES: Final = 16 * 1024
@@ -118,8 +122,10 @@ class Link:
         *,
         waits: bool = False,
     ) -> None:
-        """Send a sample. If the link is full, it is dropped after a millisecond, or `waits` for room, at most
-        5 s. Without a router it is lost.
+        """Send a sample. Without a router it is lost.
+
+        If a link on its way is full, it is dropped after `FULL_US`, or after a millisecond at a router. With
+        `waits` it waits up to 5 s, also at the routers, which delays others: only for rare, small samples.
 
         Raises:
             LinkFailed: the session was closed.
@@ -132,7 +138,6 @@ class Link:
                 attachment=attachment or None,
                 congestion_control=control,
                 priority=_PRIORITIES[priority],
-                express=True,
             )
         except zenoh.ZError as error:
             raise LinkFailed(f"cannot send: {_reason(error)}") from None
@@ -282,6 +287,7 @@ def connect(
         "connect/exit_on_failure": True,
         "connect/retry": RETRY,
         "listen/endpoints": [],
+        "transport/link/tx/queue/congestion_control/drop/wait_before_drop": FULL_US,
     }
     if bandwidth_kbit:
         buffer_bytes = max(SMALLEST_BUFFER_BYTES, int(bandwidth_kbit * 1000 / 8 / 20))

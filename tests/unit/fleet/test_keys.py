@@ -21,6 +21,22 @@ def test_names_survive_a_key(name: str) -> None:
     assert not set("*$#?@") & set(key)
 
 
+@pytest.mark.parametrize(
+    ("members", "pattern"),
+    [
+        ("*", "*"),
+        ("**", "*"),
+        ("robot*", "robot$*"),
+        ("*_a", "$*_a"),
+        ("a/b*", "a_b$*"),
+        ("", "_"),
+        ("r1", "r1"),
+    ],
+)
+def test_members_with_wildcards_become_patterns(members: str, pattern: str) -> None:
+    assert keys.pattern_of(members) == pattern
+
+
 def test_tokens_are_read_strictly() -> None:
     token = keys.live("r1", 1, "0123456789abcdef")
     assert keys.read_live(token) == ("r1", 1, "0123456789abcdef")

@@ -33,11 +33,3 @@ def test_malformed_tokens_and_too_many_are_ignored() -> None:
     assert members.update(keys.live("r2", 1, OLD), is_present=True) is None
     assert members.update(keys.live("r2", 1, OLD), is_present=False) is None
     assert set(members.present()) == {"r1"}
-
-
-def test_only_listed_tokens_are_kept() -> None:
-    members = Members(10)
-    for name in ("r1", "r2"):
-        members.update(keys.live(name, 1, OLD), is_present=True)
-    assert members.keep_only([keys.live("r2", 1, OLD), "nonsense"]) == [Token("r1", OLD)]
-    assert set(members.present()) == {"r2"}
