@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -164,3 +165,81 @@ def test_closing_a_link_does_not_wait_for_a_router_that_is_silent(claimed_port: 
         closer.start()
         closer.join(15)
         assert not closer.is_alive()
+
+
+def test_a_member_that_does_not_read_delays_no_other(claimed_port: ClaimedPort) -> None:
+    port = claimed_port.number
+    with (
+        running_router(port) as router,
+        cable_to(port) as cable,
+        Member("robot1", router) as robot,
+        Member("operator", router) as operator,
+        Member("slow", cable.address) as slow,
+    ):
+        talker = robot.node("talker").advertise("/images", String)
+        for member in (operator, slow):
+            member.wait_for_topic("/robot1/images")
+        received, at_slow = operator.receive("/robot1/images"), slow.receive("/robot1/images")
+        publish_until(talker, received, "first")
+        wait_until(lambda: at_slow, 15, "a message at the slow one")
+        cable.stall()
+        image = "x" * 200_000
+        numbers = itertools.count()
+
+        def next_arrives() -> bool:
+            talker.publish(String(f"{next(numbers)} {image}"))
+            return len(received) > 100
+
+        wait_until(next_arrives, 30, "a hundred images at the other operator")
+
+
+def test_a_masters_restart_does_not_end_the_membership(ros: RosSystem, claimed_port: ClaimedPort) -> None:
+    port = ClaimedPort()
+    core = ros.pipros.start_bare_master()
+    with (
+        running_router(port.number) as address,
+        Member("operator", address) as operator,
+        Member("robot1", address, master_uri=ros.master_uri) as robot,
+    ):
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        publish_until(talker, received, "before")
+        core.press_ctrl_c()
+        core.wait()
+        ros.pipros.start_bare_master()
+        ros.wait_for_publisher("/chatter")
+        publish_until(talker, received, "after")
+    port.release()
+
+
+def test_commands_overtake_images_on_a_narrow_link(claimed_port: ClaimedPort) -> None:
+    """The images alone would take 20 s; a command waits for none of them."""
+    file = """
+    bandwidth_kbit: 400
+    share:
+      topics:
+        - {name: /images, priority: low}
+        - {name: /stop, priority: high}
+    """
+    port = claimed_port.number
+    with (
+        running_router(port) as router,
+        Member("robot1", router, file) as robot,
+        Member("operator", router) as operator,
+    ):
+        node = robot.node("robot")
+        images, stop = node.advertise("/images", String), node.advertise("/stop", String)
+        for topic in ("/robot1/images", "/robot1/stop"):
+            operator.wait_for_topic(topic)
+        seen, stopped = (
+            operator.receive("/robot1/images", name="eye"),
+            operator.receive("/robot1/stop", name="hand"),
+        )
+        publish_until(images, seen, "first")
+        publish_until(stop, stopped, "first")
+        before = len(seen)
+        for _ in range(20):
+            images.publish(String("image" + "x" * 50_000))
+        publish_until(stop, stopped, "now")
+        assert len(seen) < before + 20, "the images still wait"

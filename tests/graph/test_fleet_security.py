@@ -237,3 +237,70 @@ def _answering(payload: bytes) -> Any:
         question.close()
 
     return answer
+
+
+def test_a_member_of_another_version_is_reported_and_ignored(claimed_port: ClaimedPort) -> None:
+    with running_router(claimed_port.number) as address, Member("operator", address) as operator:
+        other = connect(address)
+        try:
+            held = other.declare_token(keys.live("future", keys.VERSION + 1, new_instance()))
+            expected = f"[future] speaks version {keys.VERSION + 1} of the fleet protocol, this member "
+            wait_until(lambda: any(expected in each for each in operator.warnings), 15, expected)
+            assert "future" not in operator.agent.statistics()["members"]
+            del held
+        finally:
+            other.close()
+
+
+def test_of_two_members_with_one_name_the_later_one_ends(claimed_port: ClaimedPort) -> None:
+    """They started on two sides of a cut link, so neither could see the other."""
+    with running_router(claimed_port.number) as address, Member("robot1", address) as first:
+        twin = connect(address)
+        try:
+            older = twin.declare_token(keys.live("robot1", keys.VERSION, "0" * 16))
+            wait_until(lambda: first.failures, 15, "the later one to end")
+            assert "already has a member [robot1]" in str(first.failures[0])
+            del older
+        finally:
+            twin.close()
+
+
+def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(claimed_port: ClaimedPort) -> None:
+    with (
+        running_router(claimed_port.number) as address,
+        Member("operator", address, limits={"fleet_members": 20}) as operator,
+        Member("robot1", address) as robot,
+    ):
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        hostile = connect(address)
+        try:
+            held = [hostile.declare_token(keys.live(f"x{n}", 1, new_instance())) for n in range(200)]
+            wait_until(lambda: len(operator.agent.statistics()["members"]) == 20, 15, "the limit")
+            publish_until(talker, received, "still")
+            assert len(held) == 200
+        finally:
+            hostile.close()
+
+
+def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -> None:
+    """A member is called like the node of the agent, and offers the service of that node."""
+    with running_router(claimed_port.number) as address, Member("operator", address) as operator:
+        hostile = connect(address)
+        try:
+            name, instance, md5sum = "pipros_fleet_operator", new_instance(), "0" * 32
+            shared = (Entry("/chatter", "std_msgs/String", String._md5sum),)
+            services = (Entry("/link", "a/B", md5sum), Entry("/other", "a/B", md5sum))
+            directory = Directory(name, instance, 1, shared, (), services)
+            held = [
+                hostile.serve(keys.directory(name), _answering(to_json(directory))),
+                hostile.declare_token(keys.live(name, 1, instance)),
+            ]
+            operator.wait_for_service(f"/{name}/other")
+            operator.wait_for_topic(f"/{name}/chatter")
+            expected = f"[/link] of [{name}] is not shown: service [/{name}/link] already registered"
+            assert expected in operator.warnings
+            assert len(held) == 2
+        finally:
+            hostile.close()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Final
 
 from pipros.basics.errors import PiprosError
@@ -55,7 +56,17 @@ class ShownMember:
         self._wake = wake
         self._definitions: dict[tuple[str, str], str | None] = {}
         self._received: dict[str, Ends] = {}
+        self._refused: set[Entry] = set()
         self._is_closed = False
+
+    @contextmanager
+    def _once(self, entry: Entry) -> Iterator[None]:
+        """Log why a name cannot be shown, and do not try it again: another member's names may be anything."""
+        try:
+            yield
+        except PiprosError as error:
+            self._refused.add(entry)
+            self._node.log.warning("[%s] of [%s] is not shown: %s", entry.name, self.directory.member, error)
 
     def settle(self, room: int) -> int:
         """Bring the local master in line with the directory. Return the number of topics.
@@ -95,11 +106,18 @@ class ShownMember:
                     self._received.pop(name).undeclare()
                 sink.close()
         for name, entry in offered.items():
-            text = self._definition(entry) if name not in self.sinks else None
+            is_new = name not in self.sinks and entry not in self._refused
+            text = self._definition(entry) if is_new else None
             if text is not None:
-                self.sinks[name] = Sink(
-                    self._node, self._local(entry), self.directory.member, text, self._node.log, self._wake
-                )
+                with self._once(entry):
+                    self.sinks[name] = Sink(
+                        self._node,
+                        self._local(entry),
+                        self.directory.member,
+                        text,
+                        self._node.log,
+                        self._wake,
+                    )
 
     def _settle_inputs(self, offered: dict[str, Entry]) -> None:
         for name, source in list(self.inputs.items()):
@@ -107,11 +125,12 @@ class ShownMember:
                 del self.inputs[name]
                 source.close()
         for name, entry in offered.items():
-            if name not in self.inputs:
+            if name not in self.inputs and entry not in self._refused:
                 key = keys.into(self._me, self.directory.member, name)
                 source = Source(self._node, self._sender, self._local(entry), key, _INPUTS)
-                self.inputs[name] = source
-                source.start()
+                with self._once(entry):
+                    source.start()
+                    self.inputs[name] = source
 
     def _settle_services(self, offered: dict[str, Entry]) -> None:
         for name, service in list(self.services.items()):
@@ -119,10 +138,11 @@ class ShownMember:
                 del self.services[name]
                 service.close()
         for name, entry in offered.items():
-            if name not in self.services:
-                self.services[name] = RemoteService(
-                    self._node, self._link, self._me, self.directory.member, entry
-                )
+            if name not in self.services and entry not in self._refused:
+                with self._once(entry):
+                    self.services[name] = RemoteService(
+                        self._node, self._link, self._me, self.directory.member, entry
+                    )
 
     def _receive(self, name: str, sink: Sink) -> None:
         """Receive a topic, beginning with its latched messages."""
