@@ -198,3 +198,15 @@ def test_a_rate_limit_keeps_the_last_message(router: str) -> None:
         assert len(burst) < 100
         (counts,) = robot.agent.statistics()["sent"].values()
         assert counts[2] > 0, "what was dropped is counted"
+
+
+def test_links_and_members_are_on_diagnostics(router: str) -> None:
+    array: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
+    with Member("operator", router) as operator, Member("robot1", router):
+        received = operator.receive("/diagnostics", array)
+
+        def names() -> set[str]:
+            return {status.name for status in received[-1].status} if received else set()
+
+        wait_until(lambda: names() == {"/Fleet/operator", "/Fleet/operator/robot1"}, 15, "both components")
+        assert {status.message for status in received[-1].status} == {"connected", "present"}

@@ -32,6 +32,7 @@ from pipros.fleet.directory import (
 )
 from pipros.fleet.fleet_file import FleetFile, matches_any
 from pipros.fleet.frames import frame_change
+from pipros.fleet.link_status import LinkDiagnostics, Traffic, link_statuses
 from pipros.fleet.local_graph import LocalGraph, look, occupied, read_state
 from pipros.fleet.members import Members, Token
 from pipros.fleet.shown_member import ShownMember
@@ -48,6 +49,8 @@ from pipros.node.service_client import OpenCalls
 
 LOOK_S: Final = 0.5
 """Interval of looks at the local master, and at the link."""
+DIAGNOSTICS_S: Final = 1.0
+"""Interval of messages on /diagnostics."""
 LEAVE_S: Final = 0.2
 """Time after the end of a token by which it is known whether it was the link that ended."""
 RETURN_S: Final = 3.0
@@ -119,6 +122,9 @@ class Agent:
         self._is_closed = threading.Event()
         self._declared: list[Ends] = []
         self._reported: set[str] = set()
+        self._diagnostics: LinkDiagnostics | None = None
+        self._diagnosed_s = 0.0
+        self._received_before: dict[str, Traffic] = {}
         self._leaving: dict[str, float] = {}
         self._away: set[str] = set()
         self._was_connected = False
@@ -163,6 +169,7 @@ class Agent:
             return trigger._response_class(self._link.is_connected, f"member {me}")
 
         self._node.serve(f"{self._node.name}/link", trigger, tell)  # for `pipros doctor`
+        self._diagnostics = LinkDiagnostics(self._node)
         for target in (self._look_repeatedly, self._handle_events):
             thread = threading.Thread(target=target, name=f"agent {me}", daemon=True)
             thread.start()
@@ -251,7 +258,37 @@ class Agent:
                 if local != self._local:
                     self._post("local", "", lambda local=local: self._handle_local(local))  # type: ignore[misc]
             self._post("tick", "", lambda: None)
+            self._publish_diagnostics()
             self._is_closed.wait(self._look_s)
+
+    def _publish_diagnostics(self) -> None:
+        now_s = time.monotonic()
+        if self._diagnostics is None or now_s < self._diagnosed_s + DIAGNOSTICS_S:
+            return
+        self._diagnosed_s = now_s
+        counters = self.statistics()
+        received = {name: Traffic() for name in counters["members"] if name != self.member}
+        for name, (messages, _, lost, malformed) in counters["received"].items():
+            sender = name.partition(" ")[0]
+            if sender in received:
+                before = received[sender]
+                received[sender] = Traffic(
+                    before.topics + 1,
+                    before.messages + messages,
+                    before.lost + lost,
+                    before.malformed + malformed,
+                )
+        if self._diagnostics.is_wanted:
+            self._diagnostics.publish(
+                link_statuses(
+                    self.member,
+                    is_connected=self._link.is_connected,
+                    sent=counters["sent"].values(),
+                    received=received,
+                    before=self._received_before,
+                )
+            )
+        self._received_before = received
 
     def _service_header(self, name: str, nodes: Any) -> tuple[str, str] | None:
         key = name, tuple(nodes)
