@@ -119,6 +119,13 @@ class Limits(NamedTuple):
         ros2_incomplete_total_bytes: those of all participants.
         ros2_history_bytes: the messages that one writer keeps for readers of ROS 2.
         ros2_inbox_bytes: messages of ROS 2 that wait for one callback, or for a service's answer.
+        fleet_members: other members of a fleet that a member shows.
+        fleet_topics: topics of all these members that it shows.
+        fleet_directory_bytes: a member's directory.
+        fleet_message_bytes: a message, a request or a reply over a fleet link, also once it is decompressed.
+        fleet_queue_bytes: messages that wait to be sent over a fleet link.
+        fleet_latched_bytes: latched messages that a member keeps for others.
+        fleet_calls: calls from other members that a member handles at a time, and waits for.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
         turtles: turtles in one turtlesim.
@@ -215,6 +222,13 @@ class Limits(NamedTuple):
     ros2_history_bytes: int = 256 * _MIB
     ros2_inbox_bytes: int = 256 * _MIB
     ros2_graph_bytes: int = 16 * _MIB
+    fleet_members: int = 1000
+    fleet_topics: int = 5000
+    fleet_directory_bytes: int = 4 * _MIB
+    fleet_message_bytes: int = 64 * _MIB
+    fleet_queue_bytes: int = 32 * _MIB
+    fleet_latched_bytes: int = 64 * _MIB
+    fleet_calls: int = 64
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
     turtles: int = 100

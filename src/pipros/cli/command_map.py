@@ -43,6 +43,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "pipros graph": "the same as rqt_graph",
         "pipros serve": "the page, and servers for rosbridge and Foxglove, on one port",
         "pipros clients": "list the clients of these servers",
+        "pipros fleet": "join masters over a network; run, inspect and secure such a fleet",
         "pipros foxglove": "serve the system to Foxglove and Lichtblick",
     },
     "Find out what is wrong": {

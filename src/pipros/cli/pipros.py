@@ -15,6 +15,7 @@ pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own na
 
 Commands:
 \tpipros doctor\tfind out why nodes do not talk to each other, and what to do about it
+\tpipros fleet\tjoin masters over a network, and run its router
 \tpipros foxglove\tserve the running system to Foxglove
 \tpipros graph\tshow the running system in a browser (rqt_graph)
 \tpipros serve\tserve the page, rosbridge and Foxglove on one port
@@ -30,6 +31,7 @@ SUBCOMMANDS = {
     "clients": "pipros.cli.clients:main",
     "doctor": "pipros.cli.doctor:main",
     "env": "pipros.cli.show_env:main",
+    "fleet": "pipros.cli.fleet:main",
     "foxglove": "pipros.cli.foxglove:main",
     "graph": "pipros.cli.rqt_graph:main",
     "serve": "pipros.cli.serve:main",

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+FLEET_AGENT_PREFIX = "/pipros_fleet_"
+"""Every agent of a fleet is a node of this name and its member's."""
+
 Registrations = Mapping[str, Sequence[str]]
 """The nodes for each topic or service. Both topics and nodes are in the order of registration."""
 

@@ -16,12 +16,14 @@ from pipros.basics.uri import split_uri
 from pipros.graph.bus_info import established
 from pipros.graph.errors import GraphError
 from pipros.graph.services import header_of
-from pipros.graph.system_state import SystemState
+from pipros.graph.system_state import FLEET_AGENT_PREFIX, SystemState
 from pipros.health.system_report import Failure, NodeReport, PublisherReport, ServiceReport, SystemReport
+from pipros.msg import load_service_class
 from pipros.net.connect import Connector
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient, reason_of
+from pipros.node.service_client import OpenCalls, ServiceClient
 from pipros.wire.handshake import WireType, request_topic_link
 from pipros.wire.header import HeaderReader, encode_header
 from pipros.wire.xmlrpc import encode_call
@@ -65,6 +67,8 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         services = in_parallel(
             servers, lambda name: _ask_service(master, name, servers[name]), at_once=AT_ONCE
         )
+        agents = [node for node in nodes if node.startswith(FLEET_AGENT_PREFIX) and not nodes[node].failure]
+        fleet_links = in_parallel(agents, lambda node: _ask_agent(master, node, timeout_s), at_once=AT_ONCE)
     finally:
         master.close()
     named = {*types.values(), *(publisher.type for publisher in publishers.values() if publisher.type)} - {
@@ -77,6 +81,7 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         publishers=publishers,
         services=services,
         clock_offset_s=clock_offset_s,
+        fleet_links=fleet_links,
         installed={type_name: _installed_md5(type_name) for type_name in sorted(named)},
     )
 
@@ -258,6 +263,19 @@ def _ask_service(master: MasterClient, service: str, node: str) -> ServiceReport
     except (PiprosError, ValueError) as problem:
         return ServiceReport(node, uri, failure_of(problem))
     return ServiceReport(node, uri)
+
+
+def _ask_agent(master: MasterClient, node: str, timeout_s: float) -> str:
+    """Return why the link of a fleet agent is down; empty if it is up."""
+    service_class: Any = load_service_class("std_srvs/Trigger")
+    client = ServiceClient(f"{node}/link", service_class, master=lambda: master, calls=OpenCalls())
+    try:
+        answer = client.call(service_class._request_class(), timeout_s)
+    except PiprosError as problem:
+        return str(problem)
+    finally:
+        client.close()
+    return "" if answer.success else "no router is connected"
 
 
 def _installed_md5(type_name: str) -> str | None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
+from pipros.graph.system_state import FLEET_AGENT_PREFIX
 from pipros.health.finding import Finding, error, warning
 from pipros.health.system_report import Failure, SystemReport
 from pipros.net.address import is_loopback
@@ -258,7 +259,11 @@ def definitions(system: SystemReport) -> Findings:
 def topics_without_publishers(system: SystemReport) -> Findings:
     """Find topics that have subscribers but no publisher."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
-        alive = [node for node in subscribers if system.is_alive(node)]
+        alive = [
+            node
+            for node in subscribers
+            if system.is_alive(node) and not node.startswith(FLEET_AGENT_PREFIX)  # it offers, and waits
+        ]
         if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
             continue
         published = [name for name in system.state.publishers if name != topic]
@@ -383,6 +388,19 @@ def _port(uri: str) -> int:
         return 0
 
 
+def fleet_links(system: SystemReport) -> Findings:
+    """Find fleet agents whose link is down."""
+    for node, reason in sorted(system.fleet_links.items()):
+        if reason:
+            yield error(
+                "fleet-link",
+                f"The fleet agent [{listed(node)}] has no link to its fleet: {listed(reason)}",
+                "Check that its router runs and can be reached from here, with `pipros fleet list --router "
+                "ADDRESS`. Local nodes are not affected.",
+                node,
+            )
+
+
 CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
     unreachable_nodes,
     nodes_of_other_masters,
@@ -393,4 +411,5 @@ CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
     topics_without_publishers,
     services,
     clocks,
+    fleet_links,
 )

@@ -95,6 +95,7 @@ class SystemReport:
             installed.
         is_time_simulated: whether the parameter `/use_sim_time` is true.
         clock_offset_s: the clock of the master's machine minus this machine's; None if unknown.
+        fleet_links: why the link of each fleet agent is down; empty if it is up.
         reached_back: the (topic, node) pairs of the subscribers that connected to a publisher on this
             machine.
         tried_back: the (topic, node) pairs of the subscribers for which this was tested.
@@ -108,6 +109,7 @@ class SystemReport:
     services: Mapping[str, ServiceReport] = field(default_factory=dict)
     installed: Mapping[str, str | None] = field(default_factory=dict)
     is_time_simulated: bool = False
+    fleet_links: Mapping[str, str] = field(default_factory=dict)
     clock_offset_s: float | None = None
     reached_back: frozenset[tuple[str, str]] = frozenset()
     tried_back: frozenset[tuple[str, str]] = frozenset()

@@ -50,6 +50,7 @@ FAULTS: dict[str, SystemReport] = {
     "ghost-node": with_node(LISTENER, failure=Failure("BusConnection refused", is_refused=True)),
     "unknown-host": with_node(LISTENER, failure=Failure("Name not known", is_unknown_host=True)),
     "silent-node": with_node(LISTENER, failure=Failure("no answer in time")),
+    "fleet-link": replace(HEALTHY, fleet_links={"/pipros_fleet_robot1": "no router is connected"}),
     "other-master": with_node(LISTENER, master_uri="http://10.0.0.1:11400/"),
     "no-publisher": with_publisher(address="", failure=Failure("Not a publisher of [/chatter]")),
     "unreachable-publisher": with_publisher(failure=Failure("no answer in time")),
@@ -82,6 +83,13 @@ def test_only_the_planted_fault_is_found(rule: str) -> None:
     findings = check_graph(FAULTS[rule])
     assert [finding.rule for finding in findings] == [rule]
     assert findings[0].cure
+
+
+def test_a_fleet_agent_may_wait_for_publishers() -> None:
+    subscribers = {TOPIC: [LISTENER], "/robot1/cmd": ["/pipros_fleet_operator"]}
+    nodes = {**NODES, "/pipros_fleet_operator": NodeReport("http://10.0.0.1:1003/")}
+    state = HEALTHY.state._replace(subscribers=subscribers)
+    assert check_graph(replace(HEALTHY, state=state, nodes=nodes)) == []
 
 
 def test_an_action_server_without_a_client_is_healthy() -> None:

@@ -13,7 +13,7 @@ SUBCOMMANDS = {
     "rosaction": "info list md5 package packages show",
     "rosbag": "check compress convert decompress decrypt encrypt export filter fix help info play record "
     "reindex",
-    "pipros": "clients doctor env foxglove graph serve stubs version",
+    "pipros": "clients doctor env fleet foxglove graph serve stubs version",
     "rosclean": "check purge",
     "rosconsole": "echo get list set",
     "rosmsg": "info list md5 package packages show",

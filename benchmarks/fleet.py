@@ -1,0 +1,394 @@
+#!/usr/bin/env python3
+"""The fleet link beside bare Zenoh and direct TCPROS, in one run.
+
+    benchmarks/fleet.py [--only trip,flow,cost,robots] [--rounds 3] [--seconds 2] [--robots 100] [--quick]
+
+trip: round trip of a message between two nodes: on one master, between two sessions of Zenoh over a router,
+and between the masters of two members. flow: messages per second that arrive, sent as fast as possible.
+cost: memory and processor time of an agent, idle and at 1,000 messages/s. robots: members with 20 topics each
+in one process, without masters: the time until an operator knows all directories, also after a restart of the
+router. Each side is a process of its own. The sides take turns, and the median of the rounds counts. Nothing
+else should be running.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import socket
+import statistics
+import subprocess
+import sys
+import threading
+import time
+
+SIZES = [16, 1_000, 100_000, 1_000_000]
+SIDES = ["tcpros", "zenoh", "fleet"]
+DEADLINE_S = 60.0
+
+
+# ---- workers, in processes of their own
+
+
+def body_of(size):
+    return "x" * size
+
+
+class TcprosEnd:
+    """One end on a master. `names` are the topics that it sends and receives."""
+
+    def __init__(self, master, sends, receives, on_message):
+        from pipros.basics.env import Environment
+        from pipros.msg import load_message_class
+        from pipros.node import Node
+
+        self._string = load_message_class("std_msgs/String")
+        self._node = Node("bench", anonymous=True, environment=Environment(master_uri=master))
+        self._node.start()
+        self._publisher = self._node.advertise(sends, self._string, queue_size=100)
+        self._node.subscribe(receives, self._string, lambda message: on_message(message.data))
+
+    def send(self, body):
+        self._publisher.publish(self._string(body))
+
+
+class ZenohEnd:
+    """One end of a bare session: as fast as Zenoh in Python can, with its own callbacks."""
+
+    def __init__(self, router, sends, receives, on_message):
+        import zenoh
+
+        config = zenoh.Config()
+        for key, value in {
+            "mode": "client",
+            "connect/endpoints": [router],
+            "scouting/multicast/enabled": False,
+            "transport/shared_memory/enabled": False,
+        }.items():
+            config.insert_json5(key, json.dumps(value))
+        self._session = zenoh.open(config)
+        self._key = f"bench{sends}"
+        self._subscriber = self._session.declare_subscriber(
+            f"bench{receives}",
+            zenoh.handlers.Callback(lambda sample: on_message(sample.payload.to_bytes()), indirect=False),
+        )
+        self._how = {"congestion_control": zenoh.CongestionControl.BLOCK, "express": True}
+
+    def send(self, body):
+        self._session.put(self._key, body, **self._how)
+
+
+def end_of(side, place, sends, receives, on_message):
+    return (ZenohEnd if side == "zenoh" else TcprosEnd)(place, sends, receives, on_message)
+
+
+def echo(side, place, sends, receives):
+    """Send back whatever arrives."""
+    end = None
+    ready = threading.Event()
+
+    def back(body):
+        ready.wait(DEADLINE_S)
+        end.send(body)
+
+    end = end_of(side, place, sends, receives, back)
+    ready.set()
+    print("ready", flush=True)
+    sys.stdin.read()
+
+
+def count(side, place, sends, receives):
+    """Count what arrives; print the count on request."""
+    seen = [0]
+
+    def add(_):
+        seen[0] += 1
+
+    end = end_of(side, place, sends, receives, add)
+    print("ready", flush=True)
+    for _ in sys.stdin:
+        print(seen[0], flush=True)
+    del end  # until now, so that its session stays open
+
+
+def trips(side, place, sends, receives, size, seconds):
+    """Print the median round trip in us."""
+    arrived = threading.Semaphore(0)
+    end = end_of(side, place, sends, receives, lambda _: arrived.release())
+    body = body_of(size) if side != "zenoh" else body_of(size).encode()
+    give_up = time.monotonic() + DEADLINE_S
+    while True:  # until the path exists
+        end.send(body)
+        if arrived.acquire(timeout=0.2):
+            break
+        if time.monotonic() > give_up:
+            raise SystemExit(f"{side}: nothing came back")
+    while arrived.acquire(timeout=0.5):
+        pass
+    found = []
+    stop = time.monotonic() + seconds
+    while time.monotonic() < stop:
+        begin = time.perf_counter()
+        end.send(body)
+        if arrived.acquire(timeout=5):
+            found.append(time.perf_counter() - begin)
+    print(1e6 * statistics.median(found), flush=True)
+
+
+def flood(side, place, sends, receives, size, rate):
+    """Send, at `rate` per second or as fast as possible, until standard input ends."""
+    end = end_of(side, place, sends, receives, lambda _: None)
+    body = body_of(size) if side != "zenoh" else body_of(size).encode()
+    print("ready", flush=True)
+    is_over = threading.Event()
+    threading.Thread(target=lambda: (sys.stdin.read(), is_over.set()), daemon=True).start()
+    begin, sent = time.monotonic(), 0
+    while not is_over.is_set():
+        end.send(body)
+        sent += 1
+        if rate:
+            is_over.wait(max(0.0, begin + sent / rate - time.monotonic()))
+    os._exit(0)
+
+
+def many(router, number):
+    """Be `number` members with 20 topics each."""
+    import itertools
+
+    from pipros.fleet import keys
+    from pipros.fleet.agent import new_instance
+    from pipros.fleet.directory import Directory, Entry, to_json
+    from pipros.fleet.zenoh_session import connect
+
+    held, counter = [], itertools.count()
+
+    def join():
+        while (index := next(counter)) < number:
+            link, name, instance = connect(router), f"robot{index}", new_instance()
+            entries = tuple(Entry(f"/topic{each}", "std_msgs/String", "0" * 32) for each in range(20))
+            document = to_json(Directory(name, instance, 1, entries))
+
+            def answer(question, document=document):
+                question.answer(document)
+                question.close()
+
+            held.append((link, link.serve(keys.directory(name), answer)))
+            held.append(link.declare_token(keys.live(name, 1, instance)))
+
+    threads = [threading.Thread(target=join) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    print("ready", flush=True)
+    sys.stdin.read()
+    os._exit(0)
+
+
+WORKERS = {"echo": echo, "count": count, "trips": trips, "flood": flood, "many": many}
+
+
+# ---- the run
+
+
+def free_port():
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+class Program:
+    """A process that is ended with the run."""
+
+    def __init__(self, stack, *argv, wait="ready", **environment):
+        self.process = subprocess.Popen(
+            [sys.executable, *argv],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, **environment},
+        )
+        stack.callback(self.end)
+        while wait and wait not in self.line():
+            pass
+
+    def line(self):
+        line = self.process.stdout.readline()
+        if not line:
+            raise SystemExit(f"{self.process.args} ended")
+        return line
+
+    def ask(self):
+        self.process.stdin.write("\n")
+        self.process.stdin.flush()
+        return int(self.line())
+
+    def end(self):
+        with contextlib.suppress(OSError):
+            self.process.stdin.close()
+        self.process.terminate()
+        try:
+            self.process.wait(5)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+    def usage(self):
+        """Return processor seconds and resident MB."""
+        with open(f"/proc/{self.process.pid}/stat") as file:
+            fields = file.read().rpartition(")")[2].split()
+        with open(f"/proc/{self.process.pid}/status") as file:
+            memory = next(line for line in file if line.startswith("VmRSS"))
+        ticks = os.sysconf("SC_CLK_TCK")
+        return (int(fields[11]) + int(fields[12])) / ticks, int(memory.split()[1]) / 1024
+
+
+def worker(stack, name, *arguments, **more):
+    return Program(stack, os.path.abspath(__file__), "--worker", name, *map(str, arguments), **more)
+
+
+def pipros(stack, *arguments, wait, **environment):
+    code = "import sys; from pipros.cli.pipros import main; sys.exit(main())"
+    return Program(stack, "-c", code, *arguments, wait=wait, **environment)
+
+
+class System:
+    """Two masters, a router and two agents."""
+
+    def __init__(self, stack):
+        from pipros.master.master import Master
+
+        self.router = f"tcp/127.0.0.1:{free_port()}"
+        self.router_program = pipros(stack, "fleet", "router", self.router, wait="router at")
+        self.masters = [stack.enter_context(Master(port=0)).uri for _ in "ab"]
+        accepts = os.path.join(os.environ.get("TMPDIR", "/tmp"), f"bench-fleet-{os.getpid()}.yaml")  # noqa: S108
+        with open(accepts, "w") as file:
+            file.write("accept: {topics: [/**]}\n")
+        stack.callback(os.unlink, accepts)
+        self.agents = [
+            pipros(
+                stack, "fleet", "join", name, "--router", self.router, wait="joined", ROS_MASTER_URI=master
+            )
+            for name, master in zip("ab", self.masters, strict=True)
+        ]
+
+    def ends(self, side):
+        """Return place and topics of the near and the far end: where, sends, receives."""
+        if side == "zenoh":
+            return (self.router, "/near", "/far"), (self.router, "/far", "/near")
+        if side == "tcpros":
+            return (self.masters[0], "/near", "/far"), (self.masters[0], "/far", "/near")
+        return (self.masters[0], "/to_b", "/b/to_a"), (self.masters[1], "/to_a", "/a/to_b")
+
+
+def trip(system, side, size, seconds):
+    near, far = system.ends(side)
+    with contextlib.ExitStack() as stack:
+        worker(stack, "echo", side, *far)
+        return float(worker(stack, "trips", side, *near, size, seconds, wait="").line())
+
+
+def flow(system, side, size, seconds):
+    near, far = system.ends(side)
+    with contextlib.ExitStack() as stack:
+        counter = worker(stack, "count", side, *far)
+        worker(stack, "flood", side, *near, size, 0)
+        give_up = time.monotonic() + DEADLINE_S
+        while counter.ask() < 5:
+            if time.monotonic() > give_up:
+                raise SystemExit(f"{side}: nothing arrives")
+            time.sleep(0.1)
+        time.sleep(0.5)
+        begin, first = time.monotonic(), counter.ask()
+        time.sleep(seconds)
+        return (counter.ask() - first) / (time.monotonic() - begin)
+
+
+def cost(system, seconds):
+    agent = system.agents[0]
+    with contextlib.ExitStack() as stack:
+        for what in ("idle", "1000/s"):
+            if what != "idle":
+                near, far = system.ends("fleet")
+                counter = worker(stack, "count", "fleet", *far)
+                worker(stack, "flood", "fleet", *near, 100, 1000)
+                while counter.ask() < 100:
+                    time.sleep(0.1)
+            begin, before = time.monotonic(), agent.usage()
+            time.sleep(seconds)
+            after = agent.usage()
+            share = 100 * (after[0] - before[0]) / (time.monotonic() - begin)
+            print(f"agent, {what}: {share:.1f} % of a core, {after[1]:.0f} MB")
+
+
+def robots(number):
+    from pipros.fleet.status import directory_of, present
+    from pipros.fleet.zenoh_session import connect
+
+    router = f"tcp/127.0.0.1:{free_port()}"
+    with contextlib.ExitStack() as stack:
+        first = stack.enter_context(contextlib.ExitStack())
+        program = pipros(first, "fleet", "router", router, wait="router at")
+        begin = time.monotonic()
+        worker(stack, "many", router, number)
+        print(f"{number} members joined in {time.monotonic() - begin:.1f} s")
+        begin, link = time.monotonic(), connect(router)
+        stack.callback(link.close)
+        members = {each.member for each in present(link)}
+        known = time.monotonic() - begin
+        found = [directory_of(link, member) for member in members]
+        passed = time.monotonic() - begin
+        print(
+            f"an operator knows {len(members)} members after {1000 * known:.0f} ms, and "
+            f"{sum(each is not None for each in found)} directories, one by one, after {passed:.2f} s"
+        )
+        print(f"router: {program.usage()[1]:.0f} MB")
+        first.close()
+        begin = time.monotonic()
+        pipros(stack, "fleet", "router", router, wait="router at")
+        started = time.monotonic() - begin
+        while time.monotonic() < begin + DEADLINE_S:
+            if link.is_connected and len({each.member for each in present(link)}) == number:
+                break
+            time.sleep(0.05)
+        passed = time.monotonic() - begin
+        print(f"a new router was started in {started:.1f} s; all were back after {passed:.1f} s")
+
+
+def main():
+    if sys.argv[1:2] == ["--worker"]:
+        name, *arguments = sys.argv[2:]
+        WORKERS[name](*(int(each) if each.isdecimal() else each for each in arguments))
+        return
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--only", default="trip,flow,cost,robots")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=int, default=2)
+    parser.add_argument("--robots", type=int, default=100)
+    parser.add_argument("--quick", action="store_true", help="one round of one second, 20 robots")
+    options = parser.parse_args()
+    if options.quick:
+        options.rounds, options.seconds, options.robots = 1, 1, 20
+    wanted = options.only.split(",")
+    print(f"load before the run: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
+    with contextlib.ExitStack() as stack:
+        system = System(stack)
+        for name, measure, unit in (("trip", trip, "us"), ("flow", flow, "messages/s")):
+            if name not in wanted:
+                continue
+            print(f"{name}, {unit:12} " + " ".join(f"{side:>10}" for side in SIDES))
+            for size in SIZES:
+                rounds = [
+                    [measure(system, side, size, options.seconds) for side in SIDES]
+                    for _ in range(options.rounds)
+                ]
+                medians = [statistics.median(each) for each in zip(*rounds, strict=True)]
+                print(f"{size:>9} B         " + " ".join(f"{each:10.0f}" for each in medians), flush=True)
+        if "cost" in wanted:
+            cost(system, 5 * options.seconds)
+    if "robots" in wanted:
+        robots(options.robots)
+
+
+if __name__ == "__main__":
+    main()

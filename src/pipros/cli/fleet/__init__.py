@@ -1,0 +1,47 @@
+"""`pipros fleet`: joins masters over Zenoh, runs a router, and shows robots, topics, rates and losses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pipros.basics.errors import MissingExtra
+from pipros.cli.runner import USAGE_ERROR, CommandError, dispatch, run
+
+OVERVIEW = """\
+pipros fleet joins ROS masters over a network: each keeps its nodes, and sees the names of the others.
+
+Commands:
+\tpipros fleet router\trun a router, to which the members connect
+\tpipros fleet join\tjoin the master to a fleet
+\tpipros fleet list\tlist the members
+\tpipros fleet info\tprint what a member shares and accepts
+\tpipros fleet top\tshow rates, losses and round trips
+\tpipros fleet param\tread and set parameters of a member
+\tpipros fleet check\tcheck the file of a member
+\tpipros fleet keys\tcreate, renew and revoke certificates
+
+Type pipros fleet <command> -h for more detailed usage
+"""
+
+SUBCOMMANDS = {
+    "check": "pipros.cli.fleet.check:main",
+    "info": "pipros.cli.fleet.show:info",
+    "join": "pipros.cli.fleet.join:main",
+    "keys": "pipros.cli.fleet.keys:main",
+    "list": "pipros.cli.fleet.show:list_members",
+    "param": "pipros.cli.fleet.param:main",
+    "router": "pipros.cli.fleet.router:main",
+    "top": "pipros.cli.fleet.show:top",
+}
+
+
+def main(argv: Sequence[str]) -> int:
+    code = 0 if list(argv[:1]) in (["--help"], ["-h"]) else USAGE_ERROR
+    return run(lambda: _dispatch(argv, code))
+
+
+def _dispatch(argv: Sequence[str], code: int) -> int:
+    try:
+        return dispatch(SUBCOMMANDS, argv, OVERVIEW, code)
+    except MissingExtra as error:
+        raise CommandError(str(error)) from None

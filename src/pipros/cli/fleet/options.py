@@ -1,0 +1,63 @@
+"""Options of the commands that connect to a router."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from optparse import OptionParser
+from typing import TYPE_CHECKING, Any
+
+from pipros.cli.runner import CommandError
+
+if TYPE_CHECKING:
+    from pipros.fleet.zenoh_session import Link, Tls
+
+ROUTER = "tcp/127.0.0.1:7447"
+OBSERVER = "observer"
+
+
+def add_link_options(parser: OptionParser) -> None:
+    """Add the options that say where the router is, and how to prove who one is."""
+    parser.add_option("--router", metavar="ADDRESS", help=f"tcp/HOST:PORT or tls/HOST:PORT ({ROUTER})")
+    parser.add_option(
+        "--keys", metavar="FOLDER", help="the folder of `pipros fleet keys add`, for a router with TLS"
+    )
+
+
+def tls_of(options: Any, router: str) -> Tls | None:
+    """Return the certificates of the folder; None without TLS.
+
+    Raises:
+        CommandError: the address and the option contradict each other.
+    """
+    if options.keys is None:
+        if router.startswith("tls/"):
+            raise CommandError(f"{router} needs --keys FOLDER, the folder of `pipros fleet keys add`")
+        return None
+    if not router.startswith("tls/"):
+        raise CommandError(f"--keys is for routers with TLS: tls/HOST:PORT, got {router}")
+    from pipros.fleet.key_files import read_keys
+
+    return read_keys(options.keys).tls
+
+
+@contextmanager
+def link_of(options: Any) -> Iterator[Link]:
+    """Connect to the router of the options."""
+    from pipros.fleet.zenoh_session import connect
+
+    router = options.router or ROUTER
+    link = connect(router, tls_of(options, router))
+    try:
+        yield link
+    finally:
+        link.close()
+
+
+def caller_of(options: Any) -> str:
+    """Return the name under which requests are made: that of the certificate."""
+    if options.keys is None:
+        return OBSERVER
+    from pipros.fleet.key_files import read_keys
+
+    return read_keys(options.keys).member

@@ -1,0 +1,101 @@
+"""What a router lets each member do, as rules of Zenoh's access control. No files, no sockets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from typing import Final
+
+from pipros.fleet import keys
+
+ROUTER: Final = "router"
+"""Common name of the certificates of routers, which trust each other."""
+_EVERYTHING: Final = f"{keys.ROOT}/**"
+_ALL_MESSAGES: Final = (
+    "put",
+    "delete",
+    "declare_subscriber",
+    "query",
+    "reply",
+    "declare_queryable",
+    "liveliness_token",
+    "liveliness_query",
+    "declare_liveliness_subscriber",
+)
+
+
+class Role(Enum):
+    """What a member may do. The values are those of files."""
+
+    MEMBER = "member"
+    OBSERVER = "observer"
+    """It sees what is shared. It cannot publish into other members, call them or set parameters."""
+
+
+def access_rules(members: Mapping[str, Role]) -> dict[str, object]:
+    """Return the rules for members by their certificates. Whatever they do not allow is refused."""
+    rules: list[dict[str, object]] = [
+        _rule("receives", "egress", _ALL_MESSAGES, [_EVERYTHING]),
+        _rule("routes", "ingress", _ALL_MESSAGES, [_EVERYTHING]),
+    ]
+    subjects: list[dict[str, object]] = [{"id": ROUTER, "cert_common_names": [ROUTER]}]
+    policies: list[dict[str, object]] = [{"rules": ["receives", "routes"], "subjects": [ROUTER]}]
+    for name, role in sorted(members.items()):
+        own = _rules_of(name, role)
+        rules += own
+        subjects.append({"id": name, "cert_common_names": [name]})
+        policies.append({"rules": ["receives", *(rule["id"] for rule in own)], "subjects": [name]})
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": subjects,
+        "policies": policies,
+    }
+
+
+def _rules_of(name: str, role: Role) -> list[dict[str, object]]:
+    every = "*"
+    puts = [keys.directory(name), keys.wanted(name, every), keys.topic(name, keys.EVERY)]
+    queries = [
+        keys.directory(every),
+        keys.wanted(every, name),
+        keys.topic(every, keys.EVERY),
+        keys.definition(every, every),
+        keys.statistics(every),
+        keys.parameters(every, "get", name),
+    ]
+    if role is Role.MEMBER:
+        puts.append(keys.into(name, every, keys.EVERY))
+        queries += [keys.service(every, name, keys.EVERY), keys.parameters(every, "set", name)]
+    subscriptions = [
+        keys.directory(every),
+        keys.wanted(every, name),
+        keys.topic(every, keys.EVERY),
+        keys.into(every, name, keys.EVERY),
+    ]
+    return [
+        _rule(f"{name} puts", "ingress", ["put"], puts),
+        _rule(f"{name} asks", "ingress", ["query"], queries),
+        _rule(f"{name} subscribes", "ingress", ["declare_subscriber"], subscriptions),
+        _rule(
+            f"{name} answers", "ingress", ["declare_queryable", "reply"], [f"{keys.ROOT}/{name}/{keys.EVERY}"]
+        ),
+        _rule(f"{name} is present", "ingress", ["liveliness_token"], [keys.live(name)]),
+        _rule(
+            f"{name} sees",
+            "ingress",
+            ["liveliness_query", "declare_liveliness_subscriber"],
+            [keys.live(every)],
+        ),
+    ]
+
+
+def _rule(name: str, flow: str, messages: Sequence[str], patterns: Sequence[str]) -> dict[str, object]:
+    return {
+        "id": name,
+        "permission": "allow",
+        "flows": [flow],
+        "messages": list(messages),
+        "key_exprs": list(patterns),
+    }

@@ -1,0 +1,229 @@
+"""Services and parameters: calls to other members, and those from other members."""
+
+from __future__ import annotations
+
+import json
+import logging
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any, Final, Protocol
+
+from pipros.basics.errors import PiprosError, Refused
+from pipros.basics.printable import printable
+from pipros.fleet import keys
+from pipros.fleet.directory import Entry, read_json
+from pipros.fleet.fleet_file import FleetFile
+from pipros.libraries.topic_tools.raw import class_like
+from pipros.net.workers import Workers
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+from pipros.node.service_client import ErrorReply, OpenCalls, ServiceClient
+from pipros.node.service_server import CallFailed, HandlerError, ServiceServer
+
+SUCCESS: Final = b"\x01"
+FAILURE: Final = b"\x00"
+GRACE_S: Final = 2.0
+"""How much longer than a service's own timeout a caller waits for the answer."""
+_LONGEST_REASON: Final = 2000
+
+
+class Replies(Protocol):
+    """A reply to a request, implemented by `pipros.fleet.zenoh_session.Answer`."""
+
+    @property
+    def payload(self) -> bytes: ...
+
+
+class Requests(Protocol):
+    """Implemented by `pipros.fleet.zenoh_session.Link`."""
+
+    def get(
+        self, key: str, payload: bytes = b"", *, timeout_s: float, ended: Callable[[], bool] = ...
+    ) -> Any: ...
+
+
+class Asked(Protocol):
+    """A request from another member, implemented by `pipros.fleet.zenoh_session.Question`."""
+
+    key: str
+    payload: bytes
+
+    def answer(self, payload: bytes, attachment: bytes = b"", key: str = "") -> None: ...
+    def refuse(self, reason: str) -> None: ...
+    def close(self) -> None: ...
+
+
+def raw_service_class(kind: str, md5sum: str) -> Any:
+    """Return a service class whose requests and responses are not decoded."""
+    request_class = class_like({"type": f"{kind}Request", "md5sum": md5sum})
+    response_class = class_like({"type": f"{kind}Response", "md5sum": md5sum})
+    return type(
+        "PassedService",
+        (),
+        {
+            "_type": kind,
+            "_md5sum": md5sum,
+            "_request_class": request_class,
+            "_response_class": response_class,
+        },
+    )
+
+
+class RemoteService:
+    """A service of another member, offered on the local master."""
+
+    def __init__(self, node: Node, link: Requests, me: str, member: str, entry: Entry) -> None:
+        """Offer it as `/<member><name>`. Blocks until the master answers.
+
+        Raises:
+            NameInUse: the node already has a service of this name.
+        """
+        self.entry = entry
+        self.calls = self.failures = 0
+        self._node = node
+        self._link = link
+        self._member = member
+        self._key = keys.service(member, me, entry.name)
+        self._is_closed = False
+        self._class = raw_service_class(entry.type, entry.md5sum)
+        self._slots = threading.BoundedSemaphore(node.limits.fleet_calls)
+        self._server: ServiceServer = node.serve(f"/{member}{entry.name}", self._class, self._call)
+
+    def close(self) -> None:
+        """Withdraw it. Calls that are running fail."""
+        self._is_closed = True
+        self._node.endpoints.stop_serving(self._server)
+
+    def _call(self, request: AnyMsg) -> AnyMsg:
+        if not self._slots.acquire(blocking=False):
+            raise HandlerError(f"too many calls to [{self._member}] are waiting")
+        try:
+            self.calls += 1
+            return self._answer(request)
+        except (HandlerError, CallFailed):
+            self.failures += 1
+            raise
+        finally:
+            self._slots.release()
+
+    def _answer(self, request: AnyMsg) -> AnyMsg:
+        timeout_s = self.entry.timeout_s + GRACE_S
+        try:
+            answers = self._link.get(
+                self._key,
+                request.body,
+                timeout_s=timeout_s,
+                ended=lambda: self._is_closed or self._node.is_ending,
+            )
+        except PiprosError as error:
+            raise HandlerError(str(error)) from None
+        if not answers:
+            raise HandlerError(
+                f"[{self._member}] did not answer within {timeout_s:g} s, or the link was lost"
+            )
+        status, body = answers[0].payload[:1], answers[0].payload[1:]
+        if status == SUCCESS:
+            response: AnyMsg = self._class._response_class(body)
+            return response
+        if body:
+            raise HandlerError(printable(body.decode("utf-8", "replace"), _LONGEST_REASON))
+        raise CallFailed
+
+
+class LocalCalls:
+    """Answers calls of other members to local services and parameters. Thread-safe."""
+
+    def __init__(self, node: Node, file: FleetFile, log: logging.Logger) -> None:
+        self.calls = 0
+        self.refused = 0
+        self._node = node
+        self._file = file
+        self._log = log
+        self._open = OpenCalls()
+        self._running = 0
+        self._lock = threading.Lock()
+        self._workers = Workers("calls of other members", node.limits.fleet_calls)
+        self.services: Mapping[str, Entry] = {}
+
+    def take(self, asked: Asked) -> None:
+        """Answer in a thread; refuse at once if too many calls are running."""
+        with self._lock:
+            has_room = self._running < self._node.limits.fleet_calls
+            self._running += has_room
+        if not has_room:
+            self.refused += 1
+            asked.refuse("too many calls are running")
+            asked.close()
+            return
+        self._workers.run(self._run, asked)
+
+    def close(self) -> None:
+        """Interrupt the calls that are running."""
+        self._open.interrupt()
+        self._workers.close()
+
+    def _run(self, asked: Asked) -> None:
+        try:
+            self.calls += 1
+            self._answer(asked)
+        except PiprosError as error:
+            self.refused += 1
+            asked.refuse(str(error))
+        finally:
+            asked.close()
+            with self._lock:
+                self._running -= 1
+
+    def _answer(self, asked: Asked) -> None:
+        match keys.parts(asked.key):
+            case (_, "s", [caller, *rest]) if rest:
+                asked.answer(self._call(caller, keys.unmangled("/".join(rest)), asked.payload))
+            case (_, "get", [caller]):
+                asked.answer(_encoded(self._get(caller, read_json(asked.payload))))
+            case (_, "set", [caller]):
+                asked.answer(_encoded(self._set(caller, read_json(asked.payload))))
+
+    def _call(self, caller: str, name: str, body: bytes) -> bytes:
+        entry, rule = self.services.get(name), self._file.accepted_service(name)
+        if entry is None or rule is None or not rule.accepts(caller):
+            raise PiprosError(f"calls of [{printable(name, 200)}] by [{caller}] are not accepted")
+        service = raw_service_class(entry.type, entry.md5sum)
+        client = ServiceClient(
+            name, service, master=lambda: self._node.master, calls=self._open, limits=self._node.limits
+        )
+        try:
+            answer: AnyMsg = client.call(service._request_class(body), rule.timeout_s or None)
+        except ErrorReply as error:
+            return FAILURE + error.text.encode()
+        except PiprosError as error:
+            return FAILURE + str(error).encode()
+        finally:
+            client.close()
+        return SUCCESS + answer.body
+
+    def _get(self, caller: str, wanted: Any) -> Any:
+        if wanted is None:  # all names
+            names = self._node.master.get_param_names()
+            return sorted(name for name in names if self._file.shares_parameter(name, caller))
+        if not isinstance(wanted, str) or not self._file.shares_parameter(wanted, caller):
+            raise PiprosError(f"parameter [{printable(wanted, 200)}] is not shared with [{caller}]")
+        try:
+            return self._node.master.get_param(wanted)
+        except Refused:
+            raise PiprosError(f"parameter [{wanted}] is not set") from None
+
+    def _set(self, caller: str, wanted: Any) -> Any:
+        match wanted:
+            case [str(name), value] if self._file.sets_parameter(name, caller):
+                self._node.master.set_param(name, value)
+                self._log.info("[%s] set the parameter [%s]", caller, name)
+                return True
+        name = wanted[0] if isinstance(wanted, list) and wanted else ""
+        raise PiprosError(f"parameter [{printable(name, 200)}] may not be set by [{caller}]")
+
+
+def _encoded(value: Any) -> bytes:
+    try:
+        return json.dumps(value, separators=(",", ":")).encode()
+    except (TypeError, ValueError):
+        raise PiprosError("the value of the parameter cannot be sent as JSON") from None

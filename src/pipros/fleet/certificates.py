@@ -1,0 +1,213 @@
+"""The certificate authority of a fleet: a folder with its key, the list of members, and their certificates.
+
+Members' certificates are for clients only, so that a member cannot pose as a router. A member is let in by
+its name in the list; revoking removes the name.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Mapping
+from datetime import datetime, timedelta, timezone
+from pathlib import Path
+from typing import Final
+
+from pipros.basics.errors import MissingExtra, PiprosError
+from pipros.basics.extras import install_command
+from pipros.basics.input_file import read_file
+from pipros.fleet.access import ROUTER, Role, access_rules
+from pipros.fleet.directory import read_json
+from pipros.fleet.key_files import AUTHORITY, AUTHORITY_KEY, CERTIFICATE, KEY, MEMBERS, NAME, read_keys
+from pipros.fleet.keys import member_name
+from pipros.fleet.zenoh_session import Tls
+
+try:
+    from cryptography import x509
+    from cryptography.hazmat.primitives import hashes, serialization
+    from cryptography.hazmat.primitives.asymmetric import ec
+    from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+except ImportError as error:
+    raise MissingExtra(
+        f"certificates need cryptography, which is not installed. Try: {install_command('fleet')}",
+        name=error.name,
+    ) from error
+
+AUTHORITY_DAYS: Final = 3650
+MEMBER_DAYS: Final = 365
+_MEMBERS_BYTES: Final = 4 * 1024 * 1024
+
+
+class KeysFailed(PiprosError):
+    """A certificate cannot be made, or the folder cannot be used."""
+
+
+class Authority:
+    """The folder of a fleet.
+
+    Attributes:
+        folder: where it is.
+        members_file: the list of members, which routers watch.
+    """
+
+    def __init__(self, folder: str | Path) -> None:
+        """Use an existing folder.
+
+        Raises:
+            KeysFailed: it has no authority.
+        """
+        self.folder = Path(folder)
+        self.members_file = self.folder / MEMBERS
+        if not (self.folder / AUTHORITY).is_file():
+            raise KeysFailed(f"[{folder}] has no authority; `pipros fleet keys create {folder}` makes one")
+
+    @classmethod
+    def create(cls, folder: str | Path) -> Authority:
+        """Make an authority and the certificate of its routers.
+
+        Raises:
+            KeysFailed: the folder already has one, or cannot be written.
+        """
+        folder = Path(folder)
+        if (folder / AUTHORITY).exists():
+            raise KeysFailed(f"[{folder}] already has an authority")
+        key = ec.generate_private_key(ec.SECP256R1())
+        name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "pipros fleet")])
+        certificate = (
+            _builder(name, name, key, AUTHORITY_DAYS)
+            .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+            .sign(key, hashes.SHA256())
+        )
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            _write_key(folder / AUTHORITY_KEY, key)
+            (folder / AUTHORITY).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+        except OSError as error:
+            raise KeysFailed(f"cannot write [{folder}]: {error.strerror or error}") from None
+        authority = cls(folder)
+        authority._write_members({})
+        authority._issue(ROUTER, MEMBER_DAYS, is_router=True)
+        return authority
+
+    def members(self) -> dict[str, Role]:
+        """Return the members that are let in.
+
+        Raises:
+            KeysFailed: the list cannot be read.
+        """
+        try:
+            found = read_json(read_file(self.members_file, _MEMBERS_BYTES))
+            return {member_name(name): Role(role) for name, role in found.items()}
+        except (OSError, ValueError, AttributeError) as error:
+            raise KeysFailed(f"cannot read {self.members_file}: {error}") from None
+
+    def add(self, name: str, role: Role = Role.MEMBER, days: int = MEMBER_DAYS) -> Path:
+        """Make the certificate of a member and let it in. Return its folder, which it needs.
+
+        Raises:
+            KeysFailed: there is one of this name.
+        """
+        name = member_name(name)
+        if name == ROUTER:
+            raise KeysFailed(f"[{ROUTER}] is the name of the routers")
+        members = self.members()
+        if name in members:
+            raise KeysFailed(f"there is a member [{name}]; `pipros fleet keys renew` renews its certificate")
+        folder = self._issue(name, days)
+        self._write_members({**members, name: role})
+        return folder
+
+    def renew(self, name: str, days: int = MEMBER_DAYS) -> Path:
+        """Make a new certificate for a member, or for the routers.
+
+        Raises:
+            KeysFailed: there is none of this name.
+        """
+        if name != ROUTER and name not in self.members():
+            raise KeysFailed(f"there is no member [{name}]")
+        return self._issue(name, days, is_router=name == ROUTER)
+
+    def revoke(self, name: str) -> None:
+        """Let a member in no more. Running routers end its link within two seconds.
+
+        Raises:
+            KeysFailed: there is none of this name.
+        """
+        members = self.members()
+        if name not in members:
+            raise KeysFailed(f"there is no member [{name}]")
+        del members[name]
+        self._write_members(members)
+        shutil.rmtree(self.folder / name, ignore_errors=True)
+
+    def router_tls(self) -> Tls:
+        """Return the files of a router."""
+        return read_keys(self.folder / ROUTER).tls
+
+    def access(self) -> dict[str, object]:
+        """Return the rules of a router; see `access_rules`."""
+        return access_rules(self.members())
+
+    def _issue(self, name: str, days: int, *, is_router: bool = False) -> Path:
+        try:
+            issuer_key = serialization.load_pem_private_key(read_file(self.folder / AUTHORITY_KEY), None)
+            issuer = x509.load_pem_x509_certificate(read_file(self.folder / AUTHORITY))
+            if not isinstance(issuer_key, ec.EllipticCurvePrivateKey):
+                raise KeysFailed(f"{self.folder / AUTHORITY_KEY} is not a key of an authority")
+            key = ec.generate_private_key(ec.SECP256R1())
+            usages = [ExtendedKeyUsageOID.CLIENT_AUTH]
+            if is_router:
+                usages.append(ExtendedKeyUsageOID.SERVER_AUTH)
+            certificate = (
+                _builder(_name(name), issuer.subject, key, days)
+                .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+                .add_extension(x509.ExtendedKeyUsage(usages), critical=True)
+                .add_extension(x509.SubjectAlternativeName([x509.DNSName(name)]), critical=False)
+                .sign(issuer_key, hashes.SHA256())
+            )
+            folder = self.folder / name
+            folder.mkdir(exist_ok=True)
+            _write_key(folder / KEY, key)
+            (folder / CERTIFICATE).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+            (folder / NAME).write_text(f"{name}\n")
+            shutil.copyfile(self.folder / AUTHORITY, folder / AUTHORITY)
+        except (OSError, ValueError) as error:
+            raise KeysFailed(f"cannot make a certificate in [{self.folder}]: {error}") from None
+        return folder
+
+    def _write_members(self, members: Mapping[str, Role]) -> None:
+        text = json.dumps({name: role.value for name, role in sorted(members.items())}, indent=1)
+        part = self.members_file.with_suffix(".part")
+        part.write_text(f"{text}\n")
+        part.replace(self.members_file)
+
+
+def _name(common_name: str) -> x509.Name:
+    return x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, common_name)])
+
+
+def _builder(
+    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, days: int
+) -> x509.CertificateBuilder:
+    now = datetime.now(timezone.utc)
+    return (
+        x509.CertificateBuilder()
+        .subject_name(subject)
+        .issuer_name(issuer)
+        .public_key(key.public_key())
+        .serial_number(x509.random_serial_number())
+        .not_valid_before(now - timedelta(days=1))  # clocks of robots may be wrong
+        .not_valid_after(now + timedelta(days=days))
+    )
+
+
+def _write_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
+    """Write a private key that only its owner can read, from the beginning."""
+    content = key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    path.unlink(missing_ok=True)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with open(descriptor, "wb") as file:
+        file.write(content)

@@ -1,0 +1,152 @@
+"""The directory of a member: what it shares and accepts. A JSON document of bounded size."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import LimitExceeded, ProtocolError
+from pipros.basics.limits import limit_text, process_limits
+from pipros.basics.names import is_legal
+from pipros.basics.printable import printable
+
+_MD5: Final = re.compile(r"[0-9a-f]{32}")
+_LONGEST_S: Final = 86_400.0
+_TYPE: Final = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Entry:
+    """A topic or service.
+
+    Attributes:
+        name: global name on the member's master.
+        type, md5sum: as in connection headers.
+        timeout_s: the time that a service may take.
+    """
+
+    name: str
+    type: str
+    md5sum: str
+    timeout_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Directory:
+    """What a member offers.
+
+    Attributes:
+        member: its name.
+        instance: identifies one run of its agent.
+        revision: increases with each change.
+        shared: topics that other members can receive.
+        accepted: topics that other members can publish.
+        services: services that they can call.
+        has_parameters, sets_parameters: whether its file lets them read or set any parameters.
+    """
+
+    member: str
+    instance: str
+    revision: int = 0
+    shared: tuple[Entry, ...] = ()
+    accepted: tuple[Entry, ...] = ()
+    services: tuple[Entry, ...] = ()
+    has_parameters: bool = False
+    sets_parameters: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """The topics that a member wants from another.
+
+    Attributes:
+        instance: identifies the run of the member's agent.
+        revision: increases with each change, because an answer may arrive after a newer message.
+        topics: names on the other member's master.
+    """
+
+    instance: str
+    revision: int = 0
+    topics: frozenset[str] = frozenset()
+
+
+def to_json(directory: Directory) -> bytes:
+    """Encode a directory."""
+    return json.dumps(asdict(directory), separators=(",", ":")).encode()
+
+
+def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Directory:
+    """Decode a member's directory. Entries with invalid names, types or md5 sums are omitted.
+
+    Raises:
+        LimitExceeded: it is larger than `Limits.fleet_directory_bytes`.
+        ProtocolError: it is malformed, or of another member.
+    """
+    limit_bytes = process_limits().fleet_directory_bytes if limit_bytes is None else limit_bytes
+    if len(content) > limit_bytes:
+        raise LimitExceeded(
+            f"the directory of [{member}] has {len(content)} bytes; "
+            f"{limit_text('fleet_directory_bytes', limit_bytes)}"
+        )
+    match read_json(content):
+        case {"member": str(name), "instance": str(instance), "revision": int(revision), **rest}:
+            pass
+        case _:
+            raise ProtocolError(f"the directory of [{member}] is malformed")
+    if name != member:
+        raise ProtocolError(f"the directory of [{member}] claims to be that of [{printable(name, 100)}]")
+    return Directory(
+        member,
+        instance,
+        revision,
+        _entries(rest.get("shared")),
+        _entries(rest.get("accepted")),
+        _entries(rest.get("services")),
+        rest.get("has_parameters") is True,
+        rest.get("sets_parameters") is True,
+    )
+
+
+def read_json(content: bytes) -> Any:
+    """Return the value of a JSON document from a peer; None if it is malformed."""
+    try:
+        return json.loads(content)
+    except (ValueError, RecursionError):
+        return None
+
+
+def wishes_to_json(wishes: Wishes) -> bytes:
+    """Encode wishes."""
+    document = {**asdict(wishes), "topics": sorted(wishes.topics)}
+    return json.dumps(document, separators=(",", ":")).encode()
+
+
+def wishes_from_json(content: bytes, limit_bytes: int | None = None) -> Wishes | None:
+    """Decode wishes; None if they are malformed or too large."""
+    limit_bytes = process_limits().fleet_directory_bytes if limit_bytes is None else limit_bytes
+    match read_json(content) if len(content) <= limit_bytes else None:
+        case {"instance": str(instance), "revision": int(revision), "topics": list(topics)}:
+            return Wishes(instance, revision, frozenset(name for name in topics if isinstance(name, str)))
+    return None
+
+
+def _entries(values: object) -> tuple[Entry, ...]:
+    found = {}
+    for value in values if isinstance(values, list) else ():
+        match value:
+            case {"name": str(name), "type": str(kind), "md5sum": str(md5sum)} if (
+                name.startswith("/")
+                and not name.endswith("/")
+                and is_legal(name)
+                and _TYPE.fullmatch(kind)
+                and _MD5.fullmatch(md5sum)
+            ):
+                found[name] = Entry(name, kind, md5sum, _timeout_s(value.get("timeout_s")))
+    return tuple(sorted(found.values()))
+
+
+def _timeout_s(value: object) -> float:
+    is_usable = isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= _LONGEST_S
+    return float(value) if is_usable else 0.0  # type: ignore[arg-type]

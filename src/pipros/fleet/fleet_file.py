@@ -1,0 +1,317 @@
+"""The YAML file of a member: what it shares, what it accepts, and how messages are sent.
+
+    router: tls/fleet.example.org:7447
+    show: ["robot*"]                 # members whose topics and services appear here; all by default
+    bandwidth_kbit: 1000             # for messages to other members; unlimited by default
+    share:
+      topics:
+        - name: /camera/**
+          rate_hz: 2
+          latest_only: true
+          priority: low
+          compress: true
+        - name: /tf
+          rate_hz: 10
+          prefix_frames: true
+        - name: /debug/**
+          allow: false
+        - /**
+      parameters: [/robot_description]
+    accept:
+      topics:
+        - name: /cmd_vel
+          from: [operator]
+      services: [/reset]
+      parameters: []
+
+The first rule whose name matches decides; names that no rule matches are neither shared nor accepted. `*`
+stands for any characters except slashes, `**` for any. Without a file, all topics are shared, and nothing is
+accepted.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_file
+from pipros.basics.printable import printable
+from pipros.safe import yaml
+
+
+class BadFleetFile(PiprosError, ValueError):
+    """A fleet file cannot be read, or a value is invalid."""
+
+
+class Priority(Enum):
+    """Order in which messages that wait for the link are sent. The values are those in files."""
+
+    HIGH = "high"
+    NORMAL = "normal"
+    LOW = "low"
+
+
+NEVER_SHARED: Final = frozenset({"/clock"})
+"""Simulated time stays local."""
+SHARED_BY_NAME: Final = frozenset({"/rosout", "/rosout_agg", "/statistics"})
+"""Topics that wildcards do not match, because each node has them."""
+ANYONE: Final = ("*",)
+_TIMEOUT_S: Final = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One entry of a list.
+
+    Attributes:
+        name: global name, possibly with wildcards.
+        is_allowed: whether matching names are shared or accepted.
+        members: names of members, possibly with wildcards, from which an input is accepted.
+        rate_hz: greatest rate of messages; 0 for no limit. Messages in between are dropped, except the last.
+        is_latest_only: whether a waiting message is replaced by a newer one.
+        priority: see `Priority`.
+        is_compressed: whether messages are compressed.
+        has_prefixed_frames: whether the frames of tf messages get the member's name as prefix.
+        timeout_s: the time that a service may take.
+    """
+
+    name: str
+    is_allowed: bool = True
+    members: Sequence[str] = ANYONE
+    rate_hz: float = 0.0
+    is_latest_only: bool = False
+    priority: Priority = Priority.NORMAL
+    is_compressed: bool = False
+    has_prefixed_frames: bool = False
+    timeout_s: float = _TIMEOUT_S
+
+    def accepts(self, member: str) -> bool:
+        """Return whether it allows input from a member."""
+        return self.is_allowed and matches_any(self.members, member)
+
+
+SHARE_ALL: Final = (Rule("/**"),)
+
+
+@dataclass(frozen=True, slots=True)
+class FleetFile:
+    """The settings of a member; the defaults are those without a file.
+
+    Attributes:
+        router: the router's address; empty if the file has none.
+        show: names of members, possibly with wildcards, whose topics and services appear on the local master.
+        bandwidth_kbit: greatest rate of messages to other members together, in 1000 bits/s; 0 for no limit.
+        shared_topics, shared_parameters: rules for outputs.
+        accepted_topics, accepted_services, accepted_parameters: rules for inputs.
+    """
+
+    router: str = ""
+    show: Sequence[str] = ANYONE
+    bandwidth_kbit: float = 0.0
+    shared_topics: Sequence[Rule] = SHARE_ALL
+    shared_parameters: Sequence[Rule] = ()
+    accepted_topics: Sequence[Rule] = ()
+    accepted_services: Sequence[Rule] = ()
+    accepted_parameters: Sequence[Rule] = ()
+
+    def shared_topic(self, topic: str) -> Rule | None:
+        """Return the rule that shares a topic; None if it is not shared."""
+        if topic in NEVER_SHARED:
+            return None
+        rule = first_rule(self.shared_topics, topic)
+        if rule is None or not rule.is_allowed or (topic in SHARED_BY_NAME and rule.name != topic):
+            return None
+        return rule
+
+    def accepted_topic(self, topic: str) -> Rule | None:
+        """Return the rule that accepts a topic, at least from some members; None if it is not accepted."""
+        rule = None if topic in NEVER_SHARED else first_rule(self.accepted_topics, topic)
+        return rule if rule is not None and rule.is_allowed else None
+
+    def accepted_service(self, service: str) -> Rule | None:
+        """Likewise for a service."""
+        rule = first_rule(self.accepted_services, service)
+        return rule if rule is not None and rule.is_allowed else None
+
+    def shares_parameter(self, name: str, member: str) -> bool:
+        rule = first_rule(self.shared_parameters, name)
+        return rule is not None and rule.accepts(member)
+
+    def sets_parameter(self, name: str, member: str) -> bool:
+        rule = first_rule(self.accepted_parameters, name)
+        return rule is not None and rule.accepts(member)
+
+
+def first_rule(rules: Sequence[Rule], name: str) -> Rule | None:
+    """Return the first rule whose name matches."""
+    return next((rule for rule in rules if matches(rule.name, name)), None)
+
+
+def matches_any(patterns: Sequence[str], name: str) -> bool:
+    return any(matches(pattern, name) for pattern in patterns)
+
+
+def matches(pattern: str, name: str) -> bool:
+    """Return whether a name matches a pattern with `*` and `**`.
+
+    >>> matches("/camera/*", "/camera/info"), matches("/camera/*", "/camera/a/b"), matches("/**", "/a/b")
+    (True, False, True)
+    """
+    return _compiled(pattern).fullmatch(name) is not None
+
+
+@lru_cache(maxsize=1000)
+def _compiled(pattern: str) -> re.Pattern[str]:
+    parts = re.split(r"(\*+)", pattern)
+    wild = {"*": "[^/]*"}
+    return re.compile("".join(wild.get(part, ".*") if "*" in part else re.escape(part) for part in parts))
+
+
+# -- reading ------------------------------------------------------------------------
+
+_TOPIC_KEYS: Final = frozenset({"rate_hz", "latest_only", "priority", "compress", "prefix_frames"})
+_LISTS: Final[Mapping[str, Mapping[str, frozenset[str]]]] = {
+    "share": {"topics": _TOPIC_KEYS, "parameters": frozenset({"from"})},
+    "accept": {
+        "topics": frozenset({"from"}),
+        "services": frozenset({"from", "timeout_s"}),
+        "parameters": frozenset({"from"}),
+    },
+}
+
+
+def read_fleet_file(path: str | Path) -> FleetFile:
+    """Read a file.
+
+    Raises:
+        BadFleetFile: it cannot be read, or a value is invalid.
+    """
+    try:
+        return parse_fleet_file(read_file(path), str(path))
+    except OSError as error:
+        raise BadFleetFile(f"cannot read {path}: {error.strerror or error}") from None
+
+
+def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
+    """Parse the text of a file; see the head of this module.
+
+    Raises:
+        BadFleetFile: it is not YAML, has an unknown key, or a value is invalid.
+    """
+    try:
+        values = yaml.load(content, file, angles=False)
+    except yaml.YamlError as error:
+        raise BadFleetFile(str(error)) from None
+    reader = _Reader(file)
+    top = reader.mapping({} if values is None else values, "", {"router", "show", "bandwidth_kbit", *_LISTS})
+    rules: dict[tuple[str, str], Sequence[Rule]] = {}
+    for part, lists in _LISTS.items():
+        section = reader.mapping(top.get(part, {}), part, lists.keys())
+        for kind, keys in lists.items():
+            if kind in section:
+                rules[part, kind] = reader.rules(section[kind], f"{part}.{kind}", keys)
+    return FleetFile(
+        reader.text(top.get("router", ""), "router"),
+        reader.texts(top.get("show", list(ANYONE)), "show"),
+        reader.number(top.get("bandwidth_kbit", 0), "bandwidth_kbit"),
+        rules.get(("share", "topics"), SHARE_ALL),
+        rules.get(("share", "parameters"), ()),
+        rules.get(("accept", "topics"), ()),
+        rules.get(("accept", "services"), ()),
+        rules.get(("accept", "parameters"), ()),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Converts YAML values; errors name the file and the place in it."""
+
+    file: str
+    _keys: Mapping[str, tuple[str, Callable[[Any, str], Any]]] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        keys = {
+            "allow": ("is_allowed", self.flag),
+            "from": ("members", self.texts),
+            "rate_hz": ("rate_hz", self.number),
+            "latest_only": ("is_latest_only", self.flag),
+            "priority": ("priority", self.priority),
+            "compress": ("is_compressed", self.flag),
+            "prefix_frames": ("has_prefixed_frames", self.flag),
+            "timeout_s": ("timeout_s", self.number),
+        }
+        object.__setattr__(self, "_keys", keys)
+
+    def mapping(self, value: object, place: str, known: object) -> Mapping[str, Any]:
+        names = sorted(known)  # type: ignore[call-overload]
+        if not isinstance(value, dict):
+            raise self._error(
+                place or "the file", f"must be a mapping with the keys {', '.join(names)}", value
+            )
+        for key in value:
+            if key not in names:
+                what = f"{place}: " if place else ""
+                raise BadFleetFile(
+                    f"{self.file}: {what}unknown key [{printable(key, 100)}]; the keys are {', '.join(names)}"
+                )
+        return value
+
+    def rules(self, value: object, place: str, keys: frozenset[str]) -> Sequence[Rule]:
+        if not isinstance(value, list):
+            raise self._error(place, "must be a list", value)
+        return tuple(self._rule(each, f"{place}[{number}]", keys) for number, each in enumerate(value))
+
+    def _rule(self, value: object, place: str, keys: frozenset[str]) -> Rule:
+        if isinstance(value, str):
+            return Rule(self._name(value, place))
+        found = self.mapping(value, place, {"name", "allow", *keys})
+        if "name" not in found:
+            raise BadFleetFile(f"{self.file}: {place}: missing required key [name]")
+        settings = {}
+        for key, each in found.items():
+            if key != "name":
+                attribute, convert = self._keys[key]
+                settings[attribute] = convert(each, f"{place}.{key}")
+        return Rule(self._name(found["name"], f"{place}.name"), **settings)
+
+    def _name(self, value: object, place: str) -> str:
+        if not isinstance(value, str) or not re.fullmatch(r"/[\w/*]*", value, re.ASCII) or "//" in value:
+            raise self._error(place, "must be a global name such as /camera/**", value)
+        return value
+
+    def flag(self, value: object, place: str) -> bool:
+        if not isinstance(value, bool):
+            raise self._error(place, "must be true or false", value)
+        return value
+
+    def number(self, value: object, place: str) -> float:
+        if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 <= value < math.inf:
+            raise self._error(place, "must be a number >= 0", value)
+        return float(value)
+
+    def text(self, value: object, place: str) -> str:
+        if not isinstance(value, str):
+            raise self._error(place, "must be a string", value)
+        return value
+
+    def texts(self, value: object, place: str) -> Sequence[str]:
+        if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
+            raise self._error(place, "must be a list of strings", value)
+        return tuple(value)
+
+    def priority(self, value: object, place: str) -> Priority:
+        try:
+            return Priority(value)
+        except ValueError:
+            names = ", ".join(each.value for each in Priority)
+            raise self._error(place, f"must be one of {names}", value) from None
+
+    def _error(self, place: str, rule: str, value: object) -> BadFleetFile:
+        return BadFleetFile(f"{self.file}: {place} {rule}, got {printable(repr(value), 100)}")

@@ -1,0 +1,57 @@
+"""Changes of a member's transforms on their way: prefixes, and one merged message of static ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.fleet.directory import Entry
+from pipros.fleet.fleet_file import Rule
+from pipros.msg import load_message_class
+from pipros.node.codec import encoder
+
+FrameChange = Callable[[bytes], bytes]
+"""Return the body to send for the body of a message."""
+
+TF_TYPE: Final = "tf2_msgs/TFMessage"
+TF_TYPES: Final = (TF_TYPE, "tf/tfMessage")
+STATIC_TOPIC: Final = "/tf_static"
+_MOST_FRAMES: Final = 10_000
+
+
+def frame_change(entry: Entry, rule: Rule, member: str) -> FrameChange | None:
+    """Return how the messages of a topic are changed; None if they are not."""
+    if entry.type not in TF_TYPES:
+        return None
+    merges = entry.name == STATIC_TOPIC
+    if not merges and not rule.has_prefixed_frames:
+        return None
+    return _Change(f"{member}/" if rule.has_prefixed_frames else "", merges=merges)
+
+
+class _Change:
+    """Prefixes frames, and merges the static transforms of all publishers into one message."""
+
+    def __init__(self, prefix: str, *, merges: bool) -> None:
+        self._prefix = prefix
+        self._class: Any = load_message_class(TF_TYPE)  # the older type has the same layout
+        self._encode = encoder(self._class)
+        self._merged: dict[str, Any] | None = {} if merges else None
+
+    def __call__(self, body: bytes) -> bytes:
+        try:
+            message = self._class._from_bytes(body)
+        except (PiprosError, ValueError):
+            return body
+        for transform in message.transforms:
+            transform.header.frame_id = self._prefixed(transform.header.frame_id)
+            transform.child_frame_id = self._prefixed(transform.child_frame_id)
+            if self._merged is not None and len(self._merged) < _MOST_FRAMES:
+                self._merged[transform.child_frame_id] = transform
+        if self._merged is not None:
+            message.transforms = list(self._merged.values())
+        return b"".join(self._encode(message))
+
+    def _prefixed(self, frame: str) -> str:
+        return self._prefix + frame.lstrip("/") if self._prefix else frame

@@ -1,0 +1,48 @@
+"""The folders that `pipros fleet keys` writes: one for the fleet, and one for each member."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_text
+from pipros.fleet.keys import member_name
+from pipros.fleet.zenoh_session import Tls
+
+AUTHORITY: Final = "fleet.crt"
+AUTHORITY_KEY: Final = "fleet.key"
+CERTIFICATE: Final = "member.crt"
+KEY: Final = "member.key"
+NAME: Final = "name"
+MEMBERS: Final = "members.json"
+
+
+class BadKeys(PiprosError):
+    """A folder of keys cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class KeyFolder:
+    """What a member needs to prove its name."""
+
+    member: str
+    tls: Tls
+
+
+def read_keys(folder: str | Path) -> KeyFolder:
+    """Return the files of a member's folder.
+
+    Raises:
+        BadKeys: a file is missing.
+    """
+    folder = Path(folder)
+    for file in (AUTHORITY, CERTIFICATE, KEY, NAME):
+        if not (folder / file).is_file():
+            raise BadKeys(f"[{folder}] has no file [{file}]; `pipros fleet keys add` writes such a folder")
+    try:
+        name = member_name(read_text(folder / NAME, 1000).strip())
+    except (OSError, ValueError) as error:
+        raise BadKeys(f"cannot read {folder / NAME}: {error}") from None
+    return KeyFolder(name, Tls(str(folder / AUTHORITY), str(folder / CERTIFICATE), str(folder / KEY)))

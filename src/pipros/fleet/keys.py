@@ -1,0 +1,134 @@
+"""Zenoh keys of the fleet protocol. Every key begins with the member that writes it, or that answers it.
+
+    pipros/<member>/live/<version>/<instance>     liveliness token: the member is present
+    pipros/<member>/directory                     the directory document, put on change and on request
+    pipros/<member>/wanted/<other>                the topics that it wants from another member, likewise
+    pipros/<member>/t/<topic>                     messages of its topic
+    pipros/<member>/in/<other>/<topic>            messages for a topic of another member
+    pipros/<member>/s/<caller>/<service>          calls of its service by another member
+    pipros/<member>/get/<caller>                  reads its parameters
+    pipros/<member>/set/<caller>                  sets them
+    pipros/<member>/definition/<type>             the definition of a message type
+    pipros/<member>/statistics                    its counters
+
+So a router can restrict a member to keys below `pipros/<its name>/`, and to calls that bear its name.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+from urllib.parse import quote, unquote
+
+from pipros.basics.errors import InvalidName
+from pipros.basics.names import is_legal_base
+from pipros.basics.printable import printable
+
+ROOT: Final = "pipros"
+VERSION: Final = 1
+"""Version of the protocol. Members of other versions are reported and otherwise ignored."""
+EVERY: Final = "**"
+"""Stands for all topics or services in a pattern. It is not a legal ROS name."""
+_INSTANCE: Final = re.compile(r"[0-9a-f]{16}")
+
+
+def member_name(text: str) -> str:
+    """Return the name of a member if it is a legal ROS name without slashes.
+
+    Raises:
+        InvalidName: it is not.
+    """
+    if not is_legal_base(text):
+        raise InvalidName(
+            f"[{printable(text)}] is not a legal name for a member: it must begin with a letter, "
+            "followed by letters, digits and underscores"
+        )
+    return text
+
+
+def mangled(name: str) -> str:
+    """Return a global ROS name as part of a key.
+
+    >>> mangled("/camera/image raw")
+    'camera/image%20raw'
+    """
+    if name == EVERY:
+        return name
+    return "/".join(quote(part, safe="") for part in name.strip("/").split("/") if part)
+
+
+def unmangled(part: str) -> str:
+    """Return the global ROS name in a key.
+
+    >>> unmangled("camera/image%20raw")
+    '/camera/image raw'
+    """
+    return "/" + unquote(part)
+
+
+def pattern_of(members: str) -> str:
+    """Return the part of a key for names of members with wildcards. Illegal characters match no member.
+
+    >>> pattern_of("robot*"), pattern_of("*"), pattern_of("robot1")
+    ('robot$*', '*', 'robot1')
+    """
+    parts = [re.sub(r"[^A-Za-z0-9_]", "_", part) for part in re.split(r"\*+", members)]
+    return "*" if not any(parts) and len(parts) > 1 else "$*".join(parts) or "_"
+
+
+def live(member: str, version: int | str = "*", instance: str = "*") -> str:
+    return f"{ROOT}/{member}/live/{version}/{instance}"
+
+
+def directory(member: str) -> str:
+    return f"{ROOT}/{member}/directory"
+
+
+def wanted(member: str, other: str) -> str:
+    return f"{ROOT}/{member}/wanted/{other}"
+
+
+def topic(member: str, name: str) -> str:
+    return f"{ROOT}/{member}/t/{mangled(name)}"
+
+
+def into(member: str, other: str, name: str) -> str:
+    return f"{ROOT}/{member}/in/{other}/{mangled(name)}"
+
+
+def service(member: str, caller: str, name: str) -> str:
+    return f"{ROOT}/{member}/s/{caller}/{mangled(name)}"
+
+
+def parameters(member: str, verb: str, caller: str) -> str:
+    """`verb`: `get` or `set`."""
+    return f"{ROOT}/{member}/{verb}/{caller}"
+
+
+def definition(member: str, kind: str) -> str:
+    """`kind`: a type, or `*` for all."""
+    return f"{ROOT}/{member}/definition/{quote(kind, safe='*')}"
+
+
+def statistics(member: str) -> str:
+    return f"{ROOT}/{member}/statistics"
+
+
+def parts(key: str) -> tuple[str, str, list[str]] | None:
+    """Return the member, the kind and the further parts of a key; None for a key of another protocol.
+
+    >>> parts("pipros/r1/s/operator/arm/move")
+    ('r1', 's', ['operator', 'arm', 'move'])
+    """
+    root, *rest = key.split("/")
+    if root != ROOT or len(rest) < 2 or not is_legal_base(rest[0]):
+        return None
+    return rest[0], rest[1], rest[2:]
+
+
+def read_live(key: str) -> tuple[str, int, str] | None:
+    """Return the member, version and instance of a liveliness token; None if it is malformed."""
+    match parts(key):
+        case (member, "live", [version, instance]) if version.isdecimal() and len(version) < 6:
+            return (member, int(version), instance) if _INSTANCE.fullmatch(instance) else None
+    return None

@@ -1,0 +1,49 @@
+"""Who is present in a fleet, by the liveliness tokens of the members. No sockets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pipros.fleet.keys import VERSION, read_live
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Token:
+    """One run of a member's agent. `instance` begins with the time of its start, so older ones sort first."""
+
+    member: str
+    instance: str
+    version: int = VERSION
+
+
+class Members:
+    """The tokens that are present."""
+
+    def __init__(self, limit: int) -> None:
+        """`limit`: greatest number of tokens; further ones are ignored."""
+        self._limit = limit
+        self._tokens: set[Token] = set()
+
+    def update(self, key: str, *, is_present: bool) -> Token | None:
+        """Note that a token appeared or disappeared. Return it if that is news."""
+        found = read_live(key)
+        if found is None:
+            return None
+        member, version, instance = found
+        token = Token(member, instance, version)
+        if is_present == (token in self._tokens) or (is_present and len(self._tokens) >= self._limit):
+            return None
+        (self._tokens.add if is_present else self._tokens.discard)(token)
+        return token
+
+    def present(self) -> dict[str, Token]:
+        """Return the usable token of each member: the newest run that speaks this version."""
+        return {token.member: token for token in sorted(self._tokens) if token.version == VERSION}
+
+    def other_versions(self) -> list[Token]:
+        """Return the members that cannot be used, because they speak another version."""
+        return sorted(token for token in self._tokens if token.version != VERSION)
+
+    def of(self, member: str) -> list[Token]:
+        """Return the runs of one member, oldest first."""
+        return sorted(token for token in self._tokens if token.member == member)

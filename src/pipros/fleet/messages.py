@@ -1,0 +1,148 @@
+"""Messages on a fleet link: the ROS 1 body unchanged, and an attachment of 48 bytes."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass, field
+from typing import Final
+
+from pipros.basics.errors import LimitExceeded, ProtocolError
+from pipros.basics.limits import limit_text
+from pipros.fleet.keys import VERSION
+
+_LAYOUT: Final = struct.Struct("<BB2xI8sQQ16s")
+_COMPRESSED, _LATCHED = 1, 2
+_REPLAYS: Final = 10_000
+"""Greatest number of latched messages of one topic that are told apart."""
+_LEVEL: Final = 1  # of zlib; on a link that is slow enough to compress for, the processor is not the limit
+
+
+@dataclass(frozen=True, slots=True)
+class Attachment:
+    """What accompanies each message.
+
+    Attributes:
+        source: number that the sender gave to the publisher, so that latched messages can be kept for each.
+        instance: identifies one run of the sender's agent; hexadecimal.
+        sequence: counts the messages of a topic in one run, beginning with 1.
+        stamp_ns: time of sending by the sender's clock.
+        md5sum: of the message type.
+    """
+
+    source: int
+    instance: str
+    sequence: int
+    stamp_ns: int
+    md5sum: str
+    is_compressed: bool = False
+    is_latched: bool = False
+
+
+def pack(attachment: Attachment) -> bytes:
+    """Encode an attachment."""
+    flags = attachment.is_compressed * _COMPRESSED | attachment.is_latched * _LATCHED
+    return _LAYOUT.pack(
+        VERSION,
+        flags,
+        attachment.source,
+        bytes.fromhex(attachment.instance),
+        attachment.sequence,
+        attachment.stamp_ns,
+        bytes.fromhex(attachment.md5sum),
+    )
+
+
+def unpack(content: bytes) -> Attachment:
+    """Decode an attachment.
+
+    Raises:
+        ProtocolError: it is malformed, or of another version.
+    """
+    if len(content) != _LAYOUT.size or content[0] != VERSION:
+        raise ProtocolError(
+            f"the attachment of a message must have {_LAYOUT.size} bytes of version {VERSION}"
+        )
+    _, flags, source, instance, sequence, stamp_ns, md5sum = _LAYOUT.unpack(content)
+    return Attachment(
+        source,
+        instance.hex(),
+        sequence,
+        stamp_ns,
+        md5sum.hex(),
+        bool(flags & _COMPRESSED),
+        bool(flags & _LATCHED),
+    )
+
+
+def compressed(body: bytes) -> bytes:
+    return zlib.compress(body, _LEVEL)
+
+
+def decompressed(body: bytes, limit_bytes: int) -> bytes:
+    """Return the body of a compressed message.
+
+    Raises:
+        LimitExceeded: it is larger than the limit.
+        ProtocolError: it is malformed.
+    """
+    inflate = zlib.decompressobj()
+    try:
+        found = inflate.decompress(body, limit_bytes)
+    except zlib.error as error:
+        raise ProtocolError(f"a compressed message is malformed: {error}") from None
+    if inflate.unconsumed_tail:
+        raise LimitExceeded(
+            f"a decompressed message is too large; {limit_text('fleet_message_bytes', limit_bytes)}"
+        )
+    if not inflate.eof:
+        raise ProtocolError("a compressed message is incomplete")
+    return found
+
+
+@dataclass(slots=True)
+class Received:
+    """Counts the messages of one topic of one member, and finds those that are missing or repeated.
+
+    Attributes:
+        messages, bytes: received so far.
+        lost: numbers that were skipped.
+        malformed: messages that could not be used.
+    """
+
+    messages: int = 0
+    bytes: int = 0
+    lost: int = 0
+    malformed: int = 0
+    _instance: str = ""
+    _last: int = 0
+    _replayed: set[int] = field(default_factory=set, repr=False)
+
+    def is_new(self, attachment: Attachment, size: int, *, is_replay: bool = False) -> bool:
+        """Count a message. Return False if it was received before.
+
+        A replay is a latched message that was requested, and may be older than the last message.
+        """
+        if attachment.instance != self._instance:
+            self._instance, self._last = attachment.instance, 0
+            self._replayed.clear()
+        number = attachment.sequence
+        if is_replay:
+            if number in self._replayed or len(self._replayed) >= _REPLAYS:
+                return False
+            self._replayed.add(number)
+        else:
+            if number <= self._last or number in self._replayed:
+                self._last = max(self._last, number)
+                return False
+            if self._last:
+                self.lost += number - self._last - 1
+            self._last = number
+        self.messages += 1
+        self.bytes += size
+        return True
+
+    def restart(self) -> None:
+        """Do not count what is skipped before the next message, because the topic was not received."""
+        self._last = 0
+        self._replayed.clear()

@@ -1,0 +1,129 @@
+"""Messages that wait for the link: rates, newest-only topics, priorities, a bandwidth. No clock, no lock."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Final, Generic, TypeVar
+
+from pipros.fleet.fleet_file import Priority, Rule
+
+Item = TypeVar("Item")
+
+QUEUE: Final = 100
+"""Messages of one topic that wait, if all are wanted."""
+BURST_S: Final = 0.1
+"""The bandwidth of this time can be used at once."""
+_ORDER: Final = {Priority.HIGH: 0, Priority.NORMAL: 1, Priority.LOW: 2}
+
+
+@dataclass(slots=True)
+class _Topic(Generic[Item]):
+    rank: int
+    interval_s: float
+    room: int
+    next_s: float = 0.0
+    waiting: deque[tuple[Item, int]] = field(default_factory=deque)
+
+
+class Outbox(Generic[Item]):
+    """Decides which message is sent next, and which are dropped.
+
+    A topic with a rate keeps only its newest message until the next one may be sent, so the last message of
+    a burst is sent. Among topics that may send, those of the highest priority are first, in turn; high
+    priority does not wait for the bandwidth, but uses it.
+
+    Attributes:
+        dropped: messages dropped, by topic.
+        bytes: size of all messages that wait.
+    """
+
+    def __init__(self, limit_bytes: int, bandwidth_kbit: float = 0.0) -> None:
+        """`bandwidth_kbit`: 0 for no limit."""
+        self.dropped: dict[str, int] = {}
+        self.bytes = 0
+        self._limit_bytes = limit_bytes
+        self._bytes_per_s = bandwidth_kbit * 1000 / 8
+        self._credit = self._bytes_per_s * BURST_S
+        self._credited_s = 0.0
+        self._topics: dict[str, _Topic[Item]] = {}
+
+    def add_topic(self, name: str, rule: Rule) -> None:
+        """Set the rule of a topic. Messages that wait are kept."""
+        room = 1 if rule.is_latest_only or rule.rate_hz else QUEUE
+        topic: _Topic[Item] = _Topic(_ORDER[rule.priority], 1 / rule.rate_hz if rule.rate_hz else 0.0, room)
+        if before := self._topics.get(name):
+            topic.waiting, topic.next_s = before.waiting, before.next_s
+        self._topics[name] = topic
+
+    def remove_topic(self, name: str) -> None:
+        """Forget a topic and its messages."""
+        topic = self._topics.pop(name, None)
+        if topic is not None:
+            self.bytes -= sum(size for _, size in topic.waiting)
+
+    def is_idle(self, name: str) -> bool:
+        """Return whether a message of the topic may be sent at once, without `push`."""
+        topic = self._topics.get(name)
+        return topic is not None and not topic.interval_s and not topic.waiting and not self._bytes_per_s
+
+    def push(self, name: str, item: Item, size: int) -> None:
+        """Add a message. Messages of unknown topics, and those that exceed the limits, are dropped."""
+        topic = self._topics.get(name)
+        if topic is None or size > self._limit_bytes:
+            self._drop(name)
+            return
+        while len(topic.waiting) >= topic.room:
+            self._drop_oldest(name, topic)
+        topic.waiting.append((item, size))
+        self.bytes += size
+        while self.bytes > self._limit_bytes:
+            last = max(self._waiting(), key=lambda pair: (pair[1].rank, len(pair[1].waiting)))
+            self._drop_oldest(*last)
+
+    def pop(self, now_s: float) -> tuple[str, Item] | None:
+        """Return the next message to send now, with its topic."""
+        self._earn(now_s)
+        ready = [
+            (topic.rank, topic.next_s, name)
+            for name, topic in self._waiting()
+            if topic.next_s <= now_s and self._debt_s(topic) <= 0
+        ]
+        if not ready:
+            return None
+        name = min(ready)[2]
+        topic = self._topics[name]
+        item, size = topic.waiting.popleft()
+        topic.next_s = now_s + topic.interval_s
+        self.bytes -= size
+        self._credit -= size
+        return name, item
+
+    def wait_s(self, now_s: float) -> float | None:
+        """Return the time until `pop` may return a message; None if none waits."""
+        self._earn(now_s)
+        waits = [max(topic.next_s - now_s, self._debt_s(topic), 0.0) for _, topic in self._waiting()]
+        return min(waits, default=None)
+
+    def _debt_s(self, topic: _Topic[Item]) -> float:
+        """Return the time until the bandwidth has room. The highest priority does not wait for it."""
+        if not self._bytes_per_s or topic.rank == 0:
+            return 0.0
+        return -self._credit / self._bytes_per_s
+
+    def _waiting(self) -> Iterator[tuple[str, _Topic[Item]]]:
+        return ((name, topic) for name, topic in self._topics.items() if topic.waiting)
+
+    def _earn(self, now_s: float) -> None:
+        if self._bytes_per_s:
+            earned = (now_s - self._credited_s) * self._bytes_per_s
+            self._credit = min(self._credit + earned, self._bytes_per_s * BURST_S)
+        self._credited_s = now_s
+
+    def _drop_oldest(self, name: str, topic: _Topic[Item]) -> None:
+        self.bytes -= topic.waiting.popleft()[1]
+        self._drop(name)
+
+    def _drop(self, name: str) -> None:
+        self.dropped[name] = self.dropped.get(name, 0) + 1

@@ -1,0 +1,198 @@
+"""Programs of the fleet that run until they are ended: a member's agent, and a router."""
+
+from __future__ import annotations
+
+import ipaddress
+import logging
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.interruptible_wait import OnceEvent
+from pipros.fleet.agent import Agent, agent_node_name
+from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.zenoh_session import Link, LinkFailed, Tls, checked_address, connect, open_router
+from pipros.node import Node
+from pipros.node.start_params import is_on
+from pipros.web.serve_page import set_by_signals
+
+RETRY_S: Final = 1.0
+CHANGES_S: Final = 1.0
+"""Interval at which a router looks whether its list of members has changed."""
+
+
+class OpenToAll(PiprosError):
+    """A router without TLS would listen on a network."""
+
+
+@dataclass(frozen=True, slots=True)
+class RouterOptions:
+    """Where a router listens, and for whom.
+
+    Attributes:
+        addresses: `tcp/HOST:PORT` or `tls/HOST:PORT`.
+        others: routers that it connects to.
+        tls: certificates; needed for addresses with TLS.
+        members_file: list of members that are let in; None lets every member do everything.
+        access: returns the rules for the list.
+        allows_plain_network: whether it may listen on a network without TLS.
+    """
+
+    addresses: Sequence[str]
+    others: Sequence[str] = ()
+    tls: Tls | None = None
+    members_file: Path | None = None
+    access: Callable[[], dict[str, object]] | None = None
+    allows_plain_network: bool = False
+
+
+def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls | None) -> int:
+    """Join the node's master to a fleet until Ctrl-C, SIGTERM or the end of the node.
+
+    Waits for the router and for the master. Return 1 if the name is taken.
+    """
+    over = OnceEvent()
+    failures: list[PiprosError] = []
+    with set_by_signals(over):
+        stop = threading.Thread(
+            target=_join, args=(node, name, router, file, tls, over, failures), name="fleet", daemon=True
+        )
+        stop.start()
+        over.wait()
+        stop.join(_ENDING_S)
+    for failure in failures:
+        print(f"ERROR: {failure}", file=sys.stderr)
+    return 1 if failures else 0
+
+
+_ENDING_S: Final = 0.4
+"""How long node, agent and link can delay the end of the process."""
+
+
+def _join(
+    node: Node,
+    name: str,
+    router: str,
+    file: FleetFile,
+    tls: Tls | None,
+    over: OnceEvent,
+    failures: list[PiprosError],
+) -> None:
+    def fail(error: PiprosError) -> None:
+        failures.append(error)
+        over.set()
+
+    link = _connected(router, tls, file, over)
+    if link is None:
+        return
+    with node:
+        node.on_shutdown(over.set)
+        node.wait_for_master(lambda error: print(f"{error}; waiting", file=sys.stderr))
+        if is_on(node, "/use_sim_time"):
+            print("The master uses simulated time, which stays local.", file=sys.stderr)
+        agent = Agent(node, link, name, file, on_failure=fail)
+        try:
+            agent.start()
+            print(f"pipros fleet: [{name}] joined over {router}", flush=True)
+            over.wait()
+        except PiprosError as error:
+            fail(error)
+        finally:
+            agent.close()
+            link.close()
+
+
+def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -> Link | None:
+    """Return a link as soon as the router answers; None if the program ends before."""
+    is_reported = False
+    while not over.is_set():
+        try:
+            return connect(router, tls, bandwidth_kbit=file.bandwidth_kbit)
+        except LinkFailed as error:
+            if not is_reported:
+                is_reported = True
+                print(f"{error}; waiting", file=sys.stderr, flush=True)
+        over.wait(RETRY_S)
+    return None
+
+
+def serve_router(options: RouterOptions) -> int:
+    """Run a router until Ctrl-C or SIGTERM. If its list of members changes, it starts again, which ends all
+    links; those of members that remain are back within a second.
+
+    Raises:
+        OpenToAll: it would listen on a network without TLS.
+        LinkFailed: an address cannot be used.
+    """
+    check_addresses(options)
+    over = OnceEvent()
+    with set_by_signals(over):
+        router = _open(options)
+        try:
+            print(f"pipros fleet: router at {', '.join(options.addresses)}", flush=True)
+            before = _stamp(options.members_file)
+            while not over.wait(CHANGES_S):
+                now = _stamp(options.members_file)
+                if now != before:
+                    before = now
+                    router.close()
+                    router = _open(options)
+                    print("pipros fleet: the list of members has changed", flush=True)
+        finally:
+            router.close()
+    return 0
+
+
+def check_addresses(options: RouterOptions) -> None:
+    """Check where a router listens.
+
+    Raises:
+        OpenToAll: an address without TLS is on a network.
+        LinkFailed: an address is malformed, or has TLS and there are no keys.
+    """
+    for address in options.addresses:
+        checked_address(address)
+        if address.startswith("tls/"):
+            if options.tls is None:
+                raise LinkFailed(f"{address} needs --keys FOLDER, the folder of `pipros fleet keys create`")
+        elif not options.allows_plain_network and not _is_loopback(address):
+            raise OpenToAll(
+                f"{address} is on a network, and without TLS everyone on it could control all robots. Use "
+                "`pipros fleet keys` and tls/HOST:PORT, or --without-tls if the network is trusted"
+            )
+
+
+def _is_loopback(address: str) -> bool:
+    host = address.partition("/")[2].rpartition(":")[0].strip("[]")
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def _open(options: RouterOptions) -> Link:
+    access = options.access() if options.access is not None else None
+    return open_router(options.addresses, options.tls, access, others=options.others)
+
+
+def _stamp(file: Path | None) -> object:
+    try:
+        return None if file is None else file.read_bytes()
+    except OSError:
+        return None
+
+
+def agent_node(name: str, argv: Sequence[str]) -> Node:
+    """Return the node of an agent, which logs to standard error."""
+    log = logging.getLogger("pipros.fleet")
+    log.setLevel(logging.INFO)
+    if not log.handlers:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
+        log.addHandler(handler)
+        log.propagate = False
+    return Node(agent_node_name(name), argv=argv, log=log)

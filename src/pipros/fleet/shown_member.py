@@ -1,0 +1,206 @@
+"""Another member as the local master sees it: its topics and services below `/<member>`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.fleet import keys
+from pipros.fleet.calls import RemoteService
+from pipros.fleet.directory import Directory, Entry, read_json
+from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.sinks import Sink
+from pipros.fleet.sources import Sender, Source
+from pipros.fleet.zenoh_session import Ends, Link, LinkFailed
+from pipros.msg.class_finder import installed_class
+from pipros.net.workers import Workers
+from pipros.node import Node
+
+_REQUEST_S: Final = 3.0
+_INPUTS: Final = Rule("/**", priority=Priority.HIGH)
+"""How messages for other members are sent: commands go first."""
+
+
+class ShownMember:
+    """The topics and services of another member on the local master. One thread calls its methods.
+
+    Attributes:
+        directory: what the member offers. Set it, then call `settle`.
+        sinks: its shared topics, by their names on its master.
+        inputs: the topics that it accepts, likewise.
+        services: its services, likewise.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        link: Link,
+        sender: Sender,
+        me: str,
+        directory: Directory,
+        workers: Workers,
+        wake: Callable[[], object],
+    ) -> None:
+        """`wake`: called in any thread when `settle` has something to do."""
+        self.directory = directory
+        self.sinks: dict[str, Sink] = {}
+        self.inputs: dict[str, Source] = {}
+        self.services: dict[str, RemoteService] = {}
+        self._node = node
+        self._link = link
+        self._sender = sender
+        self._me = me
+        self._workers = workers
+        self._wake = wake
+        self._definitions: dict[tuple[str, str], str | None] = {}
+        self._received: dict[str, Ends] = {}
+        self._refused: set[Entry] = set()
+        self._is_closed = False
+
+    @contextmanager
+    def _once(self, entry: Entry) -> Iterator[None]:
+        """Log why a name cannot be shown, and do not try it again: another member's names may be anything."""
+        try:
+            yield
+        except PiprosError as error:
+            self._refused.add(entry)
+            self._node.log.warning("[%s] of [%s] is not shown: %s", entry.name, self.directory.member, error)
+
+    def settle(self, room: int) -> int:
+        """Bring the local master in line with the directory. Return the number of topics.
+
+        `room`: greatest number of topics to show.
+        """
+        self._settle_sinks({entry.name: entry for entry in self.directory.shared[:room]})
+        self._settle_inputs({entry.name: entry for entry in self.directory.accepted[:room]})
+        self._settle_services({entry.name: entry for entry in self.directory.services[:room]})
+        for name, sink in self.sinks.items():
+            if sink.is_wanted != (name in self._received):
+                if sink.is_wanted:
+                    self._receive(name, sink)
+                else:
+                    self._received.pop(name).undeclare()
+        return len(self.directory.shared)
+
+    def wanted(self) -> frozenset[str]:
+        """Return the topics that local nodes receive."""
+        return frozenset(self._received)
+
+    def close(self) -> None:
+        """Remove everything from the local master."""
+        self._is_closed = True
+        self._settle_sinks({})
+        self._settle_inputs({})
+        self._settle_services({})
+
+    def _local(self, entry: Entry) -> Entry:
+        return Entry(f"/{self.directory.member}{entry.name}", entry.type, entry.md5sum, entry.timeout_s)
+
+    def _settle_sinks(self, offered: dict[str, Entry]) -> None:
+        for name, sink in list(self.sinks.items()):
+            if name not in offered or self._local(offered[name]) != sink.entry:
+                del self.sinks[name]
+                if name in self._received:
+                    self._received.pop(name).undeclare()
+                sink.close()
+        for name, entry in offered.items():
+            is_new = name not in self.sinks and entry not in self._refused
+            text = self._definition(entry) if is_new else None
+            if text is not None:
+                with self._once(entry):
+                    self.sinks[name] = Sink(
+                        self._node,
+                        self._local(entry),
+                        self.directory.member,
+                        text,
+                        self._node.log,
+                        self._wake,
+                    )
+
+    def _settle_inputs(self, offered: dict[str, Entry]) -> None:
+        for name, source in list(self.inputs.items()):
+            if name not in offered or self._local(offered[name]) != source.entry:
+                del self.inputs[name]
+                source.close()
+        for name, entry in offered.items():
+            if name not in self.inputs and entry not in self._refused:
+                key = keys.into(self._me, self.directory.member, name)
+                source = Source(self._node, self._sender, self._local(entry), key, _INPUTS)
+                with self._once(entry):
+                    source.start()
+                    self.inputs[name] = source
+
+    def _settle_services(self, offered: dict[str, Entry]) -> None:
+        for name, service in list(self.services.items()):
+            if offered.get(name) != service.entry:
+                del self.services[name]
+                service.close()
+        for name, entry in offered.items():
+            if name not in self.services and entry not in self._refused:
+                with self._once(entry):
+                    self.services[name] = RemoteService(
+                        self._node, self._link, self._me, self.directory.member, entry
+                    )
+
+    def _receive(self, name: str, sink: Sink) -> None:
+        """Receive a topic, beginning with its latched messages."""
+        member = self.directory.member
+        sink.restart()
+        key = keys.topic(member, name)
+
+        def take(_: str, payload: bytes, attachment: bytes) -> None:
+            sink.take(member, payload, attachment)
+
+        self._received[name] = self._link.subscribe(key, take)
+        self._workers.run(self._replay, key, sink)
+
+    def _replay(self, key: str, sink: Sink) -> None:
+        try:
+            for answer in self._link.get(key, timeout_s=_REQUEST_S, ended=lambda: self._is_closed):
+                sink.take(self.directory.member, answer.payload, answer.attachment, is_replay=True)
+        except LinkFailed as error:
+            self._node.log.debug("%s", error)
+
+    def replay(self) -> None:
+        """Request the latched messages of all topics that are received, after the link was lost."""
+        for name in self._received:
+            self._workers.run(self._replay, keys.topic(self.directory.member, name), self.sinks[name])
+
+    # -- definitions ------------------------------------------------------------------
+
+    def _definition(self, entry: Entry) -> str | None:
+        """Return the text of a type; None while it is being requested."""
+        key = entry.type, entry.md5sum
+        if key not in self._definitions:
+            found = installed_class(entry.type)
+            has_same = found is not None and found._md5sum == entry.md5sum
+            self._definitions[key] = found._full_text if found is not None and has_same else None
+            if not has_same:
+                self._workers.run(self._request_definition, key)
+        return self._definitions[key]
+
+    def _request_definition(self, key: tuple[str, str]) -> None:
+        """Request a type's definition; without an answer, the topic is shown with none."""
+        kind, md5sum = key
+        text = ""
+        try:
+            for answer in self._link.get(
+                keys.definition(self.directory.member, kind),
+                timeout_s=_REQUEST_S,
+                ended=lambda: self._is_closed,
+            ):
+                text = read_definition(answer.payload, md5sum, self._node.limits.definition_bytes) or text
+        except PiprosError as error:
+            self._node.log.debug("%s", error)
+        self._definitions[key] = text
+        self._wake()
+
+
+def read_definition(content: bytes, md5sum: str, limit_bytes: int) -> str:
+    """Return the text of another member's definition; empty if it is malformed or of another md5 sum."""
+    match read_json(content) if len(content) <= limit_bytes else None:
+        case [str(found), str(text)] if found == md5sum:
+            return text
+    return ""

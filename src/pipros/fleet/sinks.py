@@ -1,0 +1,156 @@
+"""Local topics whose messages come from other members."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+
+from pipros.basics.errors import PiprosError, ProtocolError
+from pipros.fleet.directory import Entry
+from pipros.fleet.messages import Attachment, Received, decompressed, unpack
+from pipros.fleet.outbox import QUEUE
+from pipros.fleet.sources import MARK, SENT_AT_ONCE_BYTES
+from pipros.libraries.topic_tools.raw import class_like
+from pipros.net.workers import Workers
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+from pipros.node.publisher import Publisher
+
+_KEPT = 100
+"""Latching publishers of one topic of which a late subscriber gets the last message."""
+
+
+class Sink:
+    """A local topic that shows one of another member, or that other members publish.
+
+    Attributes:
+        entry: name and type of the local topic.
+        received: counts of each sender.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        entry: Entry,
+        origin: str,
+        definition: str,
+        log: logging.Logger,
+        on_change: Callable[[], object],
+    ) -> None:
+        """Advertise the topic. Blocks until the master answers.
+
+        Args:
+            origin: name of the member whose agent marks the messages.
+            definition: text of the message type; may be empty.
+            on_change: called when subscribers come and go, in any thread. Must not block.
+
+        Raises:
+            PiprosError: the node publishes the topic with another type.
+        """
+        self.entry = entry
+        self.received: dict[str, Received] = {}
+        self._node = node
+        self._log = log
+        self._on_change = on_change
+        self._class = class_like(
+            {"type": entry.type, "md5sum": entry.md5sum, "message_definition": definition}
+        )
+        self._headers = {MARK: origin}
+        self._publishers = [self._advertise(latch=False)]
+        self._latched: dict[tuple[str, int], AnyMsg] = {}
+        self._newest: AnyMsg | None = None
+        self._reported: set[str] = set()
+        self._lock = threading.Lock()
+        self._waiting_bytes = 0
+        self._large = Workers(f"large messages of {entry.name}", limit=1, kept_idle=0)
+        self._publishers[0].publication.listeners.append(self)
+
+    def _advertise(self, *, latch: bool) -> Publisher[AnyMsg]:
+        return self._node.endpoints.advertise(
+            self.entry.name, self._class, queue_size=QUEUE, latch=latch, headers=self._headers
+        )
+
+    @property
+    def is_wanted(self) -> bool:
+        """Whether a node other than the agent itself subscribes."""
+        links = self._publishers[0].publication.links
+        return any(link.caller_id != self._node.name for link in links)
+
+    def take(self, sender: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
+        """Publish a message of a member, unless it is malformed, repeated or of another type."""
+        received = self.received.setdefault(sender, Received())
+        try:
+            found = unpack(attachment)
+            if found.md5sum != self.entry.md5sum:
+                raise ProtocolError(
+                    f"[{self.entry.type}] has md5sum {found.md5sum} there and {self.entry.md5sum} here"
+                )
+            limit = self._node.limits.fleet_message_bytes
+            body = decompressed(payload, limit) if found.is_compressed else payload
+        except PiprosError as error:
+            received.malformed += 1
+            self._report(f"messages of [{sender}] for [{self.entry.name}] are dropped: {error}")
+            return
+        if received.is_new(found, len(payload), is_replay=is_replay):
+            self._publish(sender, found, body)
+
+    def _publish(self, sender: str, attachment: Attachment, body: bytes) -> None:
+        message = self._class(body)
+        if attachment.is_latched:
+            if len(self._publishers) == 1:
+                self._publishers.append(self._advertise(latch=True))
+            if len(self._latched) < _KEPT:
+                self._latched[sender, attachment.source] = message
+            self._newest = message
+        size = len(body)
+        with self._lock:
+            is_small = size <= SENT_AT_ONCE_BYTES and not self._waiting_bytes
+            if not is_small:
+                if self._waiting_bytes + size > self._node.limits.fleet_queue_bytes:
+                    self.received[sender].lost += 1
+                    return
+                self._waiting_bytes += size
+        if is_small:
+            self._publishers[0].publish(message)
+        else:
+            self._large.run(self._publish_large, message, size)
+
+    def _publish_large(self, message: AnyMsg, size: int) -> None:
+        """Publish in a thread, because local subscribers that read slowly delay it for milliseconds."""
+        try:
+            self._publishers[0].publish(message)
+        finally:
+            with self._lock:
+                self._waiting_bytes -= size
+
+    def restart(self) -> None:
+        """Forget what was received last, because the topic was not wanted in between."""
+        for received in self.received.values():
+            received.restart()
+
+    def close(self) -> None:
+        """Unadvertise the topic."""
+        for publisher in self._publishers:
+            publisher.unregister()
+
+    def _report(self, text: str) -> None:
+        if text not in self._reported and len(self._reported) < 10:
+            self._reported.add(text)
+            self._log.warning(text)
+
+    # -- subscribers that come and go; see `pipros.node.publisher.PeerListener`
+
+    def peer_subscribe(
+        self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
+    ) -> None:
+        """Send the last message of each latching publisher; the newest was sent by the publication."""
+        del topic_name, topic_publish
+        for message in list(self._latched.values()):
+            if message is not self._newest:
+                peer_publish(message)
+        self._on_change()
+
+    def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
+        del topic_name, num_peers
+        self._on_change()

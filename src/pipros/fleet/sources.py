@@ -1,0 +1,247 @@
+"""Local topics whose messages are sent to other members."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import time
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from pipros.basics.limits import Limits
+from pipros.fleet.directory import Entry
+from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.frames import FrameChange
+from pipros.fleet.local_graph import is_agent
+from pipros.fleet.messages import Attachment, compressed, pack
+from pipros.fleet.outbox import QUEUE, Outbox
+from pipros.libraries.topic_tools.raw import class_like
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+from pipros.node.subscriber import Subscriber
+
+MARK: Final = "pipros_fleet"
+"""Field in the connection header of each topic that an agent publishes. What has it is never sent again, so
+no message runs in circles, whatever the topology.
+"""
+SENT_AT_ONCE_BYTES: Final = 32 * 1024
+"""Larger messages are left to a thread, which may wait for the link."""
+FULL_AFTER_S: Final = 0.0005
+FULL_S: Final = 0.1
+"""If sending takes longer than the first, the link is full; for the second, the thread sends everything."""
+_MOST_SOURCES: Final = 1000
+"""Publishers of one topic that are told apart."""
+
+
+class Sends(Protocol):
+    """Implemented by `pipros.fleet.zenoh_session.Link`."""
+
+    @property
+    def is_connected(self) -> bool: ...
+
+    def put(
+        self, key: str, payload: bytes, attachment: bytes = b"", priority: Priority = Priority.NORMAL
+    ) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Outgoing:
+    """A message on its way."""
+
+    source: Source
+    publisher: int
+    body: bytes
+    is_latched: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A latched message for members that join later."""
+
+    body: bytes
+    attachment: bytes
+
+
+class Sender:
+    """Sends the messages of all sources over one link. Thread-safe. `offer` never blocks.
+
+    Attributes:
+        outbox: the messages that wait. Access is guarded by the sender's lock.
+    """
+
+    def __init__(self, link: Sends, instance: str, limits: Limits, bandwidth_kbit: float = 0.0) -> None:
+        self._link = link
+        self.instance = instance
+        self.limits = limits
+        self.outbox: Outbox[Outgoing] = Outbox(limits.fleet_queue_bytes, bandwidth_kbit)
+        self.latched_bytes = 0
+        self._sequences: dict[str, int] = {}
+        self._changed = threading.Condition()
+        self._is_sending: Source | None = None
+        self._is_closed = False
+        self._full_until_s = 0.0
+        self.is_up = True
+        threading.Thread(target=self._send_all, name="sender of a fleet link", daemon=True).start()
+
+    def add(self, source: Source) -> None:
+        with self._changed:
+            self.outbox.add_topic(source.key, source.rule)
+
+    def remove(self, source: Source) -> None:
+        with self._changed:
+            self.outbox.remove_topic(source.key)
+
+    def next_sequence(self, key: str) -> int:
+        """Return the number of the next message under a key. The caller holds the lock of the key's source.
+
+        The numbers continue if a topic is sent again, because receivers ignore those that they know.
+        """
+        self._sequences[key] = number = self._sequences.get(key, 0) + 1
+        return number
+
+    def dropped(self, key: str) -> int:
+        with self._changed:
+            return self.outbox.dropped.get(key, 0)
+
+    def offer(self, message: Outgoing) -> None:
+        """Send a message at once, or leave it to the thread."""
+        source, size = message.source, len(message.body)
+        with self._changed:
+            now_s = time.monotonic()
+            if (
+                size > SENT_AT_ONCE_BYTES
+                or now_s < self._full_until_s
+                or source.rule.is_compressed
+                or self._is_sending is source
+                or not self.outbox.is_idle(source.key)
+            ):
+                self.outbox.push(source.key, message, size)
+                self._changed.notify()
+                return
+            source.send(self._link, message, is_up=self.is_up)
+            if time.monotonic() - now_s > FULL_AFTER_S:
+                self._full_until_s = time.monotonic() + FULL_S
+
+    def close(self) -> None:
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify()
+
+    def _send_all(self) -> None:
+        while True:
+            with self._changed:
+                self._is_sending = None
+                found = self.outbox.pop(time.monotonic())
+                while found is None and not self._is_closed:
+                    self._changed.wait(self.outbox.wait_s(time.monotonic()))
+                    found = self.outbox.pop(time.monotonic())
+                if found is None or self._is_closed:
+                    return
+                self._is_sending = found[1].source
+            found[1].source.send(self._link, found[1], is_up=self.is_up)
+
+
+class Source:
+    """One local topic that is sent under one key.
+
+    Attributes:
+        entry: name and type of the local topic.
+        key: where it is sent.
+        messages, bytes: sent so far.
+        unsent: messages while the link was down.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        sender: Sender,
+        entry: Entry,
+        key: str,
+        rule: Rule,
+        change: FrameChange | None = None,
+    ) -> None:
+        self.entry = entry
+        self.key = key
+        self.rule = rule
+        self.messages = self.bytes = self.unsent = 0
+        self._node = node
+        self._sender = sender
+        self._change = change
+        self._numbers: dict[str, int] = {}
+        self._latched: dict[int, Kept] = {}
+        self._lock = threading.Lock()
+        self._subscriber: Subscriber[AnyMsg] | None = None
+
+    def start(self) -> None:
+        """Subscribe to the local topic. Blocks until the master answers."""
+        self._sender.add(self)
+        message_class = class_like({"type": self.entry.type, "md5sum": self.entry.md5sum})
+        room = 1 if self.rule.is_latest_only else QUEUE
+        self._subscriber = self._node.subscribe(
+            self.entry.name, message_class, self._on_message, queue_size=room
+        )
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        if self._subscriber is not None:
+            self._subscriber.unregister()
+        self._sender.remove(self)
+        with self._lock:
+            self._sender.latched_bytes -= sum(len(kept.body) for kept in self._latched.values())
+            self._latched.clear()
+
+    def latched(self) -> list[Kept]:
+        """Return the last message of each latching publisher."""
+        with self._lock:
+            return list(self._latched.values())
+
+    @property
+    def dropped(self) -> int:
+        return self._sender.dropped(self.key)
+
+    def send(self, link: Sends, message: Outgoing, *, is_up: bool) -> None:
+        """Number a message and send it. For `Sender`."""
+        body = compressed(message.body) if self.rule.is_compressed else message.body
+        with self._lock:
+            attachment = pack(
+                Attachment(
+                    message.publisher,
+                    self._sender.instance,
+                    self._sender.next_sequence(self.key),
+                    time.time_ns(),
+                    self.entry.md5sum,
+                    is_compressed=self.rule.is_compressed,
+                    is_latched=message.is_latched,
+                )
+            )
+            if message.is_latched:
+                self._keep(message.publisher, Kept(body, attachment))
+        if not is_up:
+            self.unsent += 1
+            return
+        self.messages += 1
+        self.bytes += len(body)
+        with contextlib.suppress(Exception):  # a closed session, at the end
+            link.put(self.key, body, attachment, self.rule.priority)
+
+    def _keep(self, publisher: int, kept: Kept) -> None:
+        before = self._latched.pop(publisher, None)
+        self._sender.latched_bytes -= len(before.body) if before is not None else 0
+        if self._sender.latched_bytes + len(kept.body) <= self._sender.limits.fleet_latched_bytes:
+            self._latched[publisher] = kept
+            self._sender.latched_bytes += len(kept.body)
+
+    def _on_message(self, raw: AnyMsg) -> None:
+        header = raw.header
+        caller = header.get("callerid", "")
+        if MARK in header or is_agent(caller):
+            return
+        number = self._numbers.get(caller)
+        if number is None:
+            number = self._numbers[caller] = min(len(self._numbers), _MOST_SOURCES)
+            if number == _MOST_SOURCES:
+                del self._numbers[caller]
+        body, is_latched = raw.body, header.get("latching") == "1"
+        if self._change is not None:
+            number, body = 0, self._change(body)
+        self._sender.offer(Outgoing(self, number, body, is_latched))

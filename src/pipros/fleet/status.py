@@ -1,0 +1,94 @@
+"""The state of a fleet, as `pipros fleet list`, `info` and `top` show it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.fleet import keys
+from pipros.fleet.directory import Directory, from_json, read_json
+from pipros.fleet.zenoh_session import Link
+
+REQUEST_S: Final = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Present:
+    """A member that is present."""
+
+    member: str
+    version: int
+    instance: str
+
+
+@dataclass(frozen=True, slots=True)
+class Counters:
+    """Counters of a member at one moment.
+
+    Attributes:
+        sent: messages, bytes, dropped, and unsent while the link was down, by key.
+        received: messages, bytes, lost and malformed, by sender and topic.
+        round_trip_s: the time that the request took.
+    """
+
+    member: str
+    sent: Mapping[str, tuple[int, int, int, int]]
+    received: Mapping[str, tuple[int, int, int, int]]
+    round_trip_s: float
+
+
+def present(link: Link) -> list[Present]:
+    """Return all members, sorted by name."""
+    found = (keys.read_live(key) for key in link.live_keys(keys.live("*"), REQUEST_S))
+    return [Present(member, version, instance) for member, version, instance in sorted(filter(None, found))]
+
+
+def directory_of(link: Link, member: str) -> Directory | None:
+    """Return the directory of a member; None if it does not answer.
+
+    Raises:
+        PiprosError: the directory is malformed or too large.
+    """
+    answers = link.get(keys.directory(member), timeout_s=REQUEST_S)
+    return from_json(answers[-1].payload, member) if answers else None
+
+
+def counters_of(link: Link, member: str) -> Counters | None:
+    """Return the counters of a member; None if it does not answer, or answers nonsense."""
+    begin_s = time.monotonic()
+    try:
+        answers = link.get(keys.statistics(member), timeout_s=REQUEST_S)
+    except PiprosError:
+        return None
+    passed_s = time.monotonic() - begin_s
+    match read_json(answers[-1].payload) if answers else None:
+        case {"sent": dict(sent), "received": dict(received)}:
+            return Counters(member, _rows(sent), _rows(received), passed_s)
+    return None
+
+
+def rates(before: Counters, after: Counters, passed_s: float) -> Iterator[tuple[str, float, float, int, int]]:
+    """Yield topic, messages/s, bytes/s, dropped and unsent of everything that a member sends."""
+    for key, row in sorted(after.sent.items()):
+        first = before.sent.get(key, (0, 0, 0, 0))
+        parts = keys.parts(key)
+        name = "?" if parts is None else _name_of(*parts)
+        yield name, (row[0] - first[0]) / passed_s, (row[1] - first[1]) / passed_s, row[2], row[3]
+
+
+def _name_of(member: str, kind: str, rest: list[str]) -> str:
+    if kind == "in" and rest:
+        return f"/{rest[0]}{keys.unmangled('/'.join(rest[1:]))}"
+    return f"/{member}{keys.unmangled('/'.join(rest))}"
+
+
+def _rows(values: Mapping[Any, Any]) -> dict[str, tuple[int, int, int, int]]:
+    found = {}
+    for name, row in values.items():
+        match row:
+            case [int(a), int(b), int(c), int(d)]:
+                found[str(name)] = a, b, c, d
+    return found

@@ -1,0 +1,394 @@
+"""The sessions of Zenoh that the fleet uses: those of members, and those of routers.
+
+Every setting of connections is written here, because Zenoh's defaults change between minor versions.
+Callbacks are direct: they run in Zenoh's thread, must not block, and a process that ends without `close` does
+not hang, as it does with Zenoh's own threads for callbacks. Shared memory is off, because a killed process
+would leave its segments.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+
+from pipros.basics.errors import MissingExtra, PiprosError
+from pipros.basics.extras import install_command
+from pipros.basics.limits import Limits, process_limits
+from pipros.basics.printable import printable
+from pipros.fleet.fleet_file import Priority
+
+try:
+    import zenoh
+except ImportError as error:
+    raise MissingExtra(
+        f"fleets need eclipse-zenoh, which is not installed. Try: {install_command('fleet')}", name=error.name
+    ) from error
+
+LEASE_MS: Final = 4000
+"""A link that is silent for this time is closed; each side sends something every quarter of it."""
+CONNECT_MS: Final = 1000
+"""Time of one attempt to reach the router."""
+RETRY: Final = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2}
+"""Pauses between attempts, so that a member is back within a second of its router."""
+FULL_US: Final = 20_000
+"""Time that a member waits for room on a full link before it drops a message. Routers wait a millisecond, so
+that a slow member hardly delays the others.
+"""
+SESSIONS: Final = 2000
+"""Links of a router, also while they are being accepted."""
+SMALLEST_BUFFER_BYTES: Final = 16 * 1024
+_PRIORITIES: Final = {
+    Priority.HIGH: zenoh.Priority.INTERACTIVE_HIGH,
+    Priority.NORMAL: zenoh.Priority.DATA,
+    Priority.LOW: zenoh.Priority.BACKGROUND,
+}
+
+OnMessage = Callable[[str, bytes, bytes], object]
+"""Called with the key, payload and attachment of a sample."""
+
+
+class LinkFailed(PiprosError):
+    """A session cannot be opened, or a request over it failed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tls:
+    """PEM files for mutual TLS: the authority of the fleet, and the certificate and key of this process."""
+
+    authority: str
+    certificate: str
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """One reply to a request."""
+
+    key: str
+    payload: bytes
+    attachment: bytes
+
+
+class Ends(Protocol):
+    """Something declared on a link."""
+
+    def undeclare(self) -> object: ...
+
+
+class Question:
+    """A request from another member. Answer it any number of times, then call `close`. May block."""
+
+    def __init__(self, query: zenoh.Query) -> None:
+        self._query = query
+        self.key = str(query.key_expr)
+        self.payload = query.payload.to_bytes() if query.payload is not None else b""
+
+    def answer(self, payload: bytes, attachment: bytes = b"", key: str = "") -> None:
+        with contextlib.suppress(zenoh.ZError):  # the link ended
+            self._query.reply(key or self.key, payload, attachment=attachment or None)
+
+    def refuse(self, reason: str) -> None:
+        with contextlib.suppress(zenoh.ZError):
+            self._query.reply_err(reason.encode())
+
+    def close(self) -> None:
+        self._query.drop()  # type: ignore[no-untyped-call]
+
+
+class Link:
+    """A session of a member. Thread-safe."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self._session = session
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether a router is connected."""
+        try:
+            return bool(self._session.info.routers_zid())
+        except zenoh.ZError:
+            return False
+
+    def put(
+        self,
+        key: str,
+        payload: bytes,
+        attachment: bytes = b"",
+        priority: Priority = Priority.NORMAL,
+        *,
+        waits: bool = False,
+    ) -> None:
+        """Send a sample. Without a router it is lost.
+
+        If a link on its way is full, it is dropped after `FULL_US`, or after a millisecond at a router. With
+        `waits` it waits up to 5 s, also at the routers, which delays others: only for rare, small samples.
+
+        Raises:
+            LinkFailed: the session was closed.
+        """
+        control = zenoh.CongestionControl.BLOCK if waits else zenoh.CongestionControl.DROP
+        try:
+            self._session.put(
+                key,
+                payload,
+                attachment=attachment or None,
+                congestion_control=control,
+                priority=_PRIORITIES[priority],
+            )
+        except zenoh.ZError as error:
+            raise LinkFailed(f"cannot send: {_reason(error)}") from None
+
+    def get(
+        self,
+        key: str,
+        payload: bytes = b"",
+        *,
+        timeout_s: float,
+        ended: Callable[[], bool] = lambda: False,
+    ) -> list[Answer]:
+        """Request `key`, and return all answers. Blocks until all members that match have answered.
+
+        Args:
+            ended: polled; the wait ends as soon as it returns True.
+
+        Raises:
+            LinkFailed: a member refused; its text is the error's.
+        """
+        found: list[Answer] = []
+        refusals: list[str] = []
+        is_over = threading.Event()
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                found.append(_answer_of(reply.ok))
+            elif reply.err is not None:
+                refusals.append(reply.err.payload.to_bytes().decode("utf-8", "replace"))
+
+        try:
+            self._session.get(
+                key,
+                zenoh.handlers.Callback(on_reply, drop=is_over.set, indirect=False),
+                payload=payload or None,
+                timeout=timeout_s,
+                target=zenoh.QueryTarget.ALL,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                congestion_control=zenoh.CongestionControl.BLOCK,
+                priority=zenoh.Priority.INTERACTIVE_LOW,
+                express=True,
+            )
+        except zenoh.ZError as error:
+            raise LinkFailed(f"cannot send: {_reason(error)}") from None
+        waited_s = 0.0
+        while not is_over.wait(_SLICE_S):
+            waited_s += _SLICE_S
+            if ended() or waited_s > timeout_s + 1:
+                break
+        if refusals and not found:
+            raise LinkFailed(printable(refusals[0], 2000))
+        return found
+
+    def live_keys(self, pattern: str, timeout_s: float) -> list[str]:
+        """Return the keys of all liveliness tokens that match. Blocks for at most `timeout_s`.
+
+        Raises:
+            LinkFailed: the session was closed.
+        """
+        found: list[str] = []
+        is_over = threading.Event()
+
+        def on_reply(reply: zenoh.Reply) -> None:
+            if reply.ok is not None:
+                found.append(str(reply.ok.key_expr))
+
+        try:
+            self._session.liveliness().get(
+                pattern,
+                zenoh.handlers.Callback(on_reply, drop=is_over.set, indirect=False),
+                timeout=timeout_s,
+            )
+        except zenoh.ZError as error:
+            raise LinkFailed(f"cannot send: {_reason(error)}") from None
+        is_over.wait(timeout_s + 1)
+        return sorted(found)
+
+    def declare_token(self, key: str) -> Ends:
+        """Be present under a key until the process or its link ends."""
+        return self._session.liveliness().declare_token(key)
+
+    def watch_tokens(self, pattern: str, on_change: Callable[[str, bool], object]) -> Ends:
+        """Call `on_change` with the key of each token that matches, and whether it is present."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            on_change(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+
+        callback = zenoh.handlers.Callback(on_sample, indirect=False)
+        return self._session.liveliness().declare_subscriber(pattern, callback, history=True)
+
+    def subscribe(self, pattern: str, on_message: OnMessage) -> Ends:
+        """Call `on_message` with each sample from other sessions."""
+
+        def on_sample(sample: zenoh.Sample) -> None:
+            answer = _answer_of(sample)
+            on_message(answer.key, answer.payload, answer.attachment)
+
+        callback = zenoh.handlers.Callback(on_sample, indirect=False)
+        return self._session.declare_subscriber(pattern, callback, allowed_origin=zenoh.Locality.REMOTE)
+
+    def serve(self, pattern: str, on_question: Callable[[Question], object]) -> Ends:
+        """Call `on_question` with each request."""
+
+        def on_query(query: zenoh.Query) -> None:
+            on_question(Question(query))
+
+        callback = zenoh.handlers.Callback(on_query, indirect=False)
+        return self._session.declare_queryable(pattern, callback)
+
+    def close(self) -> None:
+        """End the session. May be called repeatedly."""
+        with contextlib.suppress(zenoh.ZError):
+            self._session.close()  # type: ignore[no-untyped-call]
+
+
+_SLICE_S: Final = 0.1
+
+
+def _answer_of(sample: zenoh.Sample) -> Answer:
+    attachment = sample.attachment
+    return Answer(
+        str(sample.key_expr),
+        sample.payload.to_bytes(),
+        attachment.to_bytes() if attachment is not None else b"",
+    )
+
+
+def connect(
+    router: str,
+    tls: Tls | None = None,
+    *,
+    limits: Limits | None = None,
+    bandwidth_kbit: float = 0.0,
+) -> Link:
+    """Return a link to a router, to which it connects again whenever it is lost.
+
+    Args:
+        bandwidth_kbit: that of the member's file; keeps the operating system from buffering more than a
+            twentieth of a second.
+
+    Raises:
+        LinkFailed: the router does not answer within a second, or refuses.
+    """
+    settings: dict[str, object] = {
+        "connect/endpoints": [checked_address(router)],
+        "connect/timeout_ms": CONNECT_MS,
+        "connect/exit_on_failure": True,
+        "connect/retry": RETRY,
+        "listen/endpoints": [],
+        "transport/link/tx/queue/congestion_control/drop/wait_before_drop": FULL_US,
+    }
+    if bandwidth_kbit:
+        buffer_bytes = max(SMALLEST_BUFFER_BYTES, int(bandwidth_kbit * 1000 / 8 / 20))
+        settings["transport/link/tcp/so_sndbuf"] = buffer_bytes
+        settings["transport/link/tls/so_sndbuf"] = buffer_bytes
+    if tls is not None:
+        settings |= {
+            "transport/link/tls/root_ca_certificate": tls.authority,
+            "transport/link/tls/connect_certificate": tls.certificate,
+            "transport/link/tls/connect_private_key": tls.key,
+            "transport/link/tls/enable_mtls": True,
+            "transport/link/tls/verify_name_on_connect": False,
+        }
+    try:
+        return Link(zenoh.open(_config("client", settings, limits or process_limits())))
+    except zenoh.ZError as error:
+        raise LinkFailed(f"cannot reach the router at {router}: {_reason(error)}") from None
+
+
+def open_router(
+    addresses: Sequence[str],
+    tls: Tls | None = None,
+    access: Mapping[str, object] | None = None,
+    *,
+    others: Sequence[str] = (),
+    limits: Limits | None = None,
+) -> Link:
+    """Return a running router.
+
+    Args:
+        addresses: where it listens.
+        access: rules of Zenoh's access control; None lets every member do everything.
+        others: addresses of routers that it connects to.
+
+    Raises:
+        LinkFailed: an address cannot be used, or a file cannot be read.
+    """
+    settings: dict[str, object] = {
+        "listen/endpoints": [checked_address(address) for address in addresses],
+        "listen/timeout_ms": 0,
+        "listen/exit_on_failure": True,
+        "connect/endpoints": [checked_address(address) for address in others],
+        "connect/timeout_ms": -1,
+        "connect/exit_on_failure": False,
+        "connect/retry": RETRY,
+        "transport/unicast/max_sessions": SESSIONS,
+        "transport/unicast/accept_pending": SESSIONS,
+    }
+    if tls is not None:
+        settings |= {
+            "transport/link/tls/root_ca_certificate": tls.authority,
+            "transport/link/tls/listen_certificate": tls.certificate,
+            "transport/link/tls/listen_private_key": tls.key,
+            "transport/link/tls/connect_certificate": tls.certificate,
+            "transport/link/tls/connect_private_key": tls.key,
+            "transport/link/tls/enable_mtls": True,
+            "transport/link/tls/verify_name_on_connect": False,
+        }
+    if access is not None:
+        settings["access_control"] = access
+    try:
+        return Link(zenoh.open(_config("router", settings, limits or process_limits())))
+    except zenoh.ZError as error:
+        raise LinkFailed(f"cannot listen at {', '.join(addresses)}: {_reason(error)}") from None
+
+
+def checked_address(address: str) -> str:
+    """Return an address if it has the form `tcp/HOST:PORT` or `tls/HOST:PORT`.
+
+    Raises:
+        LinkFailed: it has not.
+    """
+    protocol, _, place = address.partition("/")
+    host, _, port = place.rpartition(":")
+    if protocol not in ("tcp", "tls") or not host or not port.isdecimal() or set("/?#;") & set(place):
+        raise LinkFailed(
+            f"an address must have the form tcp/HOST:PORT or tls/HOST:PORT, got {printable(address)}"
+        )
+    return address
+
+
+def _config(mode: str, settings: Mapping[str, object], limits: Limits) -> zenoh.Config:
+    config: Any = zenoh.Config()
+    everywhere = {
+        "mode": mode,
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "transport/shared_memory/enabled": False,
+        "transport/unicast/qos/enabled": True,
+        "transport/link/tx/lease": LEASE_MS,
+        "transport/link/tx/keep_alive": 4,
+        "transport/link/rx/max_message_size": limits.fleet_message_bytes + _OVERHEAD_BYTES,
+    }
+    for key, value in {**everywhere, **settings}.items():
+        config.insert_json5(key, json.dumps(value))
+    return config  # type: ignore[no-any-return]
+
+
+_OVERHEAD_BYTES: Final = 64 * 1024
+
+
+def _reason(error: Exception) -> str:
+    """Return Zenoh's text without the place in its source."""
+    return printable(str(error).partition(" at /")[0].strip(), 500)

@@ -1,0 +1,245 @@
+"""Fleet links that are cut, routers that are restarted, and members that are killed."""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from pipros.fleet.zenoh_session import open_router
+from pipros.net.loop import BackgroundLoop
+from pipros.testing.faults.tcp_proxy import Switch, TcpProxy
+from tests.graph.test_fleet_topics import publish_until
+from tests.support.fleet import Member, String, running_router
+from tests.support.ports import ClaimedPort
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+
+class Cable:
+    """A link through a proxy.
+
+    Attributes:
+        address: where the member connects.
+    """
+
+    def __init__(self, port: int) -> None:
+        self._loop = BackgroundLoop("cable")
+        self._loop.start()
+        self._switch = Switch()
+        self._proxy = TcpProxy("cable", ("127.0.0.1", port), self._switch)
+        self._loop.run(self._proxy.start())
+        self.address = f"tcp/127.0.0.1:{self._proxy.address[1]}"
+
+    def stall(self, *, stall: bool = True) -> None:
+        """Pass nothing on, in either direction, as a cable that is pulled; or pass it on again."""
+        self._loop.call(lambda: self._switch.stall(stall=stall))
+
+    def cut(self) -> None:
+        """Reset the connections."""
+        self._loop.call(self._switch.cut)
+
+    def close(self) -> None:
+        self._loop.call(self._proxy.close)
+        self._loop.stop()
+
+
+@contextmanager
+def cable_to(port: int) -> Iterator[Cable]:
+    cable = Cable(port)
+    try:
+        yield cable
+    finally:
+        cable.close()
+
+
+def test_a_pulled_cable_delays_no_local_node_and_what_is_lost_is_counted(claimed_port: ClaimedPort) -> None:
+    port = claimed_port.number
+    with (
+        running_router(port) as router,
+        cable_to(port) as cable,
+        Member("operator", router) as operator,
+        Member("robot1", cable.address) as robot,
+    ):
+        talker = robot.node("talker").advertise("/chatter", String, queue_size=None)
+        state = robot.node("map").advertise("/map", String, latch=True)
+        state.publish(String("old map"))
+        at_home = robot.receive("/chatter", name="local")
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        maps = operator.receive("/robot1/map", name="maps")
+        publish_until(talker, received, "before")
+        wait_until(lambda: [each.data for each in maps] == ["old map"], 15, "the map")
+
+        cable.stall()
+        wait_until(lambda: not robot.link.is_connected, 20, "the robot to notice")
+        state.publish(String("new map"))
+        wait_until(lambda: not robot.agent.sender.is_up, 15, "the agent to notice")
+        before = len(at_home)
+        for number in range(100):
+            talker.publish(String(f"away {number}"))
+        wait_until(lambda: len(at_home) == before + 100, 15, "all messages at the local node")
+        unsent = next(row for key, row in robot.agent.statistics()["sent"].items() if key.endswith("chatter"))
+        assert unsent[3] >= 100
+
+        cable.stall(stall=False)
+        cable.cut()
+        publish_until(talker, received, "after")
+        wait_until(lambda: maps[-1].data == "new map", 15, "the new map")
+
+
+def test_a_router_that_is_restarted_joins_all_again(claimed_port: ClaimedPort) -> None:
+    address = f"tcp/127.0.0.1:{claimed_port.number}"
+    router = open_router([address])
+    with Member("robot1", address) as robot, Member("operator", address) as operator:
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        publish_until(talker, received, "before")
+        router.close()
+        wait_until(lambda: not robot.agent.sender.is_up, 20, "the robot to notice")
+        for number in range(20):
+            talker.publish(String(f"away {number}"))
+        assert "/robot1/chatter" in operator.state().publishers, "names stay while the router is away"
+        router = open_router([address])
+        try:
+            publish_until(talker, received, "after")
+            counts = operator.agent.statistics()["received"]["robot1 /robot1/chatter"]
+            assert counts[2] >= 20, f"what was lost is counted, got {counts}"
+        finally:
+            router.close()
+
+
+def test_a_member_that_returns_while_the_link_is_down_is_shown_again(claimed_port: ClaimedPort) -> None:
+    port = claimed_port.number
+    with (
+        running_router(port) as router,
+        cable_to(port) as cable,
+        Member("operator", cable.address) as operator,
+    ):
+        with Member("robot1", router) as robot:
+            robot.node("talker").advertise("/old", String)
+            operator.wait_for_topic("/robot1/old")
+            with Member("robot2", router) as gone:
+                gone.node("talker").advertise("/x", String)
+                operator.wait_for_topic("/robot2/x")
+                cable.stall()
+                wait_until(lambda: not operator.agent.sender.is_up, 20, "the operator to notice")
+        with Member("robot1", router) as robot:
+            talker = robot.node("talker").advertise("/new", String)
+            cable.stall(stall=False)
+            cable.cut()
+            operator.wait_for_topic("/robot1/new")
+            publish_until(talker, operator.receive("/robot1/new"), "hello")
+            wait_until(lambda: "/robot1/old" not in operator.state().publishers, 15, "the old topic to go")
+            wait_until(lambda: "/robot2/x" not in operator.state().publishers, 15, "robot2 to go")
+
+
+def test_a_killed_member_disappears_and_its_successor_takes_the_name(
+    ros: RosSystem, claimed_port: ClaimedPort
+) -> None:
+    ros.serve_master()
+    port = ClaimedPort()
+    with running_router(port.number) as address, Member("operator", address) as operator:
+        talker = ros.pipros.start("rostopic", "pub", "-r", "20", "/chatter", "std_msgs/String", "alive")
+        first = ros.pipros.start("pipros", "fleet", "join", "robot1", "--router", address)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        wait_until(lambda: received, 15, "a message")
+        first.kill()
+        wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, 15, "the topic to go")
+        count = len(received)
+        ros.pipros.start("pipros", "fleet", "join", "robot1", "--router", address)
+        wait_until(lambda: len(received) > count, 30, "messages of the successor")
+        assert talker.is_running
+    port.release()
+
+
+def test_closing_a_link_does_not_wait_for_a_router_that_is_silent(claimed_port: ClaimedPort) -> None:
+    port = claimed_port.number
+    with running_router(port), cable_to(port) as cable:
+        member = Member("robot1", cable.address)
+        cable.stall()
+        closer = threading.Thread(target=member.close)
+        closer.start()
+        closer.join(15)
+        assert not closer.is_alive()
+
+
+def test_a_member_that_does_not_read_delays_no_other(claimed_port: ClaimedPort) -> None:
+    port = claimed_port.number
+    with (
+        running_router(port) as router,
+        cable_to(port) as cable,
+        Member("robot1", router) as robot,
+        Member("operator", router) as operator,
+        Member("slow", cable.address) as slow,
+    ):
+        talker = robot.node("talker").advertise("/images", String)
+        for member in (operator, slow):
+            member.wait_for_topic("/robot1/images")
+        received, at_slow = operator.receive("/robot1/images"), slow.receive("/robot1/images")
+        publish_until(talker, received, "first")
+        wait_until(lambda: at_slow, 15, "a message at the slow one")
+        cable.stall()
+        image = "x" * 200_000
+        numbers = itertools.count()
+
+        def next_arrives() -> bool:
+            talker.publish(String(f"{next(numbers)} {image}"))
+            return len(received) > 100
+
+        wait_until(next_arrives, 30, "a hundred images at the other operator")
+
+
+def test_a_masters_restart_does_not_end_the_membership(ros: RosSystem, claimed_port: ClaimedPort) -> None:
+    port = ClaimedPort()
+    core = ros.pipros.start_bare_master()
+    with (
+        running_router(port.number) as address,
+        Member("operator", address) as operator,
+        Member("robot1", address, master_uri=ros.master_uri) as robot,
+    ):
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        publish_until(talker, received, "before")
+        core.press_ctrl_c()
+        core.wait()
+        ros.pipros.start_bare_master()
+        ros.wait_for_publisher("/chatter")
+        publish_until(talker, received, "after")
+    port.release()
+
+
+def test_commands_overtake_images_on_a_narrow_link(claimed_port: ClaimedPort) -> None:
+    """The images alone would take 20 s; a command waits for none of them."""
+    file = """
+    bandwidth_kbit: 400
+    share:
+      topics:
+        - {name: /images, priority: low}
+        - {name: /stop, priority: high}
+    """
+    port = claimed_port.number
+    with (
+        running_router(port) as router,
+        Member("robot1", router, file) as robot,
+        Member("operator", router) as operator,
+    ):
+        node = robot.node("robot")
+        images, stop = node.advertise("/images", String), node.advertise("/stop", String)
+        for topic in ("/robot1/images", "/robot1/stop"):
+            operator.wait_for_topic(topic)
+        seen, stopped = (
+            operator.receive("/robot1/images", name="eye"),
+            operator.receive("/robot1/stop", name="hand"),
+        )
+        publish_until(images, seen, "first")
+        publish_until(stop, stopped, "first")
+        before = len(seen)
+        for _ in range(20):
+            images.publish(String("image" + "x" * 50_000))
+        publish_until(stop, stopped, "now")
+        assert len(seen) < before + 20, "the images still wait"

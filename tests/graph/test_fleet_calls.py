@@ -1,0 +1,141 @@
+"""Services and parameters between the members of a fleet, and what their files forbid."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pipros.fleet import keys
+from pipros.fleet.zenoh_session import LinkFailed
+from pipros.msg import load_service_class
+from pipros.node.service_client import ErrorReply, OpenCalls, ServiceClient, ServiceFailed
+from tests.support.fleet import Member, running_router
+from tests.support.ports import ClaimedPort
+
+SetBool: Any = load_service_class("std_srvs/SetBool")
+Trigger: Any = load_service_class("std_srvs/Trigger")
+FILE = """
+share: {parameters: [{name: /public/*, from: [operator]}]}
+accept:
+  services: [{name: /lamp, from: [operator], timeout_s: 0.5}, /slow]
+  parameters: [{name: /public/speed, from: [operator]}]
+"""
+
+
+@pytest.fixture
+def router(claimed_port: ClaimedPort) -> Iterator[str]:
+    with running_router(claimed_port.number) as address:
+        yield address
+
+
+def call(member: Member, service: str, request: Any, service_class: Any = SetBool) -> Any:
+    node = member.agent_node
+    client = ServiceClient(service, service_class, master=lambda: node.master, calls=OpenCalls())
+    try:
+        return client.call(request, 15)
+    finally:
+        client.close()
+
+
+def ask(member: Member, other: str, verb: str, value: Any, caller: str | None = None) -> Any:
+    key = keys.parameters(other, verb, caller or member.name)
+    (answer,) = member.link.get(key, b"" if value is None else json.dumps(value).encode(), timeout_s=10)
+    return json.loads(answer.payload)
+
+
+def test_services_of_a_member_are_called_below_its_name(router: str) -> None:
+    with Member("robot1", router, FILE) as robot, Member("operator", router) as operator:
+
+        def switch(request: Any) -> Any:
+            if not request.data:
+                raise ValueError("the lamp is broken")
+            return SetBool._response_class(True, "on")
+
+        robot.node("lamp").serve("/lamp", SetBool, switch)
+        robot.node("secret").serve("/secret", Trigger, lambda _: Trigger._response_class())
+        operator.wait_for_service("/robot1/lamp")
+        assert call(operator, "/robot1/lamp", SetBool._request_class(True)).message == "on"
+        with pytest.raises(ErrorReply, match="the lamp is broken"):
+            call(operator, "/robot1/lamp", SetBool._request_class(False))
+        assert "/robot1/secret" not in operator.state().services
+        with pytest.raises(ServiceFailed, match="md5sum"):
+            call(operator, "/robot1/lamp", Trigger._request_class(), Trigger)
+
+        with pytest.raises(LinkFailed, match=r"calls of \[/secret\] by \[operator\] are not accepted"):
+            operator.link.get(keys.service("robot1", "operator", "/secret"), timeout_s=10)
+        with pytest.raises(LinkFailed, match=r"calls of \[/lamp\] by \[stranger\] are not accepted"):
+            operator.link.get(keys.service("robot1", "stranger", "/lamp"), timeout_s=10)
+
+
+def test_a_service_that_takes_too_long_fails(router: str) -> None:
+    is_over = threading.Event()
+    with Member("robot1", router, FILE) as robot, Member("operator", router) as operator:
+
+        def wait(_: Any) -> Any:
+            is_over.wait(30)
+            return SetBool._response_class()
+
+        robot.node("lamp").serve("/lamp", SetBool, wait)
+        operator.wait_for_service("/robot1/lamp")
+        try:
+            with pytest.raises(ErrorReply, match="did not answer in time"):
+                call(operator, "/robot1/lamp", SetBool._request_class(True))
+        finally:
+            is_over.set()
+
+
+def test_a_call_fails_when_the_member_leaves(router: str) -> None:
+    is_called, is_over = threading.Event(), threading.Event()
+    errors: list[Exception] = []
+    with Member("operator", router) as operator:
+        with Member("robot1", router, FILE) as robot:
+
+            def wait(_: Any) -> Any:
+                is_called.set()
+                is_over.wait(30)
+                return SetBool._response_class()
+
+            robot.node("slow").serve("/slow", SetBool, wait)
+            operator.wait_for_service("/robot1/slow")
+
+            def make_call() -> None:
+                try:
+                    call(operator, "/robot1/slow", SetBool._request_class(True))
+                except ServiceFailed as error:
+                    errors.append(error)
+
+            caller = threading.Thread(target=make_call)
+            caller.start()
+            assert is_called.wait(15)
+            robot.link.close()
+            caller.join(20)
+            is_over.set()
+        assert len(errors) == 1
+
+
+def test_parameters_are_read_and_set_as_the_file_allows(router: str) -> None:
+    with Member("robot1", router, FILE) as robot, Member("operator", router) as operator:
+        master = robot.agent_node.master
+        for name, value in (("/public/speed", 1.5), ("/public/tree", {"a": [1, "x"]}), ("/secret", 1)):
+            master.set_param(name, value)
+        assert ask(operator, "robot1", "get", None) == ["/public/speed"]
+        assert ask(operator, "robot1", "get", "/public/speed") == 1.5
+        assert ask(operator, "robot1", "get", "/public/tree") == {"a": [1, "x"]}
+        assert ask(operator, "robot1", "set", ["/public/speed", 2.5]) is True
+        assert master.get_param("/public/speed") == 2.5
+        for verb, value, reason in (
+            ("get", "/secret", r"\[/secret\] is not shared with \[operator\]"),
+            ("get", "/public/none", r"\[/public/none\] is not set"),
+            ("get", 5, "is not shared"),
+            ("set", ["/public/tree", 1], r"\[/public/tree\] may not be set by \[operator\]"),
+            ("set", "nonsense", "may not be set"),
+        ):
+            with pytest.raises(LinkFailed, match=reason):
+                ask(operator, "robot1", verb, value)
+        with pytest.raises(LinkFailed, match="may not be set"):
+            ask(operator, "robot1", "set", ["/public/speed", 0], caller="stranger")
+        assert not operator.agent_node.master.has_param("/robot1"), "trees are never merged"

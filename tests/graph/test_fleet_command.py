@@ -1,0 +1,129 @@
+"""`pipros fleet` as a command: router, members, what it prints, and its end."""
+
+from __future__ import annotations
+
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.support.ports import ClaimedPort
+from tests.support.ros import RosSystem
+
+
+def test_a_router_and_a_member_run_as_commands(ros: RosSystem) -> None:
+    ros.serve_master()
+    port = ClaimedPort()
+    address = f"tcp/127.0.0.1:{port.number}"
+    (ros.home / "fleet.yaml").write_text("accept: {topics: [/cmd]}\n")
+    ros.pipros.start("rostopic", "pub", "-l", "/chatter", "std_msgs/String", "hello")
+    member = ros.pipros.start(
+        "pipros", "fleet", "join", "robot1", "--router", address, "--file", "fleet.yaml"
+    )
+    member.wait_for(f"cannot reach the router at {address}.*waiting")
+    router = ros.pipros.start("pipros", "fleet", "router", address)
+    router.wait_for(f"router at {address}")
+    member.wait_for(rf"\[robot1\] joined over {address}")
+
+    second = ros.pipros.run("pipros", "fleet", "join", "robot1", "--router", address)
+    assert second.returncode == 1
+    assert "the fleet already has a member [robot1]" in second.output
+
+    ros.wait_for_publisher("/chatter")
+
+    def shown() -> str:
+        return ros.pipros.run("pipros", "fleet", "info", "robot1", "--router", address).output
+
+    while "/chatter [std_msgs/String]" not in shown():
+        assert member.is_running, member.output
+    listed = ros.pipros.run("pipros", "fleet", "list", "--router", address)
+    assert "robot1: shares 1 topic, accepts 0 topics and 0 services" in listed.stdout
+    top = ros.pipros.run("pipros", "fleet", "top", "--count", "1", "--interval", "0.2", "--router", address)
+    assert any(line.startswith("robot1: round trip ") for line in top.stdout), top.output
+    missing = ros.pipros.run("pipros", "fleet", "info", "robot2", "--router", address)
+    assert missing.returncode == 1
+    assert "there is no member [robot2]" in missing.output
+
+    healthy = ros.pipros.run("pipros", "doctor")
+    assert "fleet agent" not in healthy.output
+    for process, end in ((router, signal.SIGTERM), (member, signal.SIGINT)):
+        if process is member:
+            member.wait_for("the link to the router is lost")
+            sick = ros.pipros.run("pipros", "doctor")
+            assert "[/pipros_fleet_robot1] has no link to its fleet: no router is connected" in sick.output
+        before = time.monotonic()
+        process.send_signal(end)
+        assert process.wait() == 0
+        assert time.monotonic() - before < 5  # with much to spare on a busy machine
+    assert not list(Path("/dev/shm").glob("*.zenoh"))  # noqa: S108
+    port.release()
+
+
+def test_a_member_ends_with_ctrl_c_while_it_waits_for_the_router(
+    ros: RosSystem, claimed_port: ClaimedPort
+) -> None:
+    member = ros.pipros.start(
+        "pipros", "fleet", "join", "a", "--router", f"tcp/127.0.0.1:{claimed_port.number}"
+    )
+    member.wait_for("waiting")
+    member.press_ctrl_c()
+    assert member.wait() == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["router", "tcp/0.0.0.0:7447"], "without TLS everyone on it could control all robots"),
+        (["router", "udp/127.0.0.1:1"], "must have the form tcp/HOST:PORT or tls/HOST:PORT"),
+        (["router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
+        (["join", "a/b"], "is not a legal name for a member"),
+        (["join", "a", "--router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
+        (["join", "a", "--keys", "missing", "--router", "tls/127.0.0.1:1"], "has no file [fleet.crt]"),
+        (["join", "a", "--file", "missing.yaml"], "cannot read missing.yaml: No such file or directory"),
+        (["list", "--router", "tcp/127.0.0.1:9"], "cannot reach the router at tcp/127.0.0.1:9"),
+        (["top", "--interval", "0"], "--interval must be between"),
+        (["keys", "add", "missing", "robot1"], "has no authority"),
+    ],
+)
+def test_errors_are_one_line(ros: RosSystem, arguments: list[str], reason: str) -> None:
+    ended = ros.pipros.run("pipros", "fleet", *arguments)
+    assert ended.returncode == 1
+    assert reason in ended.output
+    assert len(ended.stderr) == 1
+
+
+def test_a_file_is_checked(ros: RosSystem) -> None:
+    (ros.home / "good.yaml").write_text(
+        "share: {topics: [{name: /tf, rate_hz: 5, latest_only: true, priority: high, compress: true}, "
+        "{name: /x, allow: false}]}\nbandwidth_kbit: 100\naccept: {services: [{name: /s, from: [op]}]}\n"
+    )
+    good = ros.pipros.run("pipros", "fleet", "check", "good.yaml")
+    assert good.returncode == 0
+    assert good.stdout == [
+        "shows the members *",
+        "sends at most 100 kbit/s",
+        "shares the topics:",
+        "  /tf: at most 5 messages/s, only the latest, high priority, compressed",
+        "  /x: not",
+        "shares the parameters: (none)",
+        "accepts messages for the topics: (none)",
+        "accepts calls of the services:",
+        "  /s: from op",
+        "lets others set the parameters: (none)",
+    ]
+    (ros.home / "bad.yaml").write_text("accept: {topics: [{name: cmd}]}\n")
+    bad = ros.pipros.run("pipros", "fleet", "check", "bad.yaml")
+    assert bad.returncode == 1
+    assert "bad.yaml: accept.topics[0].name must be a global name such as /camera/**, got 'cmd'" in bad.output
+
+
+def test_without_the_extra_each_command_names_it(ros: RosSystem) -> None:
+    """A module of that name that cannot be imported stands for one that is not installed."""
+    (ros.home / "zenoh.py").write_text("raise ImportError('not here', name='zenoh')\n")
+    for arguments in (["list"], ["join", "a"], ["router"], ["top"], ["info", "a"], ["param", "list", "a"]):
+        ended = ros.pipros.run("pipros", "fleet", *arguments, PYTHONPATH=str(ros.home))
+        assert ended.returncode == 1, ended.output
+        assert len(ended.stderr) == 1, ended.output
+        assert "fleets need eclipse-zenoh, which is not installed. Try: " in ended.stderr[0]
+        assert "pip install" in ended.stderr[0]

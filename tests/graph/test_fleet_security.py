@@ -1,0 +1,306 @@
+"""Certificates, and what a router lets each member do; and what a member survives from a hostile one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.fleet import keys
+from pipros.fleet.access import Role
+from pipros.fleet.agent import new_instance
+from pipros.fleet.certificates import Authority, KeysFailed
+from pipros.fleet.directory import Directory, Entry, to_json
+from pipros.fleet.key_files import read_keys
+from pipros.fleet.messages import Attachment, pack
+from pipros.fleet.zenoh_session import Link, LinkFailed, connect, open_router
+from tests.graph.test_fleet_topics import publish_until
+from tests.support.fleet import Member, String, running_router
+from tests.support.ports import ClaimedPort
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+ACCEPTS = "{share: {topics: [/chatter]}, accept: {topics: [/cmd], services: [/reset]}}"
+
+
+@pytest.fixture
+def authority(tmp_path: Path) -> Authority:
+    found = Authority.create(tmp_path / "fleet")
+    for name in ("robot1", "robot2", "operator"):
+        found.add(name)
+    found.add("viewer", Role.OBSERVER)
+    return found
+
+
+@pytest.fixture
+def router(authority: Authority, claimed_port: ClaimedPort) -> Iterator[str]:
+    address = f"tls/127.0.0.1:{claimed_port.number}"
+    link = open_router([address], authority.router_tls(), authority.access())
+    yield address
+    link.close()
+
+
+def link_of(authority: Authority, name: str, router: str) -> Link:
+    return connect(router, read_keys(authority.folder / name).tls)
+
+
+def member(authority: Authority, name: str, router: str, file: str = "") -> Member:
+    return Member(name, router, file, tls=read_keys(authority.folder / name).tls)
+
+
+def test_members_with_certificates_work_together(authority: Authority, router: str) -> None:
+    with (
+        member(authority, "robot1", router, ACCEPTS) as robot,
+        member(authority, "operator", router) as operator,
+    ):
+        talker = robot.node("talker").advertise("/chatter", String)
+        commands = robot.receive("/cmd", name="base")
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        publish_until(talker, received, "hello")
+        operator.wait_for_input("/robot1/cmd")
+        publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
+
+
+def test_without_a_certificate_of_the_fleet_nothing_is_reached(
+    authority: Authority, router: str, tmp_path: Path
+) -> None:
+    other = Authority.create(tmp_path / "other")
+    foreign = read_keys(other.add("robot1")).tls
+    with pytest.raises(LinkFailed, match="cannot reach the router"):
+        connect(router, foreign)
+    with pytest.raises(LinkFailed, match="cannot reach the router"):
+        connect(router.replace("tls/", "tcp/"))
+
+
+def test_a_member_cannot_pose_as_a_router(authority: Authority) -> None:
+    port = ClaimedPort()
+    address = f"tls/127.0.0.1:{port.number}"
+    fake = open_router([address], read_keys(authority.folder / "robot2").tls)
+    try:
+        with pytest.raises(LinkFailed, match="cannot reach the router"):
+            link_of(authority, "robot1", address)
+    finally:
+        fake.close()
+        port.release()
+
+
+def test_a_member_cannot_speak_for_another(authority: Authority, router: str) -> None:
+    """It can neither be present, nor publish, send commands or answer under another's name."""
+    with (
+        member(authority, "operator", router) as operator,
+        member(authority, "robot1", router, ACCEPTS) as one,
+    ):
+        commands = one.receive("/cmd", name="base")
+        operator.wait_for_input("/robot1/cmd")
+        spy = link_of(authority, "robot2", router)
+        try:
+            held = [
+                spy.declare_token(keys.live("robot9", 1, new_instance())),
+                spy.declare_token(keys.live("robot2", 1, new_instance())),
+            ]
+            false = Directory("robot1", one.agent.instance, 1000)
+            spy.put(keys.directory("robot1"), to_json(false))
+            attachment = pack(Attachment(0, new_instance(), 1, 0, String._md5sum))
+            spy.put(keys.into("operator", "robot1", "/cmd"), b"\x01\0\0\0x", attachment)
+            with pytest.raises(LinkFailed, match="not accepted"):
+                # it may ask under its own name, and is then refused by the robot's file
+                spy.get(keys.service("robot1", "robot2", "/reset"), timeout_s=2)
+            assert spy.get(keys.service("robot1", "operator", "/reset"), timeout_s=2) == []
+
+            wait_until(lambda: "robot2" in operator.agent.statistics()["members"], 15, "its own token")
+            assert "robot9" not in operator.agent.statistics()["members"]
+            assert "/robot1/cmd" in operator.state().subscribers, "the false directory was not delivered"
+            publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
+            assert not [each for each in commands if each.data == "x"]
+            assert len(held) == 2
+        finally:
+            spy.close()
+
+
+def test_an_observer_sees_and_changes_nothing(authority: Authority, router: str) -> None:
+    with member(authority, "robot1", router, ACCEPTS) as robot, member(authority, "viewer", router) as viewer:
+        talker = robot.node("talker").advertise("/chatter", String)
+        commands = robot.receive("/cmd", name="base")
+        viewer.wait_for_topic("/robot1/chatter")
+        publish_until(talker, viewer.receive("/robot1/chatter"), "hello")
+        viewer.wait_for_input("/robot1/cmd")
+        wrong = viewer.node("teleop").advertise("/robot1/cmd", String)
+        wait_until(lambda: wrong.connection_count, 15, "a connection")
+        for _ in range(10):
+            wrong.publish(String("stray"))
+        wait_until(lambda: viewer.agent.statistics()["sent"], 15, "what it sends")
+        assert viewer.link.get(keys.service("robot1", "viewer", "/reset"), timeout_s=1) == []
+        publish_until(talker, viewer.receive("/robot1/chatter", name="again"), "later")
+        assert commands == []
+
+
+def test_revoking_ends_the_link_of_a_member(ros: RosSystem, authority: Authority) -> None:
+    port = ClaimedPort()
+    address = f"tls/127.0.0.1:{port.number}"
+    router = ros.pipros.start("pipros", "fleet", "router", address, "--keys", str(authority.folder))
+    router.wait_for("router at")
+    with member(authority, "operator", address) as operator:
+        tls = read_keys(authority.folder / "robot1").tls
+        with Member("robot1", address, ACCEPTS, tls=tls) as robot:
+            robot.node("talker").advertise("/chatter", String)
+            operator.wait_for_topic("/robot1/chatter")
+            authority.revoke("robot1")
+            router.wait_for("the list of members has changed")
+            wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, 20, "robot1 to go")
+        with member(authority, "robot2", address, ACCEPTS) as other:
+            other.node("talker").advertise("/chatter", String)
+            operator.wait_for_topic("/robot2/chatter")
+    router.press_ctrl_c()
+    assert router.wait() == 0
+    port.release()
+
+
+def test_the_folder_of_an_authority(tmp_path: Path) -> None:
+    authority = Authority.create(tmp_path / "fleet")
+    folder = authority.add("robot1")
+    assert (folder / "member.key").stat().st_mode & 0o777 == 0o600
+    assert (authority.folder / "fleet.key").stat().st_mode & 0o777 == 0o600
+    before = (folder / "member.crt").read_bytes()
+    authority.renew("robot1")
+    assert (folder / "member.crt").read_bytes() != before
+    authority.renew("router")
+    assert authority.members() == {"robot1": Role.MEMBER}
+    for wrong, reason in (
+        (lambda: authority.add("robot1"), "there is a member"),
+        (lambda: authority.add("router"), "the name of the routers"),
+        (lambda: authority.add("a/b"), "is not a legal name"),
+        (lambda: authority.renew("robot2"), "there is no member"),
+        (lambda: authority.revoke("robot2"), "there is no member"),
+        (lambda: Authority.create(authority.folder), "already has an authority"),
+        (lambda: Authority(tmp_path), "has no authority"),
+    ):
+        with pytest.raises((KeysFailed, ValueError), match=reason):
+            wrong()
+    authority.revoke("robot1")
+    assert authority.members() == {}
+    authority.members_file.write_text("nonsense")
+    with pytest.raises(KeysFailed, match="cannot read"):
+        authority.members()
+
+
+def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPort) -> None:
+    """A member that is present sends nonsense under every key that it may use."""
+    with running_router(claimed_port.number) as address, Member("operator", address) as operator:
+        hostile = connect(address)
+        try:
+            instance = new_instance()
+            entries = (Entry("/chatter", "std_msgs/String", String._md5sum),)
+            answer = _answering(to_json(Directory("bad", instance, 1, entries)))
+            held = [
+                hostile.serve(keys.directory("bad"), answer),
+                hostile.declare_token(keys.live("bad", 1, instance)),
+            ]
+            operator.wait_for_topic("/bad/chatter")
+            received = operator.receive("/bad/chatter")
+            wait_until(lambda: operator.agent.shown["bad"].wanted(), 15, "the topic to be wanted")
+            good = Attachment(0, instance, 1, 0, String._md5sum)
+            body = b"\x02\0\0\0ok"
+            for payload, attachment in (
+                (body, b""),
+                (body, b"x" * 48),
+                (body, pack(Attachment(0, instance, 1, 0, "0" * 32))),
+                (body, pack(Attachment(0, instance, 1, 0, String._md5sum, is_compressed=True))),
+            ):
+                hostile.put(keys.topic("bad", "/chatter"), payload, attachment)
+            for document in (
+                b"",
+                b"\xff",
+                b"[]",
+                b"[" * 50_000,
+                b"x" * (5 * 1024 * 1024),
+                json.dumps(1).encode(),
+            ):
+                hostile.put(keys.directory("bad"), document)
+                hostile.put(keys.wanted("bad", "operator"), document)
+            hostile.put(keys.topic("bad", "/chatter"), body, pack(good))
+            wait_until(lambda: received, 15, "the good message")
+            assert [each.data for each in received] == ["ok"]
+            (counts,) = operator.agent.statistics()["received"].values()
+            assert counts[3] == 4
+            assert len(held) == 2
+        finally:
+            hostile.close()
+
+
+def _answering(payload: bytes) -> Any:
+    def answer(question: Any) -> None:
+        question.answer(payload)
+        question.close()
+
+    return answer
+
+
+def test_a_member_of_another_version_is_reported_and_ignored(claimed_port: ClaimedPort) -> None:
+    with running_router(claimed_port.number) as address, Member("operator", address) as operator:
+        other = connect(address)
+        try:
+            held = other.declare_token(keys.live("future", keys.VERSION + 1, new_instance()))
+            expected = f"[future] speaks version {keys.VERSION + 1} of the fleet protocol, this member "
+            wait_until(lambda: any(expected in each for each in operator.warnings), 15, expected)
+            assert "future" not in operator.agent.statistics()["members"]
+            del held
+        finally:
+            other.close()
+
+
+def test_of_two_members_with_one_name_the_later_one_ends(claimed_port: ClaimedPort) -> None:
+    """They started on two sides of a cut link, so neither could see the other."""
+    with running_router(claimed_port.number) as address, Member("robot1", address) as first:
+        twin = connect(address)
+        try:
+            older = twin.declare_token(keys.live("robot1", keys.VERSION, "0" * 16))
+            wait_until(lambda: first.failures, 15, "the later one to end")
+            assert "already has a member [robot1]" in str(first.failures[0])
+            del older
+        finally:
+            twin.close()
+
+
+def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(claimed_port: ClaimedPort) -> None:
+    with (
+        running_router(claimed_port.number) as address,
+        Member("operator", address, limits={"fleet_members": 20}) as operator,
+        Member("robot1", address) as robot,
+    ):
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        hostile = connect(address)
+        try:
+            held = [hostile.declare_token(keys.live(f"x{n}", 1, new_instance())) for n in range(200)]
+            wait_until(lambda: len(operator.agent.statistics()["members"]) == 20, 15, "the limit")
+            publish_until(talker, received, "still")
+            assert len(held) == 200
+        finally:
+            hostile.close()
+
+
+def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -> None:
+    """A member is called like the node of the agent, and offers the service of that node."""
+    with running_router(claimed_port.number) as address, Member("operator", address) as operator:
+        hostile = connect(address)
+        try:
+            name, instance, md5sum = "pipros_fleet_operator", new_instance(), "0" * 32
+            shared = (Entry("/chatter", "std_msgs/String", String._md5sum),)
+            services = (Entry("/link", "a/B", md5sum), Entry("/other", "a/B", md5sum))
+            directory = Directory(name, instance, 1, shared, (), services)
+            held = [
+                hostile.serve(keys.directory(name), _answering(to_json(directory))),
+                hostile.declare_token(keys.live(name, 1, instance)),
+            ]
+            operator.wait_for_service(f"/{name}/other")
+            operator.wait_for_topic(f"/{name}/chatter")
+            expected = f"[/link] of [{name}] is not shown: service [/{name}/link] already registered"
+            assert expected in operator.warnings
+            assert len(held) == 2
+        finally:
+            hostile.close()

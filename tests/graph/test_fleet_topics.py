@@ -1,0 +1,212 @@
+"""Topics between the members of a fleet: each has its own master, and all share a router."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pipros.fleet.agent import NameTaken
+from pipros.msg import load_message_class
+from tests.support.fleet import Member, String, running_router
+from tests.support.ports import ClaimedPort
+from tests.support.waiting import wait_until
+
+ACCEPTS = "accept: {topics: [{name: /cmd, from: [operator]}]}"
+
+
+@pytest.fixture
+def router(claimed_port: ClaimedPort) -> Iterator[str]:
+    with running_router(claimed_port.number) as address:
+        yield address
+
+
+def publish_until(publisher: Any, received: list[Any], text: str) -> None:
+    """Publish numbered messages until one is received."""
+    numbers = itertools.count()
+
+    def arrives() -> bool:
+        publisher.publish(String(f"{text} {next(numbers)}"))
+        return any(message.data.startswith(text) for message in received)
+
+    wait_until(arrives, 15, f"{text} to arrive")
+
+
+def test_a_topic_appears_below_the_members_name(router: str) -> None:
+    with Member("robot1", router) as robot, Member("operator", router) as operator:
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        publish_until(talker, received, "hello")
+        assert received[0]._connection_header["type"] == "std_msgs/String"
+        assert "string data" in received[0]._connection_header["message_definition"]
+        assert robot.state().publishers.keys() >= {"/chatter"}
+        assert not any(topic.startswith("/operator/robot1") for topic in robot.state().publishers)
+
+
+def test_nothing_crosses_without_a_subscriber(router: str) -> None:
+    with Member("robot1", router) as robot, Member("operator", router) as operator:
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        for number in range(10):
+            talker.publish(String(str(number)))
+        assert robot.agent.statistics()["sent"] == {}
+        assert talker.connection_count == 0
+
+        listener = operator.node("listener")
+        received: list[Any] = []
+        subscriber = listener.subscribe("/robot1/chatter", String, received.append)
+        publish_until(talker, received, "now")
+        subscriber.unregister()
+        wait_until(lambda: talker.connection_count == 0, 15, "the agent to unsubscribe")
+
+
+def test_a_late_subscriber_gets_the_latched_message_of_each_publisher(router: str) -> None:
+    with Member("robot1", router) as robot, Member("operator", router) as operator:
+        for name in ("one", "two"):
+            robot.node(name).advertise("/map", String, latch=True).publish(String(name))
+        operator.wait_for_topic("/robot1/map")
+        received = operator.receive("/robot1/map", name="first")
+        wait_until(lambda: {each.data for each in received} == {"one", "two"}, 15, "both maps")
+
+        later = operator.receive("/robot1/map", name="second")
+        wait_until(lambda: {each.data for each in later} == {"one", "two"}, 15, "both maps again")
+        assert later[0]._connection_header["latching"] == "1"
+
+        with Member("other", router) as other:
+            other.wait_for_topic("/robot1/map")
+            elsewhere = other.receive("/robot1/map")
+            wait_until(lambda: {each.data for each in elsewhere} == {"one", "two"}, 15, "both elsewhere")
+
+
+def test_inputs_reach_a_robot_only_if_its_file_accepts_them(router: str) -> None:
+    with (
+        Member("robot1", router, ACCEPTS) as robot,
+        Member("operator", router) as operator,
+        Member("stranger", router) as stranger,
+    ):
+        commands = robot.receive("/cmd", name="base")
+        robot.receive("/private", name="arm")
+        operator.wait_for_input("/robot1/cmd")
+        publisher = operator.node("teleop").advertise("/robot1/cmd", String)
+        publish_until(publisher, commands, "go")
+        assert "/robot1/private" not in operator.state().subscribers
+
+        stranger.wait_for_input("/robot1/cmd")
+        wrong = stranger.node("teleop").advertise("/robot1/cmd", String)
+        wait_until(lambda: wrong.connection_count, 15, "a connection")
+        wrong.publish(String("stray"))
+        operator_last = operator.node("again").advertise("/robot1/cmd", String)
+        publish_until(operator_last, commands, "last")
+        assert not [each for each in commands if each.data.startswith("stray")]
+
+
+def test_messages_never_run_in_circles(router: str) -> None:
+    """Both share and accept a topic of one name, and a third one shows both."""
+    file = "accept: {topics: [/**]}"
+    with Member("a", router, file) as a, Member("b", router, file) as b, Member("c", router, file) as c:
+        at_a, at_b = a.receive("/x"), b.receive("/x")
+        a.wait_for_input("/b/x")
+        publisher = a.node("talker").advertise("/x", String)
+        into_b = a.node("sender").advertise("/b/x", String)
+        b.wait_for_topic("/a/x")
+        at_c = c.receive("/a/x")
+        publish_until(publisher, at_c, "plain")
+        publish_until(into_b, at_b, "into b")
+        texts = [each.data for each in (*at_a, *at_b, *at_c)]
+        for member, received in (("a", at_a), ("b", at_b), ("c", at_c)):
+            found = [each.data for each in received]
+            assert len(found) == len(set(found)), f"{member} got a message twice: {texts}"
+        assert not [each for each in at_a if each.data.startswith("into b")]
+        names = {*a.state().publishers, *b.state().publishers, *c.state().publishers}
+        assert not [name for name in names if name.count("/") > 2], names
+
+
+def test_a_second_member_of_one_name_is_refused(router: str) -> None:
+    with (
+        Member("robot1", router) as first,
+        pytest.raises(NameTaken, match=r"already has a member \[robot1\]"),
+    ):
+        Member("robot1", router)
+    assert first.failures == []
+
+
+def test_a_local_node_in_the_namespace_of_a_member_hides_it(router: str) -> None:
+    with Member("operator", router) as operator:
+        blocking = operator.node("robot1_proxy")
+        blocking.serve("/robot1/reset", load_empty(), lambda _: None)
+        operator.wait_for_service("/robot1/reset")
+        wait_until(lambda: operator.agent.local_names() >= {"/robot1/reset"}, 15, "a look at the master")
+        with Member("robot1", router) as robot:
+            robot.node("talker").advertise("/chatter", String)
+            expected = "[robot1] is not shown, because the local name [/robot1/reset] uses its namespace"
+            wait_until(lambda: expected in operator.warnings, 15, expected)
+            assert "/robot1/chatter" not in operator.state().publishers
+
+
+def load_empty() -> Any:
+    from pipros.msg import load_service_class
+
+    return load_service_class("std_srvs/Empty")
+
+
+def test_a_member_that_leaves_takes_its_topics_along(router: str) -> None:
+    with Member("operator", router) as operator:
+        with Member("robot1", router) as robot:
+            robot.node("talker").advertise("/chatter", String)
+            operator.wait_for_topic("/robot1/chatter")
+        wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, 15, "the topic to go")
+
+
+def test_transforms_get_prefixes_and_static_ones_are_merged(router: str) -> None:
+    message_class: Any = load_message_class("tf2_msgs/TFMessage")
+    stamped: Any = load_message_class("geometry_msgs/TransformStamped")
+
+    def transform(parent: str, child: str) -> Any:
+        found = stamped()
+        found.header.frame_id, found.child_frame_id = parent, child
+        return message_class([found])
+
+    file = "share: {topics: [{name: /tf_static, prefix_frames: true}]}"
+    with Member("robot1", router, file) as robot, Member("operator", router) as operator:
+        for name in ("laser", "camera"):
+            publisher = robot.node(name).advertise("/tf_static", message_class, latch=True)
+            publisher.publish(transform("base", name))
+        operator.wait_for_topic("/robot1/tf_static")
+        received = operator.receive("/robot1/tf_static", message_class)
+
+        def children() -> set[str]:
+            return {each.child_frame_id for each in received[-1].transforms} if received else set()
+
+        wait_until(lambda: children() == {"robot1/laser", "robot1/camera"}, 15, "the merged message")
+        assert received[-1].transforms[0].header.frame_id == "robot1/base"
+
+
+def test_a_rate_limit_keeps_the_last_message(router: str) -> None:
+    file = "share: {topics: [{name: /state, rate_hz: 5, compress: true}]}"
+    with Member("robot1", router, file) as robot, Member("operator", router) as operator:
+        publisher = robot.node("talker").advertise("/state", String)
+        operator.wait_for_topic("/robot1/state")
+        received = operator.receive("/robot1/state")
+        publish_until(publisher, received, "first")
+        for number in range(100):
+            publisher.publish(String(f"burst {number}"))
+        wait_until(lambda: received[-1].data == "burst 99", 15, "the last message")
+        burst = [each.data for each in received if each.data.startswith("burst")]
+        assert len(burst) < 100
+        (counts,) = robot.agent.statistics()["sent"].values()
+        assert counts[2] > 0, "what was dropped is counted"
+
+
+def test_links_and_members_are_on_diagnostics(router: str) -> None:
+    array: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
+    with Member("operator", router) as operator, Member("robot1", router):
+        received = operator.receive("/diagnostics", array)
+
+        def names() -> set[str]:
+            return {status.name for status in received[-1].status} if received else set()
+
+        wait_until(lambda: names() == {"/Fleet/operator", "/Fleet/operator/robot1"}, 15, "both components")
+        assert {status.message for status in received[-1].status} == {"connected", "present"}

@@ -1,0 +1,77 @@
+"""Two robots with genuine masters and genuine nodes, and genuine nodes at an operator's master of pipros."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from tests.support.fleet import Member, running_router
+from tests.support.ports import ClaimedPort
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+PROGRAMS = Path(__file__).parent / "programs"
+PYTHON = "/usr/bin/python3"
+ACCEPTS = "accept: {topics: [{name: /cmd, from: [operator]}, /do/goal, /do/cancel], services: [/lamp]}"
+
+
+@pytest.fixture
+def robots(tmp_path: Path, bare_tools: Path) -> Iterator[dict[str, RosSystem]]:
+    with ExitStack() as stack:
+        found = {}
+        for name in ("robot1", "robot2"):
+            port = ClaimedPort()
+            stack.callback(port.release)
+            (tmp_path / name).mkdir()
+            found[name] = RosSystem(port.number, tmp_path / name, bare_tools)
+            stack.callback(found[name].close)
+        yield found
+
+
+def test_an_operator_uses_two_genuine_robots(plain_ros: RosSystem, robots: dict[str, RosSystem]) -> None:
+    plain_ros.serve_master()
+    port = ClaimedPort()
+    with ExitStack() as stack:
+        stack.callback(port.release)
+        router = stack.enter_context(running_router(port.number))
+        for name, robot in robots.items():
+            robot.genuine.start_bare_master()
+            robot.genuine.start(PYTHON, PROGRAMS / "fleet_robot.py", name).wait_for("ready")
+            stack.enter_context(Member(name, router, ACCEPTS, master_uri=robot.master_uri))
+        member = stack.enter_context(Member("operator", router, master_uri=plain_ros.master_uri))
+        operator = plain_ros.genuine.start(PYTHON, PROGRAMS / "fleet_operator.py")
+        operator.wait_for("done", 120)
+        lines = [line for line in operator.stdout if line.startswith("robot")]
+        expected = [
+            line
+            for name in robots
+            for line in (
+                f"{name} chatter",
+                f"{name} latched map of {name}",
+                f"{name} legal legal",
+                f"{name} static ['laser']",
+                f"{name} service {name}",
+                f"{name} error True",
+                f"{name} action 42",
+                f"{name} command {name} got go",
+            )
+        ]
+        assert lines == expected
+
+        plain_ros.genuine.start("rostopic", "pub", "/robot1/cmd", "std_msgs/Int32", "5")
+        subscribe = "from std_msgs.msg import Int32; rospy.Subscriber('/robot1/number', Int32, print)"
+        plain_ros.genuine.start(
+            PYTHON, "-c", f"import rospy; rospy.init_node('wrong'); {subscribe}; rospy.spin()"
+        )
+        for expected_text in (
+            "Client [/wrong] wants topic [/robot1/number] to have datatype/md5sum [std_msgs/Int32/",
+            "topic types do not match: [std_msgs/String] vs. [std_msgs/Int32]",
+        ):
+            wait_until(
+                lambda text=expected_text: any(text in each for each in member.warnings),  # type: ignore[misc]
+                60,
+                expected_text,
+            )

@@ -1,0 +1,122 @@
+"""Fleets in a test's own process: a router, and members with their masters."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+from pipros.basics.env import Environment
+from pipros.basics.limits import process_limits
+from pipros.fleet.agent import Agent, agent_node_name
+from pipros.fleet.fleet_file import FleetFile, parse_fleet_file
+from pipros.fleet.zenoh_session import Link, Tls, connect, open_router
+from pipros.graph.system_state import SystemState
+from pipros.master.master import Master
+from pipros.msg import load_message_class
+from pipros.node import Node
+from tests.support.waiting import wait_until
+
+String: Any = load_message_class("std_msgs/String")
+LOOK_S = 0.05
+
+
+class _Kept(logging.Handler):
+    """Keeps texts that are logged."""
+
+    def __init__(self, texts: list[str]) -> None:
+        super().__init__(logging.WARNING)
+        self._texts = texts
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._texts.append(record.getMessage())
+
+
+class Member:
+    """A member with its own master.
+
+    Attributes:
+        name: its name in the fleet.
+        failures: errors for which its agent must end.
+        warnings: texts that its agent logged.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        router: str,
+        file: str | FleetFile = "",
+        *,
+        master_uri: str | None = None,
+        tls: Tls | None = None,
+        limits: dict[str, Any] | None = None,
+    ) -> None:
+        self.name = name
+        self._stack = ExitStack()
+        self.failures: list[Exception] = []
+        self.warnings: list[str] = []
+        if master_uri is None:
+            master_uri = self._stack.enter_context(Master(port=0)).uri
+        self.environment = Environment(master_uri=master_uri)
+        self.agent_node = Node(
+            agent_node_name(name),
+            environment=self.environment,
+            limits=process_limits()._replace(**(limits or {})),
+        )
+        self._stack.enter_context(self.agent_node)
+        self.agent_node.log.addHandler(_Kept(self.warnings))
+        parsed = parse_fleet_file(file) if isinstance(file, str) else file
+        self.link: Link = connect(router, tls, limits=self.agent_node.limits)
+        self._stack.callback(self.link.close)
+        self.agent = Agent(
+            self.agent_node, self.link, name, parsed, on_failure=self.failures.append, look_s=LOOK_S
+        )
+        self._stack.callback(self.agent.close)
+        try:
+            self.agent.start()
+        except BaseException:
+            self.close()
+            raise
+
+    def node(self, name: str) -> Node:
+        """Return a running node on the member's master."""
+        return self._stack.enter_context(Node(name, environment=self.environment))
+
+    def state(self) -> SystemState:
+        return SystemState.from_state(self.agent_node.master.get_system_state())
+
+    def wait_for_topic(self, topic: str) -> None:
+        wait_until(lambda: topic in self.state().publishers, 15, f"{topic} at {self.name}")
+
+    def wait_for_input(self, topic: str) -> None:
+        wait_until(lambda: topic in self.state().subscribers, 15, f"a subscriber of {topic} at {self.name}")
+
+    def wait_for_service(self, service: str) -> None:
+        wait_until(lambda: service in self.state().services, 15, f"{service} at {self.name}")
+
+    def receive(self, topic: str, kind: Any = String, name: str = "listener") -> list[Any]:
+        """Subscribe, and return the list to which messages are added."""
+        found: list[Any] = []
+        self.node(name).subscribe(topic, kind, found.append)
+        return found
+
+    def close(self) -> None:
+        self._stack.close()
+
+    def __enter__(self) -> Member:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+@contextmanager
+def running_router(port: int, **options: Any) -> Iterator[str]:
+    """Run a router, and yield its address."""
+    address = f"tcp/127.0.0.1:{port}"
+    router = open_router([address], **options)
+    try:
+        yield address
+    finally:
+        router.close()

@@ -1,0 +1,69 @@
+"""Attachments, compression, and the count of lost messages."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from pipros.basics.errors import LimitExceeded, ProtocolError
+from pipros.fleet.messages import Attachment, Received, compressed, decompressed, pack, unpack
+
+FIRST = Attachment(3, "0123456789abcdef", 1, 5, "992ce8a1687cec8c8bd883ec73ca41d1")
+
+
+def numbered(sequence: int, instance: str = FIRST.instance) -> Attachment:
+    return replace(FIRST, sequence=sequence, instance=instance)
+
+
+def test_an_attachment_survives_its_encoding() -> None:
+    latched = replace(FIRST, is_latched=True, is_compressed=True)
+    assert unpack(pack(FIRST)) == FIRST
+    assert unpack(pack(latched)) == latched
+    assert len(pack(FIRST)) == 48
+
+
+@pytest.mark.parametrize("content", [b"", b"x" * 48, pack(FIRST)[:-1], pack(FIRST) + b"x"])
+def test_malformed_attachments_raise(content: bytes) -> None:
+    with pytest.raises(ProtocolError, match="48 bytes of version 1"):
+        unpack(content)
+
+
+def test_compressed_messages_are_bounded() -> None:
+    body = bytes(100_000)
+    assert decompressed(compressed(body), 100_000) == body
+    with pytest.raises(LimitExceeded, match="fleet_message_bytes"):
+        decompressed(compressed(body), 99_999)
+    with pytest.raises(ProtocolError, match="malformed"):
+        decompressed(b"nonsense", 100)
+    with pytest.raises(ProtocolError, match="incomplete"):
+        decompressed(compressed(body)[:-4], 200_000)
+
+
+def test_missing_messages_are_counted() -> None:
+    received = Received()
+    assert all(received.is_new(numbered(number), 10) for number in (5, 6, 9))
+    assert (received.messages, received.bytes, received.lost) == (3, 30, 2)
+    assert not received.is_new(numbered(9), 10)
+    received.restart()
+    assert received.is_new(numbered(20), 10)
+    assert received.lost == 2
+
+
+def test_a_new_run_of_the_sender_loses_nothing() -> None:
+    received = Received()
+    received.is_new(numbered(50), 1)
+    assert received.is_new(numbered(1, "f" * 16), 1)
+    assert received.lost == 0
+
+
+def test_replayed_messages_are_neither_repeated_nor_lost() -> None:
+    received = Received()
+    assert received.is_new(numbered(3), 1)
+    assert received.is_new(numbered(1), 1, is_replay=True)
+    assert not received.is_new(numbered(1), 1, is_replay=True)
+    assert received.is_new(numbered(4), 1)
+    assert received.is_new(numbered(5), 1, is_replay=True)
+    assert not received.is_new(numbered(5), 1)
+    assert received.is_new(numbered(6), 1)
+    assert received.lost == 0

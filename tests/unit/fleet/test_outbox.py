@@ -1,0 +1,116 @@
+"""Which message is sent next over a link, and which are dropped."""
+
+from __future__ import annotations
+
+from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.outbox import QUEUE, Outbox
+
+
+def outbox(limit_bytes: int = 1000, bandwidth_kbit: float = 0.0, **rules: Rule) -> Outbox[str]:
+    box: Outbox[str] = Outbox(limit_bytes, bandwidth_kbit)
+    for name, rule in rules.items():
+        box.add_topic(name, rule)
+    return box
+
+
+def drained(box: Outbox[str], now_s: float = 0.0) -> list[str]:
+    found = []
+    while (item := box.pop(now_s)) is not None:
+        found.append(item[1])
+    return found
+
+
+def test_messages_keep_their_order() -> None:
+    box = outbox(a=Rule("/a"))
+    for text in "123":
+        box.push("a", text, 1)
+    assert not box.is_idle("a")
+    assert drained(box) == ["1", "2", "3"]
+    assert box.is_idle("a")
+    assert box.bytes == 0
+
+
+def test_higher_priorities_are_first() -> None:
+    box = outbox(
+        low=Rule("/l", priority=Priority.LOW), high=Rule("/h", priority=Priority.HIGH), normal=Rule("/n")
+    )
+    for name in ("low", "normal", "high"):
+        box.push(name, name, 1)
+    assert drained(box) == ["high", "normal", "low"]
+
+
+def test_topics_of_one_priority_take_turns() -> None:
+    box = outbox(a=Rule("/a"), b=Rule("/b"))
+    for number in range(2):
+        box.push("a", f"a{number}", 1)
+        box.push("b", f"b{number}", 1)
+    first = [box.pop(time_s) for time_s in (1.0, 2.0, 3.0, 4.0)]
+    assert first == [("a", "a0"), ("b", "b0"), ("a", "a1"), ("b", "b1")]
+
+
+def test_a_rate_keeps_the_newest_message() -> None:
+    box = outbox(a=Rule("/a", rate_hz=2))
+    box.push("a", "1", 1)
+    assert box.pop(10.0) == ("a", "1")
+    box.push("a", "2", 1)
+    box.push("a", "3", 1)
+    assert box.pop(10.4) is None
+    assert box.wait_s(10.4) == 10.5 - 10.4
+    assert box.pop(10.5) == ("a", "3")
+    assert box.dropped == {"a": 1}
+    assert not box.is_idle("a")
+
+
+def test_latest_only_replaces_the_message_that_waits() -> None:
+    box = outbox(a=Rule("/a", is_latest_only=True))
+    for text in "123":
+        box.push("a", text, 1)
+    assert drained(box) == ["3"]
+    assert box.dropped == {"a": 2}
+
+
+def test_a_queue_drops_its_oldest() -> None:
+    box = outbox(limit_bytes=10_000, a=Rule("/a"))
+    for number in range(QUEUE + 5):
+        box.push("a", str(number), 1)
+    assert drained(box)[0] == "5"
+    assert box.dropped == {"a": 5}
+
+
+def test_beyond_the_bytes_the_lowest_priority_is_dropped() -> None:
+    box = outbox(100, low=Rule("/l", priority=Priority.LOW), high=Rule("/h", priority=Priority.HIGH))
+    box.push("low", "image", 60)
+    box.push("high", "stop", 60)
+    assert drained(box) == ["stop"]
+    assert box.dropped == {"low": 1}
+    box.push("high", "too large", 101)
+    assert drained(box) == []
+    assert box.dropped["high"] == 1
+
+
+def test_a_bandwidth_spaces_messages() -> None:
+    box = outbox(10_000, 8, a=Rule("/a"), stop=Rule("/s", priority=Priority.HIGH))  # 1000 bytes/s
+    for text in "12":
+        box.push("a", text, 600)
+    assert box.pop(100.0) == ("a", "1")
+    assert box.pop(100.0) is None
+    assert box.wait_s(100.0) == 0.5
+    assert box.pop(100.5) == ("a", "2")
+    box.push("a", "3", 600)
+    box.push("stop", "stop", 100)
+    assert box.wait_s(100.5) == 0.0
+    assert box.pop(100.5) == ("stop", "stop"), "a high priority does not wait for the bandwidth"
+    assert box.pop(100.6) is None
+
+
+def test_messages_of_unknown_topics_are_dropped() -> None:
+    box = outbox(a=Rule("/a"))
+    box.push("b", "1", 1)
+    box.push("a", "2", 1)
+    box.remove_topic("a")
+    box.remove_topic("a")
+    assert drained(box) == []
+    assert box.bytes == 0
+    assert box.dropped == {"b": 1}
+    assert box.wait_s(0.0) is None
+    assert not box.is_idle("a")
