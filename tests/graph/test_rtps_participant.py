@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ from pipros.ros2.rtps.qos import Durability, Qos
 from pipros.ros2.rtps.reader import Sample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK
 from pipros.ros2.rtps.services import Client, Server, UnknownStyle
+from tests.support.environments import REPOSITORY
 from tests.support.processes import Processes
 from tests.support.waiting import wait_until
 
@@ -260,3 +262,15 @@ def test_nothing_is_published_in_a_domain_with_both_sizes(pair: tuple[Participan
 
     wait_until(lambda: careful.knowledge is Knowledge.MIXED)
     wait_until(lambda: info_writers(pair[1]) == [])
+
+
+def test_the_example_in_the_documentation_runs(discovery: Discovery, processes: Processes) -> None:
+    text = (REPOSITORY / "docs" / "rtps.md").read_text()
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    received: list[bytes] = []
+    with Participant(discovery) as participant:
+        participant.add_reader("rt/chatter", TYPE, QOS, lambda sample: received.append(sample.payload))
+        script = code.replace("domain=0", f"domain={discovery.domain}")
+        processes.start(sys.executable, "-c", script)
+
+        wait_until(lambda: received == [b"\0\1\0\0\6\0\0\0hello\0"])
