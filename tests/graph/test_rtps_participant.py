@@ -273,4 +273,4 @@ def test_the_example_in_the_documentation_runs(discovery: Discovery, processes: 
         script = code.replace("domain=0", f"domain={discovery.domain}")
         processes.start(sys.executable, "-c", script)
 
-        wait_until(lambda: received == [b"\0\1\0\0\6\0\0\0hello\0"])
+        wait_until(lambda: received == [b"\0\1\0\0\6\0\0\0hello\0\0\0"])  # padded to four bytes
