@@ -15,7 +15,17 @@ from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
 from pipros.basics.limits import Limits
 from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.events import Event, PeerChanged
-from pipros.ros2.rtps.graph_info import TOPIC, GidBytes, Knowledge, NodeInfo
+from pipros.ros2.rtps.graph_info import (
+    TOPIC,
+    TYPE_NAME,
+    WRITER_QOS,
+    GidBytes,
+    Knowledge,
+    NodeInfo,
+    ParticipantInfo,
+    write_info,
+)
+from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
 from pipros.ros2.rtps.nodes import Nodes
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Durability, Qos
@@ -258,7 +268,9 @@ def test_nothing_is_published_in_a_domain_with_both_sizes(pair: tuple[Participan
     careful = Nodes(pair[0], GidBytes.HUMBLE)
     careful.announce([NODE])
     wait_until(lambda: info_writers(pair[1]) == [TOPIC])
-    Nodes(pair[1], GidBytes.IRON_AND_LATER).announce([NODE])
+    other = pair[1].add_writer(TOPIC, TYPE_NAME, WRITER_QOS)
+    info = ParticipantInfo(pair[1].prefix + PARTICIPANT_ENTITY, (NODE,))
+    other.write(write_info(info, GidBytes.IRON_AND_LATER))
 
     wait_until(lambda: careful.knowledge is Knowledge.MIXED)
     wait_until(lambda: info_writers(pair[1]) == [])
