@@ -219,8 +219,8 @@ from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Qos
 with Participant(Discovery(1)) as participant:
     writer = participant.add_writer("rt/a", "T", Qos())
-    print("waiting", flush=True)
     try:
+        print("waiting", flush=True)
         writer.wait_for_readers(timeout_s=1000)
     except KeyboardInterrupt:
         print("interrupted", flush=True)
