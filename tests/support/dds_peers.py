@@ -6,6 +6,7 @@ python -m tests.support.dds_peers prints the Debian packages that they need; `wh
 from __future__ import annotations
 
 import importlib.util
+import platform
 import shutil
 import subprocess
 import sys
@@ -20,7 +21,8 @@ from tests.support.once import machine_folder, make_once
 from tests.support.processes import Process, Processes
 
 PACKAGES = "cyclonedds-dev cyclonedds-tools g++ libfastcdr-dev libfastrtps-dev tshark"
-WHEEL = "cyclonedds==11.0.1"
+WHEEL = "cyclonedds==11.0.1" if sys.version_info < (3, 14) and platform.machine() == "x86_64" else ""
+"""The newest Cyclone DDS, where PyPI has a wheel of it."""
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 MESSAGE = "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
@@ -44,7 +46,7 @@ _PROGRAMS = {"idlc": "cyclonedds-tools", "g++": "g++", "tshark": "tshark"}
 def missing() -> list[str]:
     """Return the packages that this machine lacks."""
     files = [package for file, package in _FILES.items() if not Path(file).exists()]
-    if importlib.util.find_spec("cyclonedds") is None:
+    if WHEEL and importlib.util.find_spec("cyclonedds") is None:
         files.append(f"{WHEEL} (PyPI)")
     return files + [package for program, package in _PROGRAMS.items() if shutil.which(program) is None]
 

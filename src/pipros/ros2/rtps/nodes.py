@@ -17,8 +17,9 @@ from pipros.ros2.rtps.graph_info import (
     ParticipantInfo,
 )
 from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
-from pipros.ros2.rtps.participant import Participant, TopicWriter
+from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.topics import TopicWriter
 
 
 class Nodes:

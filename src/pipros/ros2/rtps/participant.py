@@ -13,7 +13,6 @@ import selectors
 import socket
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from queue import SimpleQueue
 from types import TracebackType
@@ -31,6 +30,7 @@ from pipros.ros2.rtps.parameters import SampleIdentity
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.reader import Sample
 from pipros.ros2.rtps.sockets import Backlog, RtpsSockets
+from pipros.ros2.rtps.topics import TopicReader, TopicWriter
 
 DEFAULT_USER_DATA: Final = b"enclave=/;"
 _Answer = TypeVar("_Answer")
@@ -40,133 +40,15 @@ _BURST_PAUSE_S: Final = 0.0005
 _DATAGRAMS_AT_ONCE: Final = 64
 _READ_EVERY: Final = 4
 _BACKLOG_BYTES: Final = 16 << 20
-_OVERHEAD_BYTES: Final = 500
 _JOIN_S: Final = 2.0
 
 
-class TopicWriter:
-    """A writer of a participant. Thread-safe."""
-
-    def __init__(self, participant: Participant, entity: bytes) -> None:
-        self._participant = participant
-        self.entity = entity
-
-    @property
-    def guid(self) -> bytes:
-        return self._participant.prefix + self.entity
-
-    def write(
-        self,
-        payload: bytes,
-        timeout_s: float = 0.0,
-        related: SampleIdentity | None = None,
-        recipients: frozenset[bytes] | None = None,
-    ) -> int:
-        """Send CDR with its encapsulation header; return the sequence number.
-
-        A writer of depth 0 waits while its reliable readers do not keep up.
-
-        Raises:
-            LimitExceeded: the message is larger than `Limits.ros2_history_bytes`.
-            TimeoutError: the readers did not make room in time.
-            PiprosError: the participant is closed.
-        """
-        participant = self._participant
-        if not participant.wait_for(
-            lambda engine: engine.writer(self.entity).has_room(len(payload)), timeout_s
-        ):
-            raise TimeoutError(f"readers of ROS 2 made no room for {len(payload)} bytes within {timeout_s} s")
-        return participant.write(self.entity, payload, related, recipients)
-
-    def readers(self) -> frozenset[bytes]:
-        """Return the GUIDs of the matched readers."""
-        return self._participant.ask(lambda engine: frozenset(engine.writer(self.entity).readers))
-
-    def wait_for_readers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
-        """Wait until so many readers have matched; return False if the time is up."""
-        return self._participant.wait_for(
-            lambda engine: len(engine.writer(self.entity).readers) >= count, timeout_s
-        )
-
-    def wait_for_acknowledgments(self, timeout_s: float = 5.0) -> bool:
-        """Wait until all reliable readers have everything; return False if the time is up."""
-        return self._participant.wait_for(
-            lambda engine: engine.writer(self.entity).is_acknowledged, timeout_s
-        )
-
-    def close(self) -> None:
-        """End the writer. May be called repeatedly."""
-        self._participant.remove(self.entity)
-
-
-class TopicReader:
-    """A reader of a participant: samples wait in its inbox for the callback.
+class Participant:
+    """A participant of a domain, until `close` or the end of a `with` block.
 
     Attributes:
-        dropped: samples that the callback was too slow for.
+        failures: datagrams that revealed a defect of the engine.
     """
-
-    def __init__(
-        self, participant: Participant, callback: Callable[[Sample], None], depth: int, limit_bytes: int
-    ) -> None:
-        self._participant = participant
-        self._callback = callback
-        self._depth = depth
-        self._limit_bytes = limit_bytes
-        self._inbox: deque[Sample] = deque()
-        self._bytes = 0
-        self._lock = threading.Lock()
-        self.dropped = 0
-        self.entity = b""
-
-    @property
-    def guid(self) -> bytes:
-        return self._participant.prefix + self.entity
-
-    def writers(self) -> frozenset[bytes]:
-        """Return the GUIDs of the matched writers."""
-        return self._participant.ask(lambda engine: frozenset(engine.reader(self.entity).writers))
-
-    def wait_for_writers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
-        """Wait until so many writers have matched; return False if the time is up."""
-        return self._participant.wait_for(
-            lambda engine: len(engine.reader(self.entity).writers) >= count, timeout_s
-        )
-
-    def push(self, sample: Sample) -> bool:
-        """Add a sample; the oldest ones go if it is too many. Return True if the inbox was empty."""
-        cost = len(sample.payload) + _OVERHEAD_BYTES
-        with self._lock:
-            was_empty = not self._inbox
-            while self._inbox and (
-                (self._depth and len(self._inbox) >= self._depth) or self._bytes + cost > self._limit_bytes
-            ):
-                self._bytes -= len(self._inbox.popleft().payload) + _OVERHEAD_BYTES
-                self.dropped += 1
-            self._inbox.append(sample)
-            self._bytes += cost
-            return was_empty
-
-    def call_back(self) -> None:
-        """Run the callback for all samples in the inbox."""
-        while True:
-            with self._lock:
-                if not self._inbox:
-                    return
-                sample = self._inbox.popleft()
-                self._bytes -= len(sample.payload) + _OVERHEAD_BYTES
-            try:
-                self._callback(sample)
-            except Exception:
-                _LOG.exception("a callback for ROS 2 failed")
-
-    def close(self) -> None:
-        """End the reader. May be called repeatedly."""
-        self._participant.remove(self.entity)
-
-
-class Participant:
-    """A participant of a domain, until `close` or the end of a `with` block."""
 
     def __init__(
         self,
@@ -204,6 +86,7 @@ class Participant:
         self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
+        self.failures = 0
         self._backlog = Backlog(_BACKLOG_BYTES)
         self._wake_from, self._wake_to = socket.socketpair()
         self._wake_from.setblocking(False)
@@ -350,17 +233,18 @@ class Participant:
         selector = selectors.DefaultSelector()
         for each in (*self._sockets.receiving, self._wake_from):
             selector.register(each, selectors.EVENT_READ)
+        due = 0.0
         with selector:
             while not self._is_closing:
-                left_s = 0.0 if self._backlog else self._engine.deadline - time.monotonic()
+                left_s = 0.0 if self._backlog else due - time.monotonic()
                 if 0 < left_s <= 0.001:  # selectors round up to a millisecond
                     time.sleep(min(left_s, _BURST_PAUSE_S))
                     left_s = 0
                 ready = selector.select(max(0, min(left_s, _SLICE_S)))
-                self._step(has_arrived=bool(ready))
+                due = self._step(has_arrived=bool(ready))
 
-    def _step(self, *, has_arrived: bool) -> None:
-        """Handle what has arrived, and let the time pass."""
+    def _step(self, *, has_arrived: bool) -> float:
+        """Handle what has arrived, and let the time pass; return when the engine has something to do."""
         if has_arrived:
             with contextlib.suppress(OSError):
                 self._wake_from.recv(_DATAGRAMS_AT_ONCE)
@@ -372,17 +256,28 @@ class Participant:
                 received = self._backlog.next()
                 if received is None:
                     break
-                engine.receive(*received, now)
+                self._receive(received, now)
                 if index % _READ_EVERY == _READ_EVERY - 1:
                     self._backlog.read(self._sockets.receiving)
             engine.poll(now)
             self._sockets.send(engine.take_outgoing())
             events = engine.take_events()
             watchers = list(self._watchers)
+            due = engine.deadline
         self._dispatch(events)
         if events or has_arrived:
             for watcher in watchers:
                 watcher.put(None)
+        return due
+
+    def _receive(self, received: tuple[bytes, str], now: float) -> None:
+        """Handle a datagram. A defect that it reveals must not end the participant; it is logged once."""
+        try:
+            self._engine.receive(*received, now)
+        except Exception:
+            self.failures += 1
+            if self.failures == 1:
+                _LOG.exception("a datagram from %s could not be handled", received[1])
 
     def _dispatch(self, events: list[Event]) -> None:
         for event in events:

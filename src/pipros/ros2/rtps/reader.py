@@ -41,7 +41,8 @@ class Sample(NamedTuple):
     """A sample as it arrived.
 
     Attributes:
-        payload: CDR with its encapsulation header; a key if the entity has ended.
+        payload: CDR with its encapsulation header, and up to three bytes of padding; a key if the entity
+            has ended.
     """
 
     writer: bytes

@@ -1,0 +1,159 @@
+"""The writers and readers of a participant, as programs use them."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Final, Protocol, TypeVar
+
+from pipros.ros2.rtps.engine import Engine
+from pipros.ros2.rtps.parameters import SampleIdentity
+from pipros.ros2.rtps.reader import Sample
+
+_Answer = TypeVar("_Answer")
+_LOG = logging.getLogger("pipros.ros2")
+_OVERHEAD_BYTES: Final = 500
+
+
+class RunningEngine(Protocol):
+    """The participant of a writer or reader."""
+
+    @property
+    def prefix(self) -> bytes: ...
+
+    def ask(self, question: Callable[[Engine], _Answer]) -> _Answer: ...
+
+    def wait_for(self, condition: Callable[[Engine], bool], timeout_s: float) -> bool: ...
+
+    def write(
+        self,
+        entity: bytes,
+        payload: bytes,
+        related: SampleIdentity | None,
+        recipients: frozenset[bytes] | None,
+    ) -> int: ...
+
+    def remove(self, entity: bytes) -> None: ...
+
+
+class TopicWriter:
+    """A writer of a participant. Thread-safe."""
+
+    def __init__(self, participant: RunningEngine, entity: bytes) -> None:
+        self._participant = participant
+        self.entity = entity
+
+    @property
+    def guid(self) -> bytes:
+        return self._participant.prefix + self.entity
+
+    def write(
+        self,
+        payload: bytes,
+        timeout_s: float = 0.0,
+        related: SampleIdentity | None = None,
+        recipients: frozenset[bytes] | None = None,
+    ) -> int:
+        """Send CDR with its encapsulation header; return the sequence number.
+
+        A writer of depth 0 waits while its reliable readers do not keep up.
+
+        Raises:
+            LimitExceeded: the message is larger than `Limits.ros2_history_bytes`.
+            TimeoutError: the readers did not make room in time.
+            PiprosError: the participant is closed.
+        """
+        participant = self._participant
+        if not participant.wait_for(
+            lambda engine: engine.writer(self.entity).has_room(len(payload)), timeout_s
+        ):
+            raise TimeoutError(f"readers of ROS 2 made no room for {len(payload)} bytes within {timeout_s} s")
+        return participant.write(self.entity, payload, related, recipients)
+
+    def readers(self) -> frozenset[bytes]:
+        """Return the GUIDs of the matched readers."""
+        return self._participant.ask(lambda engine: frozenset(engine.writer(self.entity).readers))
+
+    def wait_for_readers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
+        """Wait until so many readers have matched; return False if the time is up."""
+        return self._participant.wait_for(
+            lambda engine: len(engine.writer(self.entity).readers) >= count, timeout_s
+        )
+
+    def wait_for_acknowledgments(self, timeout_s: float = 5.0) -> bool:
+        """Wait until all reliable readers have everything; return False if the time is up."""
+        return self._participant.wait_for(
+            lambda engine: engine.writer(self.entity).is_acknowledged, timeout_s
+        )
+
+    def close(self) -> None:
+        """End the writer. May be called repeatedly."""
+        self._participant.remove(self.entity)
+
+
+class TopicReader:
+    """A reader of a participant: samples wait in its inbox for the callback.
+
+    Attributes:
+        dropped: samples that the callback was too slow for.
+    """
+
+    def __init__(
+        self, participant: RunningEngine, callback: Callable[[Sample], None], depth: int, limit_bytes: int
+    ) -> None:
+        self._participant = participant
+        self._callback = callback
+        self._depth = depth
+        self._limit_bytes = limit_bytes
+        self._inbox: deque[Sample] = deque()
+        self._bytes = 0
+        self._lock = threading.Lock()
+        self.dropped = 0
+        self.entity = b""
+
+    @property
+    def guid(self) -> bytes:
+        return self._participant.prefix + self.entity
+
+    def writers(self) -> frozenset[bytes]:
+        """Return the GUIDs of the matched writers."""
+        return self._participant.ask(lambda engine: frozenset(engine.reader(self.entity).writers))
+
+    def wait_for_writers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
+        """Wait until so many writers have matched; return False if the time is up."""
+        return self._participant.wait_for(
+            lambda engine: len(engine.reader(self.entity).writers) >= count, timeout_s
+        )
+
+    def push(self, sample: Sample) -> bool:
+        """Add a sample; the oldest ones go if it is too many. Return True if the inbox was empty."""
+        cost = len(sample.payload) + _OVERHEAD_BYTES
+        with self._lock:
+            was_empty = not self._inbox
+            while self._inbox and (
+                (self._depth and len(self._inbox) >= self._depth) or self._bytes + cost > self._limit_bytes
+            ):
+                self._bytes -= len(self._inbox.popleft().payload) + _OVERHEAD_BYTES
+                self.dropped += 1
+            self._inbox.append(sample)
+            self._bytes += cost
+            return was_empty
+
+    def call_back(self) -> None:
+        """Run the callback for all samples in the inbox."""
+        while True:
+            with self._lock:
+                if not self._inbox:
+                    return
+                sample = self._inbox.popleft()
+                self._bytes -= len(sample.payload) + _OVERHEAD_BYTES
+            try:
+                self._callback(sample)
+            except Exception:
+                _LOG.exception("a callback for ROS 2 failed")
+
+    def close(self) -> None:
+        """End the reader. May be called repeatedly."""
+        self._participant.remove(self.entity)
