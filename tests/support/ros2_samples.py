@@ -170,8 +170,8 @@ def main() -> int:
     for distribution in Distribution:
         found = list(differences(distribution, count))
         types = len(shared_types(distribution))
-        print(f"{distribution.value}: {types} types, {count} messages of each, {len(found)} differences")
-        print(*found[:10], sep="\n")
+        total = f"{distribution.value}: {types} types, {count} messages of each, {len(found)} differences"
+        print(*(total, *found[:10]), sep="\n")
         failed |= bool(found)
     return int(failed)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import sqlite3
 from pathlib import Path
 from typing import Any
@@ -285,6 +286,27 @@ def test_invalid_conversions_leave_nothing(
 
     assert reason in capsys.readouterr().err
     assert sorted(os.listdir()) == before
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_a_full_disk_is_an_error_and_leaves_nothing(storage: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text: Any = load_message_class("std_msgs/String")
+    with Path("run.bag").open("w+b") as file:
+        bag = BagWriter(file)
+        writer = TopicWriter(bag)
+        for number in range(100):
+            writer.write("/chatter", text(data=os.urandom(5_000).hex()), number, 0)
+        bag.finish()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
+    try:
+        code = rosbag(["convert", "--ros2", "jazzy", "--storage", storage, "run.bag", "out"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    assert code == 1
+    assert "ERROR converting run.bag: " in capsys.readouterr().err
+    assert os.listdir() == ["run.bag"]
 
 
 def test_damaged_bags_raise() -> None:

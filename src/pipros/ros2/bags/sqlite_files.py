@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -127,15 +127,20 @@ class SqliteReader:
 
 
 class SqliteWriter:
-    """A new `.db3` file."""
+    """A new `.db3` file.
+
+    All methods raise BagError if the file cannot be written.
+    """
 
     def __init__(self, path: Path, distribution: Distribution) -> None:
         self._has_definitions = distribution is not Distribution.HUMBLE
         self._version = distribution.bag_version
         self._types: set[str] = set()
         self._count = 0
-        self._database = sqlite3.connect(path, isolation_level=None)
-        run: Callable[..., Any] = self._database.execute
+        self._path = path
+        with self._writing():
+            self._database = sqlite3.connect(path, isolation_level=None)
+        run = self._run
         # The file becomes visible after it is complete; a journal would only cost time.
         run("PRAGMA journal_mode = OFF")
         run("PRAGMA synchronous = OFF")
@@ -157,23 +162,34 @@ class SqliteWriter:
         if self._has_definitions:
             values.append(topic.type_hash)
         places = ", ".join("?" * len(values))
-        self._database.execute(f"INSERT INTO topics VALUES ({places})", values)  # noqa: S608 # only question marks
+        self._run(f"INSERT INTO topics VALUES ({places})", values)  # noqa: S608 # only question marks
         if self._has_definitions and topic.type not in self._types:
             self._types.add(topic.type)
-            self._database.execute(
+            self._run(
                 "INSERT INTO message_definitions VALUES (NULL, ?, 'ros2msg', ?, ?)",
                 (topic.type, topic.definition, topic.type_hash),
             )
         return self._count
 
     def write(self, topic: int, time_ns: int, cdr: bytes) -> None:
-        self._database.execute("INSERT INTO messages VALUES (NULL, ?, ?, ?)", (topic, time_ns, cdr))
+        self._run("INSERT INTO messages VALUES (NULL, ?, ?, ?)", (topic, time_ns, cdr))
 
     def finish(self, metadata: str) -> None:
-        self._database.execute("INSERT INTO metadata VALUES (NULL, ?, ?)", (self._version, metadata))
-        self._database.execute("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
-        self._database.execute("COMMIT")
+        self._run("INSERT INTO metadata VALUES (NULL, ?, ?)", (self._version, metadata))
+        self._run("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
+        self._run("COMMIT")
         self.close()
 
     def close(self) -> None:
         self._database.close()
+
+    def _run(self, statement: str, values: Sequence[Any] = ()) -> None:
+        with self._writing():
+            self._database.execute(statement, values)
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        try:
+            yield
+        except sqlite3.Error as error:
+            raise BagError(f"cannot write {self._path}: {error}") from error
