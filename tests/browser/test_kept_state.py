@@ -148,3 +148,15 @@ def test_the_focus_survives_updates_of_parameters(system: RosSystem, open_tab: O
     system.pipros.run("rosparam", "set", "/leg/angle", "3")
     expect(tab.get_by_role("button", name="angle: 3")).to_be_visible()
     assert tab.evaluate("document.activeElement.title") == "Edit"
+
+
+def test_data_for_a_hidden_tab_leaves_the_address_alone(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "plot//twist")  # names no number: the plot will offer those of the message
+    expect(tab.locator(".tab-plot .legend")).to_contain_text("no such topic yet")
+    go_to(tab, "Console")
+    kind, value = "geometry_msgs/Vector3", "{x: 1}"
+    system.pipros.start("rostopic", "pub", "-r", "10", "/twist", kind, value, "__name:=twister")
+    expect(tab.get_by_role("group", name="Fields", include_hidden=True)).to_contain_text("Numbers of /twist")
+    assert tab.url.endswith("#console")
+    go_to(tab, "Plot")
+    expect(tab.get_by_role("button", name="x", exact=True)).to_be_visible()

@@ -270,3 +270,35 @@ def test_a_launch_file_opens_a_layout_and_a_perspective(
     process = robot.pipros.start("roslaunch", launch)
     process.wait_for("the page has no tab for rqt_shell")
     assert unquote(Page.of(process).place) == "panels/nodes"
+
+
+EVERY_VIEW = (
+    "panels/column(row(graph~topics~plot~console~params)~row(nodes~images~tf~diagnostics~services)"
+    "~row(publish~actions~teleop~reconfigure))"
+)
+CONTENTS = {
+    "Graph": ".vertex",
+    "Topics": "tbody tr",
+    "Plot": ".note",
+    "Console": ".entry",
+    "Parameters": ".params li",
+    "Nodes": "tbody tr",
+    "Images": "select[aria-label=Topic] option >> nth=1",
+    "TF": "tbody tr",
+    "Diagnostics": "tbody tr",
+    "Services": "thead",
+    "Publish": "textarea",
+    "Actions": "thead",
+    "Teleop": ".stick",
+    "Reconfigure": ".servers",
+}
+
+
+def test_the_view_of_every_tab_can_be_a_panel(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), EVERY_VIEW, size=(1800, 1000))
+    expect(tab.locator(".panel")).to_have_count(len(CONTENTS))
+    titles = set(tab.get_by_role("tab").all_inner_texts()) - {"Panels"}
+    assert titles <= CONTENTS.keys()
+    for name, element in CONTENTS.items():
+        expect(panel(tab, name).locator(element).first).to_be_attached()
+    keep_screenshots(tab, "panels-all")

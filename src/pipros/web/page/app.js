@@ -92,7 +92,7 @@ function open(name, argument, module) {
   const entry = { element, argument };
   entry.context = new TabContext(name, mayControl(name), (next) => {
     entry.argument = next;
-    linkToPanels(name, next);
+    if (entry.context.isShown) linkToPanels(name, next);
     links.find((link) => link.dataset.tab === (PARTS[name] ?? name)).href = placeOf(name, next);
   });
   opened.set(name, entry);

@@ -44,6 +44,7 @@ export class TabContext {
   // Puts what the user chose in the tab into the address; Back returns to what it showed before, unless this replaces it.
   remember(argument, { isReplacing = false } = {}) {
     this.onRemember(argument);
+    if (!this.isShown) return; // data came for a hidden tab
     const place = placeOf(this.name, argument);
     if (isReplacing) history.replaceState(null, "", place);
     else if (location.hash !== place) history.pushState(null, "", place);
