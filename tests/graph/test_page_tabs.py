@@ -233,6 +233,7 @@ def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None
         (("rqt_robot_monitor",), "diagnostics"),
         (("rqt_service_caller",), "services"),
         (("rqt_tf_tree",), "tf"),
+        (("rviz",), "scene"),
         (("rqt_top",), "nodes"),
         (("rqt_topic",), "topics"),
     ],

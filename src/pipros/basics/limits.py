@@ -101,6 +101,7 @@ class Limits(NamedTuple):
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
             parameters.
         page_topics: topics that all browsers connected to a page watch together.
+        scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
         bridge_clients: clients of rosbridge and Foxglove servers of a process.
         bridge_topics: topics that all these clients receive together.
         bridge_subscriptions: subscriptions of one client, and likewise what it advertises.
@@ -188,6 +189,7 @@ class Limits(NamedTuple):
     page_message_bytes: int = 128 * _MIB
     page_view_bytes: int = 8 * _MIB
     page_topics: int = 500
+    scene_resource_bytes: int = 100 * _MIB
     bridge_clients: int = 250
     bridge_topics: int = 1000
     bridge_subscriptions: int = 2000

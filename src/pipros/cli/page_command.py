@@ -29,8 +29,8 @@ def without_remappings(argv: Sequence[str]) -> list[str]:
     return [word for word in argv if not is_legal_remapping(word)]
 
 
-def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
-    """Serve the page, opened at a tab, until Ctrl-C.
+def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int:
+    """Serve the page, opened at a tab, until Ctrl-C. `more` are further fields of `PageOptions`.
 
     `usual` is the kind of change that the command is for. On loopback, the page may make such changes even if
     no options are given.
@@ -56,6 +56,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
             options.token_file,
             permitted=permitted,
             opens_browser=not options.no_browser,
+            **more,
         )
     )
 

@@ -21,6 +21,7 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
 from pipros.web.desktop import open_in_browser
+from pipros.web.scene_services import serve_scene_file
 from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.token_file import read_tokens
@@ -34,6 +35,7 @@ from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
+from pipros.web.views.scene import SceneFile, SceneViews
 from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
@@ -42,6 +44,7 @@ _KINDS = {
     "call_service": "call services",
     "delete_param": "delete parameters",
     "publishing": "publish messages",
+    "scene_save": "save scenes",
     "set_logger_level": "set logger levels",
     "set_param": "set parameters",
     "set_reconfigured": "reconfigure nodes",
@@ -74,6 +77,8 @@ class PageOptions:
         token_file: file of tokens, of which browsers must present one; None makes a new token.
         permitted: those of `CHANGING` that the page may do.
         opens_browser: whether to open the page in a browser if there is a display.
+        argv: remappings of the page's node.
+        scene: the file of the Scene tab; with one, the node offers the services of rviz.
     """
 
     tool: str = "rqt_graph"
@@ -85,6 +90,8 @@ class PageOptions:
     token_file: str | None = None
     permitted: frozenset[str] = frozenset()
     opens_browser: bool = True
+    argv: tuple[str, ...] = ()
+    scene: SceneFile | None = None
 
 
 def serve_page(options: PageOptions) -> int:
@@ -101,12 +108,14 @@ def serve_page(options: PageOptions) -> int:
     with (
         set_by_signals(over),
         GraphClient(options.tool, timeout_s=MASTER_DEADLINE_S) as graph,
-        Node(options.tool, anonymous=True) as node,
+        Node(options.tool, anonymous=True, argv=options.argv) as node,
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        server = PageServer(services(system, options.permitted), secret)
+        server = PageServer(services(system, options.permitted, options.scene), secret)
         try:
+            if options.scene is not None:
+                serve_scene_file(node, options.scene, may_save="scene_save" in options.permitted)
             loop.run(_start(options, system, server))
             over.wait()
         except OSError as error:
@@ -168,8 +177,11 @@ def _restriction(permitted: frozenset[str]) -> str:
     return f"The page can {what}. With --control it can make other changes, with --read-only none."
 
 
-def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> Services:
+def services(
+    system: WatchedSystem, permitted: frozenset[str] = frozenset(), scene_file: SceneFile | None = None
+) -> Services:
     """Return all views and actions of the page."""
+    scene = SceneViews(system, scene_file)
     frames = FrameViews(system)
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
@@ -189,6 +201,11 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
         "publishing": calls.publishing,
         "reconfigurable": servers.reconfigurable,
         "reconfigure": servers.reconfigure,
+        "scene_cloud": scene.cloud,
+        "scene_config": scene.config,
+        "scene_messages": scene.messages,
+        "scene_resource": scene.resource,
+        "scene_robot": scene.robot,
         "services": calls.services,
         "topic": topics.topic,
         "topics": topics.topics,
@@ -209,6 +226,7 @@ def services(system: WatchedSystem, permitted: frozenset[str] = frozenset()) -> 
         "message": calls.message,
         "message_text": topics.message_text,
         "picture": graph.picture,
+        "scene_save": scene.save,
         "service": calls.service,
         "set_logger_level": console.set_logger_level,
         "set_param": parameters.set_param,

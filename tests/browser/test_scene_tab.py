@@ -1,0 +1,226 @@
+"""The Scene tab in a browser: what it draws, its tree, its tools, with and without control.
+
+In the view from above one metre is 50 pixels, and the middle of the picture is the origin.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page as Tab
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+PROGRAM = Path(__file__).parent / "programs" / "scene_program.py"
+SCALE = 50
+GREY = (48, 48, 48)
+ROBOT = "{Class: rviz/RobotModel, Name: Robot, Enabled: true}"
+
+VIEW = """\
+Visualization Manager:
+  Displays: [{displays}]
+  Global Options: {{Fixed Frame: /map, Background Color: 48; 48; 48}}
+  Views:
+    Current: {{Class: rviz/TopDownOrtho, Name: Current View, Scale: 50, X: 0, Y: 0}}
+Window Geometry: {{Hide Left Dock: true}}
+"""
+
+
+@pytest.fixture
+def system(ros: RosSystem) -> RosSystem:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, PROGRAM)
+    for topic in ("/map", "/path", "/cloud", "/scan", "/tf_static", "/markers"):
+        ros.wait_for_publisher(topic)
+    return ros
+
+
+def scene_of(
+    system: RosSystem,
+    open_tab: OpenTab,
+    tmp_path: Path,
+    displays: str,
+    *options: str,
+    size: tuple[int, int] = (1200, 900),
+) -> Tab:
+    file = tmp_path / "scene.rviz"
+    file.write_text(VIEW.format(displays=displays))
+    return open_tab(Page(system, "-d", file, *options, command="rviz"), "scene", size)
+
+
+def colour_at(tab: Tab, x: float, y: float) -> Sequence[int]:
+    """Return the colour at a place in metres."""
+    found: Sequence[int] = tab.evaluate(
+        """([x, y, scale]) => {
+          const scene = document.querySelector(".tab-scene")?.scene;
+          if (!scene?.view) return [0, 0, 0];
+          scene.draw();
+          const { canvas, renderer } = scene;
+          const gl = renderer.getContext();
+          const ratio = canvas.height / canvas.clientHeight;
+          const pixel = new Uint8Array(4);
+          const at = [canvas.clientWidth / 2 + x * scale, canvas.clientHeight / 2 + y * scale];
+          const [column, row] = at.map((value) => Math.floor(value * ratio));
+          gl.readPixels(column, row, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+          return [...pixel].slice(0, 3);
+        }""",
+        [x, y, SCALE],
+    )
+    return tuple(found)
+
+
+def wait_for_colours(
+    tab: Tab, expected: Mapping[tuple[float, float], Sequence[int]], tolerance: int = 0
+) -> None:
+    def differences() -> Mapping[Any, Any]:
+        found = {place: colour_at(tab, *place) for place in expected}
+        return {
+            place: found[place]
+            for place, colour in expected.items()
+            if any(abs(one - other) > tolerance for one, other in zip(found[place], colour, strict=True))
+        }
+
+    wait_until(lambda: not differences(), timeout_s=30.0, what=lambda: f"differences: {differences()}")
+
+
+def statuses(tab: Tab, display: str) -> Mapping[str, str]:
+    found: Mapping[str, str] = tab.evaluate(
+        """(name) => Object.fromEntries((document.querySelector(".tab-scene")?.scene?.all() ?? [])
+          .filter((each) => each.name === name)
+          .flatMap((each) => [...each.statuses].map(([key, { text }]) => [key, text])))""",
+        display,
+    )
+    return found
+
+
+DISPLAYS: dict[str, tuple[str, Mapping[tuple[float, float], Sequence[int]]]] = {
+    "robot": (
+        ROBOT,
+        {(2, 2): (204, 102, 51), (4, 2): (255, 0, 0), (0, -4): (255, 255, 255), (0, 0): GREY},
+    ),
+    "transparent robot": (
+        "{Class: rviz/RobotModel, Name: Robot, Enabled: true, Alpha: 0.5}",
+        {(4, 2): (152, 24, 24)},
+    ),
+    "map": (
+        "{Class: rviz/Map, Name: Map, Enabled: true, Topic: /map, Alpha: 1}",
+        {
+            (-3.5, 2.5): (255, 255, 255),
+            (-2.5, 2.5): (0, 0, 0),
+            (-1.5, 2.5): (112, 137, 134),
+            (-0.5, 2.5): GREY,
+        },
+    ),
+    "costmap": (
+        "{Class: rviz/Map, Name: Map, Enabled: true, Topic: /map, Alpha: 1, Color Scheme: costmap}",
+        {(-3.5, 2.5): GREY, (-2.5, 2.5): (255, 0, 255), (-1.5, 2.5): (112, 137, 134)},
+    ),
+    "cloud": (
+        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud, Size (m): 0.5}",
+        {(-4, 0): (255, 0, 0), (-3, 0): (0, 255, 128), (-2, 0): (255, 0, 255), (-3.5, 0.4): GREY},
+    ),
+    "flat cloud of pixels": (
+        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: cloud, Style: Points, "
+        "Size (Pixels): 20, Color Transformer: FlatColor, Color: 1; 2; 3}",
+        {(-4, 0): (1, 2, 3), (-4, 0.17): (1, 2, 3), (-3.83, 0.17): GREY},
+    ),
+    "scan": (
+        "{Class: rviz/LaserScan, Name: Scan, Enabled: true, Topic: /scan, Size (m): 0.5, "
+        "Color Transformer: FlatColor, Color: 9; 8; 7}",
+        {(5, 2): (9, 8, 7), (2.1, 2.1): GREY},
+    ),
+    "path": (
+        "{Class: rviz/Path, Name: Path, Topic: /path, Line Style: Billboards, Line Width: 0.4}",
+        {(-2, -2): (25, 255, 0), (-2, -2.15): (25, 255, 0), (-2, -2.3): GREY},
+    ),
+    "grid": (
+        "{Class: rviz/Grid, Name: Grid, Enabled: true, Alpha: 1, "
+        "Line Style: {Value: Billboards, Line Width: 0.2}}",
+        {(0, 0.5): (160, 160, 164), (0.5, 0.5): GREY, (5, 4.5): (160, 160, 164), (5.5, 0): GREY},
+    ),
+    "axes": (
+        "{Class: rviz/Axes, Name: Axes, Enabled: true, Length: 2, Radius: 0.4, Reference Frame: base_link}",
+        {(3, 2): (255, 0, 0), (2, 3): (0, 255, 0), (3, 2.3): GREY},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", DISPLAYS)
+def test_a_display_has_the_colours_of_rviz(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path, name: str
+) -> None:
+    display, colours = DISPLAYS[name]
+    tab = scene_of(system, open_tab, tmp_path, display)
+    wait_for_colours(tab, colours, tolerance=1)
+
+
+def test_unknown_displays_are_listed_and_stop_nothing(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    displays = (
+        "{Class: my/Wind, Name: Wind, Enabled: true}, {Class: rviz/RobotModel, Name: Robot, Enabled: true}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, displays)
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    assert "my/Wind is not supported" in statuses(tab, "Wind")["Class"]
+    assert statuses(tab, "Robot")["lost"] == "No transform from [lost] to [map]"
+    assert statuses(tab, "Robot")["URDF"] == "URDF parsed OK"
+
+
+def test_displays_are_switched_added_and_saved(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    displays = (
+        "{Class: my/Wind, Name: Wind, Force: 007}, {Class: rviz/RobotModel, Name: Robot, Enabled: true}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, displays, "--control")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    tab.get_by_role("button", name="Displays").click()
+    tab.get_by_label("Show Robot").uncheck()
+    tab.get_by_label("Add a display").select_option(label="/map (Map)")
+    tab.get_by_role("button", name="Displays").click()
+    wait_for_colours(tab, {(2, 2): GREY, (-3.5, 2.5): (193, 193, 193)}, tolerance=1)
+    keep_screenshots(tab, "scene")
+    tab.get_by_role("button", name="Save", exact=True).click()
+    expect(tab.locator(".scene-status")).to_contain_text("saved as")
+    saved = (tmp_path / "scene.rviz").read_text()
+    assert "Force: 007" in saved
+    assert re.search(r"Name: Robot\n +Enabled: false", saved)
+    assert re.search(r"Class: rviz/Map\n.*\n.*\n.*\n +Topic: /map", saved)
+
+
+def test_a_goal_is_published_with_control(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    echo = system.pipros.start("rostopic", "echo", "-n1", "/move_base_simple/goal")
+    tab = scene_of(
+        system, open_tab, tmp_path, "{Class: rviz/RobotModel, Name: Robot, Enabled: true}", "--control"
+    )
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    canvas = tab.locator(".scene-canvas")
+    canvas.focus()
+    tab.keyboard.press("g")
+    expect(tab.get_by_role("button", name="2D Nav Goal")).to_have_attribute("aria-pressed", "true")
+    box = canvas.bounding_box()
+    assert box is not None
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    tab.mouse.move(middle[0] - 2 * SCALE, middle[1] - SCALE)
+    tab.mouse.down()
+    tab.mouse.move(middle[0] - 2 * SCALE, middle[1] - 3 * SCALE)
+    tab.mouse.up()
+    echo.wait(30.0)
+    goal = "\n".join(echo.stdout)
+    assert 'frame_id: "map"' in goal
+    numbers = [float(number) for number in re.findall(r"\b[xyzw]: (\S+)", goal)]
+    assert numbers == pytest.approx([-2, 1, 0, 0, 0, 0.7071, 0.7071], abs=0.05)
+
+
+def test_without_control_nothing_is_published(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = scene_of(system, open_tab, tmp_path, "", size=(390, 700))
+    for name in ("2D Nav Goal", "2D Pose Estimate", "Publish Point", "Save"):
+        expect(tab.get_by_role("button", name=name, exact=True)).to_be_disabled()
