@@ -102,67 +102,6 @@ def statuses(tab: Tab, display: str) -> Mapping[str, str]:
     return found
 
 
-DISPLAYS: dict[str, tuple[str, Mapping[tuple[float, float], Sequence[int]]]] = {
-    "robot": (
-        ROBOT,
-        {(2, 2): (204, 102, 51), (4, 2): (255, 0, 0), (0, -4): (255, 255, 255), (0, 0): GREY},
-    ),
-    "transparent robot": (
-        "{Class: rviz/RobotModel, Name: Robot, Enabled: true, Alpha: 0.5}",
-        {(4, 2): (152, 24, 24)},
-    ),
-    "map": (
-        "{Class: rviz/Map, Name: Map, Enabled: true, Topic: /map, Alpha: 1}",
-        {
-            (-3.5, 2.5): (255, 255, 255),
-            (-2.5, 2.5): (0, 0, 0),
-            (-1.5, 2.5): (112, 137, 134),
-            (-0.5, 2.5): GREY,
-        },
-    ),
-    "costmap": (
-        "{Class: rviz/Map, Name: Map, Enabled: true, Topic: /map, Alpha: 1, Color Scheme: costmap}",
-        {(-3.5, 2.5): GREY, (-2.5, 2.5): (255, 0, 255), (-1.5, 2.5): (112, 137, 134)},
-    ),
-    "cloud": (
-        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud, Size (m): 0.5}",
-        {(-4, 0): (255, 0, 0), (-3, 0): (0, 255, 128), (-2, 0): (255, 0, 255), (-3.5, 0.4): GREY},
-    ),
-    "flat cloud of pixels": (
-        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: cloud, Style: Points, "
-        "Size (Pixels): 20, Color Transformer: FlatColor, Color: 1; 2; 3}",
-        {(-4, 0): (1, 2, 3), (-4, 0.17): (1, 2, 3), (-3.83, 0.17): GREY},
-    ),
-    "scan": (
-        "{Class: rviz/LaserScan, Name: Scan, Enabled: true, Topic: /scan, Size (m): 0.5, "
-        "Color Transformer: FlatColor, Color: 9; 8; 7}",
-        {(5, 2): (9, 8, 7), (2.1, 2.1): GREY},
-    ),
-    "path": (
-        "{Class: rviz/Path, Name: Path, Topic: /path, Line Style: Billboards, Line Width: 0.4}",
-        {(-2, -2): (25, 255, 0), (-2, -2.15): (25, 255, 0), (-2, -2.3): GREY},
-    ),
-    "grid": (
-        "{Class: rviz/Grid, Name: Grid, Enabled: true, Alpha: 1, "
-        "Line Style: {Value: Billboards, Line Width: 0.2}}",
-        {(0, 0.5): (160, 160, 164), (0.5, 0.5): GREY, (5, 4.5): (160, 160, 164), (5.5, 0): GREY},
-    ),
-    "axes": (
-        "{Class: rviz/Axes, Name: Axes, Enabled: true, Length: 2, Radius: 0.4, Reference Frame: base_link}",
-        {(3, 2): (255, 0, 0), (2, 3): (0, 255, 0), (3, 2.3): GREY},
-    ),
-}
-
-
-@pytest.mark.parametrize("name", DISPLAYS)
-def test_a_display_has_the_colours_of_rviz(
-    system: RosSystem, open_tab: OpenTab, tmp_path: Path, name: str
-) -> None:
-    display, colours = DISPLAYS[name]
-    tab = scene_of(system, open_tab, tmp_path, display)
-    wait_for_colours(tab, colours, tolerance=1)
-
-
 def test_unknown_displays_are_listed_and_stop_nothing(
     system: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:

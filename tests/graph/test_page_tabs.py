@@ -184,7 +184,7 @@ def test_four_commands_may_make_their_own_kind_of_change(robot: RosSystem, comma
         (["--read-only"], []),
         (["--bind", "0.0.0.0"], []),  # noqa: S104 - it must not be able to change anything there
         (["--bind", "localhost"], ["publishing"]),
-        (["--control"], sorted({*CHANGES, "publishing"})),
+        (["--control"], sorted({*CHANGES, "publishing", "scene_save"})),
     ],
 )
 def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[str], may: list[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pathlib
 import struct
 
 from geometry_msgs.msg import (
@@ -32,6 +33,20 @@ ROBOT = """<robot name="r">
 <joint name="a" type="fixed"><parent link="base_link"/><child link="bare"/></joint>
 <joint name="b" type="fixed"><parent link="base_link"/><child link="lost"/></joint>
 </robot>"""
+
+
+MESHES = pathlib.Path(__file__).resolve().parent / "meshes"
+
+
+def mesh_robot() -> str:
+    """Return a robot of meshes: one row without materials, one with the same URDF material."""
+    links = []
+    for row, material in enumerate(("", '<material name="m"><color rgba="0.9 0.6 0.1 1"/></material>')):
+        for column, name in enumerate(("wedge.stl", "wedge.obj", "wedge_z.dae", "wedge_y.dae")):
+            mesh = f'<geometry><mesh filename="file://{MESHES / name}"/></geometry>'
+            place = f'<origin xyz="{4 * column - 8} {4 * row - 3} 0" rpy="0 0 0.3"/>'
+            links.append(f"<visual>{place}{mesh}{material}</visual>")
+    return f'<robot name="meshes"><link name="map">{"".join(links)}</link></robot>'
 
 
 def transform(parent: str, child: str, x: float, y: float) -> TransformStamped:
@@ -108,6 +123,7 @@ def shapes() -> MarkerArray:
 def main() -> None:
     rospy.init_node("scene_program")
     rospy.set_param("/robot_description", ROBOT)
+    rospy.set_param("/meshes", mesh_robot())
     frames = tf2_ros.StaticTransformBroadcaster()
     frames.sendTransform([transform("map", "base_link", 2, 2), transform("map", "bare", 4, 2)])
     grid = OccupancyGrid(header=Header(frame_id="map"))

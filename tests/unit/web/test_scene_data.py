@@ -14,7 +14,8 @@ from pipros.node.any_msg import AnyMsg
 from pipros.web.cloud_columns import cloud_columns, strided, thinning_step
 from pipros.web.message_layout import message_layout
 from pipros.web.scene_services import permitted_path
-from pipros.web.views.scene import SceneFile, SceneTopic
+from pipros.web.server import RequestRefused
+from pipros.web.views.scene import SceneFile, SceneTopic, read_named_file
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
 
@@ -148,6 +149,23 @@ def test_services_use_the_file_of_the_command_and_those_of_rviz_only(
     for path in (first, tmp_path / ".rviz/b.txt", tmp_path / ".rviz/../b.rviz"):
         with pytest.raises(PiprosError, match="only the file of -d"):
             permitted_path(str(path), None)
+
+
+def test_files_of_robot_descriptions_are_meshes_and_their_neighbours_only(tmp_path: Path) -> None:
+    for name in ("a.obj", "a.mtl", "secret.txt"):
+        (tmp_path / name).write_text(name)
+    (tmp_path / "link.png").symlink_to(tmp_path / "secret.txt")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "b.obj").write_text("b")
+    uri = f"file://{tmp_path}"
+    named = [f"{uri}/a.obj", f"{uri}/secret.txt", "package://p/c.stl"]
+    assert read_named_file(f"{uri}/a.obj", named, 100) == b"a.obj"
+    assert read_named_file(f"{uri}/a.mtl", named, 100) == b"a.mtl"
+    for name in ("secret.txt", "link.png", "other/b.obj", "../a.obj", "missing.obj"):
+        with pytest.raises(RequestRefused):
+            read_named_file(f"{uri}/{name}", named, 100)
+    with pytest.raises(RequestRefused):
+        read_named_file(f"{uri}/a.obj", named, 1)
 
 
 def test_a_file_is_saved_where_it_was_loaded_from(tmp_path: Path) -> None:

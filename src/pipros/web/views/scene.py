@@ -15,19 +15,21 @@ import threading
 import time
 import zlib
 from collections import deque
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import AsyncIterator, Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import unquote
 
 from pipros.basics import names
-from pipros.basics.errors import LimitExceeded, PiprosError, Refused
+from pipros.basics.errors import PiprosError, Refused
+from pipros.basics.input_file import read_file
 from pipros.basics.limits import limit_text, process_limits
 from pipros.graph import params
 from pipros.libraries.robot_model.urdf import UrdfError
 from pipros.libraries.robot_model.visuals import named_files, read_shapes
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
-from pipros.packages.assets import PREFIX, read_asset
+from pipros.packages.assets import NAMES, PREFIX, read_asset
 from pipros.web.cloud_columns import Columns, cloud_columns
 from pipros.web.message_layout import message_layout
 from pipros.web.rviz_file import RvizFileError, read_rviz, write_rviz
@@ -49,6 +51,7 @@ LARGE_BYTES: Final = 256_000
 TF_HISTORY_S: Final = 10.0
 LONGEST_DESCRIPTION: Final = 16_000_000
 _MESSAGE: Final = struct.Struct("<dI")
+FILE: Final = "file://"
 TF_TOPICS: Final = ("/tf", "/tf_static")
 
 
@@ -210,14 +213,8 @@ class SceneViews:
 
     def _read(self, uri: str) -> bytes:
         most = process_limits().scene_resource_bytes
-        if uri in self._files and uri.startswith("file://"):
-            path = Path(uri.removeprefix("file://"))
-            try:
-                if path.stat().st_size > most:
-                    raise LimitExceeded(f"{uri} is too large; {limit_text('scene_resource_bytes', most)}")
-                return path.read_bytes()
-            except OSError as error:
-                raise RequestRefused(f"cannot read {uri}: {error.strerror}") from None
+        if uri.startswith(FILE):
+            return read_named_file(uri, self._files, most)
         if uri.startswith(PREFIX):
             # Mesh files are often exported on Windows: drop . and .. before the strict check.
             package, _, path_text = uri.removeprefix(PREFIX).partition("/")
@@ -370,6 +367,24 @@ class PendingMessages:
     def _drop(self) -> None:
         message, _ = self._messages.popleft()
         self._size_bytes -= len(message.body)
+
+
+def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes:
+    """Return the content of a mesh or texture that a robot description names by `file://`, or of a file in
+    the folder of one, such as the materials of a mesh.
+
+    Raises:
+        RequestRefused: the description names no such file, or it is of another kind, or unreadable.
+    """
+    path = Path(unquote(uri.removeprefix(FILE)))
+    folders = {os.path.dirname(unquote(each.removeprefix(FILE))) for each in named if each.startswith(FILE)}
+    try:
+        real = path.resolve(strict=True)
+        if str(path.parent) not in folders or not all(NAMES.fullmatch(each.name) for each in (path, real)):
+            raise RequestRefused(f"{uri:.300}: the robot description names no such mesh or texture")
+        return read_file(real, limit_bytes)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise RequestRefused(f"cannot read {uri:.300}: {getattr(error, 'strerror', error)}") from None
 
 
 def _layout_of(header: Mapping[str, str]) -> Mapping[str, Any]:

@@ -29,7 +29,7 @@ void main() {
   if (style == 0 || style == 3) {
     float radius = dot(at, at);
     if (radius > 1.0) discard;
-    if (style == 3 && radius > 0.64) rgb *= 0.8;
+    if (style == 3) rgb *= 1.0 - 0.2 * radius;
   }
   if (style == 2 && max(abs(at.x), abs(at.y)) > 0.95) rgb = dot(rgb, vec3(1.0)) > 1.5 ? rgb * 0.8 : rgb * 1.2;
   gl_FragColor = vec4(rgb, colour.a * alpha);

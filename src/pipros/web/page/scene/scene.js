@@ -157,6 +157,18 @@ export class Scene {
     return ["error", `Unknown frame ${this.fixedFrame}`];
   }
 
+  // Returns the frames that would show something as the fixed frame, the largest tree first: roots of trees without it.
+  otherRoots() {
+    const sizes = new Map();
+    for (const name of this.frames.names()) {
+      let root = name;
+      for (const [, parent] of this.frames.ancestors(name)) root = parent;
+      sizes.set(root, (sizes.get(root) ?? 0) + 1);
+      if (name === this.fixedFrame) sizes.set(root, -Infinity);
+    }
+    return [...sizes].filter(([, size]) => size > 1).sort((one, other) => other[1] - one[1]).map(([root]) => root);
+  }
+
   // -- data ---------------------------------------------------------------------------------------------------------------
 
   topicName(text) {

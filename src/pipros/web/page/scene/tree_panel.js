@@ -115,7 +115,8 @@ export class TreePanel {
     const [level, text] = this.scene.fixedFrameStatus();
     this.fixedSign.className = `scene-sign scene-${level}`;
     replace(this.fixedSign, SIGNS[level]);
-    replace(this.fixedText, text);
+    const roots = level === "ok" ? [] : this.scene.otherRoots();
+    replace(this.fixedText, text, roots.length ? `. Frames that exist: ${roots.slice(0, 5).join(", ")}` : "");
   }
 
   filter() {

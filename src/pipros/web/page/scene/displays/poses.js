@@ -158,7 +158,7 @@ export class PoseArray extends Placed {
     const group = new THREE.Group();
     const material = lit(rgb, alpha);
     for (const pose of own) {
-      const shape = kind === "Axes" ? axes(this.get("Axes Length"), this.get("Axes Radius"), alpha) : arrow(this.get("Shaft Length"), 2 * this.get("Shaft Radius"), this.get("Head Length"), 2 * this.get("Head Radius"), material);
+      const shape = kind === "Axes" ? axes(this.get("Axes Length"), this.get("Axes Radius"), alpha) : arrow(this.get("Shaft Length"), this.get("Shaft Radius"), this.get("Head Length"), this.get("Head Radius"), material);
       place(shape, normalized(pose));
       group.add(shape);
     }

@@ -100,17 +100,13 @@ export class RobotModel extends Display {
 
   // Applies alpha and visibility.
   style() {
-    const alpha = this.get("Alpha");
     for (const [name, entry] of this.links) {
       const own = this.config.Links?.[name];
       entry.isShown = truth(typeof own === "object" ? own?.Value : own, this.get("Links", "All Links Enabled"));
-      const ownAlpha = Number(own?.Alpha ?? 1);
+      entry.alpha = this.get("Alpha") * (Number.isFinite(Number(own?.Alpha)) ? Number(own.Alpha) : 1);
       entry.visuals.visible = this.get("Visual Enabled");
       entry.collisions.visible = this.get("Collision Enabled");
-      for (const { material, alpha: materialAlpha } of entry.materials) {
-        Object.assign(material, blended(alpha * materialAlpha * (Number.isFinite(ownAlpha) ? ownAlpha : 1)));
-        material.needsUpdate = true;
-      }
+      this.paint(entry);
     }
     this.scene.invalidate();
   }
@@ -129,16 +125,19 @@ export class RobotModel extends Display {
       const hasPose = pose !== null;
       if (entry.hasPose !== hasPose) {
         entry.hasPose = hasPose;
-        this.whiten(entry, !hasPose);
+        this.paint(entry);
         this.setStatus(name, hasPose ? "ok" : "error", hasPose ? "Transform OK" : `No transform from [${frame}] to [${this.scene.fixedFrame}]`);
       }
       entry.group.visible = entry.isShown !== false;
     }
   }
 
-  // Links without a transform are white and unlit.
-  whiten(entry, isWhite) {
-    for (const { material, colour } of entry.materials) {
+  // Links without a transform are white, unlit and opaque.
+  paint(entry) {
+    const isWhite = entry.hasPose === false;
+    for (const { material, alpha, colour } of entry.materials) {
+      Object.assign(material, blended(isWhite ? 1 : entry.alpha * alpha));
+      material.needsUpdate = true;
       material.color.copy(isWhite ? new THREE.Color(0, 0, 0) : colour);
       material.emissive.setRGB(...(isWhite ? [1, 1, 1] : [0, 0, 0]));
     }
