@@ -163,3 +163,97 @@ def test_without_control_nothing_is_published(system: RosSystem, open_tab: OpenT
     tab = scene_of(system, open_tab, tmp_path, "", size=(390, 700))
     for name in ("2D Nav Goal", "2D Pose Estimate", "Publish Point", "Save"):
         expect(tab.get_by_role("button", name=name, exact=True)).to_be_disabled()
+
+
+def place_on(tab: Tab, x: float, y: float) -> tuple[float, float]:
+    """Return the pixel of the page at a place in metres."""
+    box = tab.locator(".scene-canvas").bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2 + x * SCALE, box["y"] + box["height"] / 2 - y * SCALE
+
+
+def test_tools_measure_points_and_publish_them(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    points = system.pipros.start("rostopic", "echo", "-n1", "/clicked_point/point")
+    poses = system.pipros.start("rostopic", "echo", "-n1", "-p", "/initialpose/pose")
+    tab = scene_of(system, open_tab, tmp_path, ROBOT, "--control")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    tab.locator(".scene-canvas").focus()
+    tab.keyboard.press("n")
+    for x in (2, 4):
+        tab.mouse.click(*place_on(tab, x, 2))
+    expect(tab.locator(".scene-status")).to_have_text("[Length: 2.00m]")
+    tab.keyboard.press("c")
+    tab.mouse.click(*place_on(tab, 2, 2))
+    points.wait(30.0)
+    numbers = [float(line.split()[1]) for line in points.stdout if line.startswith(("x", "y", "z"))]
+    assert numbers == pytest.approx([2, 2, 0.5], abs=0.05)
+    tab.keyboard.press("p")
+    tab.mouse.move(*place_on(tab, -1, -1))
+    tab.mouse.down()
+    tab.mouse.move(*place_on(tab, -3, -1))
+    tab.mouse.up()
+    poses.wait(30.0)
+    row = [float(number) for number in poses.stdout[-1].split(",")[1:]]
+    assert row[:7] == pytest.approx([-1, -1, 0, 0, 0, 1, 0], abs=0.05)
+    assert [row[7], row[14], row[42]] == pytest.approx([0.25, 0.25, 0.06853892], abs=1e-5)
+
+
+def test_bad_input_becomes_a_status_and_harms_nothing_else(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    marker = "type: 1, ns: bad, header: {frame_id: map}, scale: {x: 1, y: 1, z: 1}, color: {a: 1}"
+    array = (
+        f"markers: [{{{marker}, id: 1, pose: {{position: {{x: .nan}}}}}}, {{{marker}, id: 2}}, "
+        f"{{{marker}, id: 3, action: 9}}, {{{marker}, id: 4, type: 99}}, "
+        f"{{{marker}, id: 5, header: {{frame_id: nowhere}}}}]"
+    )
+    system.pipros.start("rostopic", "pub", "-l", "/bad", "visualization_msgs/MarkerArray", f"{{{array}}}")
+    scan = "{header: {frame_id: map}, ranges: [.inf, .nan, 1e38], range_max: .inf, angle_increment: .nan}"
+    system.pipros.start("rostopic", "pub", "-l", "/bad_scan", "sensor_msgs/LaserScan", scan)
+    displays = (
+        "{Class: rviz/MarkerArray, Name: Bad, Enabled: true, Marker Topic: /bad}, "
+        "{Class: rviz/LaserScan, Name: Scan, Enabled: true, Topic: /bad_scan}, "
+        "{Class: rviz/Map, Name: Points, Enabled: true, Topic: /cloud}, "
+        "{Class: rviz/Grid, Name: Grid, Enabled: maybe, Cell Size: .nan, Plane Cell Count: 1e9, Color: x}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, f"{displays}, {ROBOT}")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    wait_until(lambda: len(statuses(tab, "Bad")) == 6, 30.0, what=lambda: str(statuses(tab, "Bad")))
+    found = statuses(tab, "Bad")
+    assert found["bad/1"] == "Contains invalid floating point values (nans or infs)"
+    assert found["bad/2"] == "Uninitialized quaternion, assuming identity."
+    assert found["bad/3"] == "Unknown action 9"
+    assert found["bad/5"] == "For frame [nowhere]: Frame [nowhere] does not exist"
+    # The graphics card may be reset at any time.
+    tab.evaluate(
+        """() => {
+          const { scene } = document.querySelector(".tab-scene");
+          const reset = scene.renderer.getContext().getExtension("WEBGL_lose_context");
+          reset.loseContext();
+          setTimeout(() => reset.restoreContext(), 0);
+        }"""
+    )
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+
+
+def test_a_jump_of_time_removes_moving_frames_and_messages(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    cloud = "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud}"
+    tab = scene_of(system, open_tab, tmp_path, f"{cloud}, {ROBOT}")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    found = tab.evaluate(
+        """() => {
+          const { scene } = document.querySelector(".tab-scene");
+          const transform = { translation: { x: 0, y: 0, z: 0 }, rotation: { x: 0, y: 0, z: 0, w: 1 } };
+          const header = { frame_id: "map", stamp: 5n };
+          scene.addTransforms({ transforms: [{ header, child_frame_id: "moving", transform }] }, false);
+          scene.simulatedNs = 9n;
+          const before = scene.frames.parent("moving");
+          scene.setClock(3n);
+          const [cloud] = scene.all();
+          const after = ["moving", "base_link"].map((name) => scene.frames.parent(name));
+          return [before, ...after, cloud.root.children.length];
+        }"""
+    )
+    assert found == ["map", None, "map", 0]

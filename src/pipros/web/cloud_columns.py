@@ -7,6 +7,7 @@ standing cloud shows all of its points in turn.
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -91,6 +92,23 @@ def cloud_columns(cloud: Any, wanted: Sequence[str], limit: int, turn: int = 0) 
         data = strided(cloud.data, first * size + field.offset, step * size, width)
         columns.append(Column(name, field.datatype, data))
     return Columns(count, step, tuple(columns))
+
+
+def point_columns(cloud: Any, wanted: Sequence[str], limit: int, turn: int = 0) -> Columns:
+    """Return the columns of a `sensor_msgs/PointCloud`, like `cloud_columns`. Its channels are the fields."""
+    count = len(cloud.points)
+    step = thinning_step(count, limit)
+    chosen = range(turn % step, count, step)
+    values = {name: [getattr(cloud.points[at], name) for at in chosen] for name in POSITION}
+    for channel in cloud.channels:
+        if channel.name in wanted:
+            if len(channel.values) != count:
+                problem = f"Channel [{channel.name}] has {len(channel.values)} values for {count} points"
+                return Columns(count, 1, (), problem)
+            values[channel.name] = [channel.values[at] for at in chosen]
+    return Columns(
+        count, step, tuple(Column(name, FLOAT32, array("f", row).tobytes()) for name, row in values.items())
+    )
 
 
 def strided(data: bytes | memoryview, offset: int, step: int, width: int) -> bytes:

@@ -11,7 +11,7 @@ import pytest
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
-from pipros.web.cloud_columns import cloud_columns, strided, thinning_step
+from pipros.web.cloud_columns import cloud_columns, point_columns, strided, thinning_step
 from pipros.web.message_layout import message_layout
 from pipros.web.scene_services import permitted_path
 from pipros.web.server import RequestRefused
@@ -79,6 +79,19 @@ def test_a_cloud_of_another_size_is_reported_in_the_words_of_rviz() -> None:
 )
 def test_clouds_without_usable_positions_are_reported(fields: list[SimpleNamespace]) -> None:
     assert cloud_columns(cloud([(1, 2, 3)], 12, fields), [], 10).problem
+
+
+def test_channels_of_old_clouds_are_columns() -> None:
+    points = [SimpleNamespace(x=float(number), y=1.0, z=2.0) for number in range(3)]
+    channels = [
+        SimpleNamespace(name="intensity", values=[7.0, 8.0, 9.0]),
+        SimpleNamespace(name="u", values=[]),
+    ]
+    old = SimpleNamespace(points=points, channels=channels)
+    found = point_columns(old, ["intensity"], 2, turn=1)
+    assert (found.count, found.step) == (3, 3)
+    assert [struct.unpack("<f", column.data) for column in found.columns] == [(1,), (1,), (2,), (8,)]
+    assert point_columns(old, ["u"], 10).problem == "Channel [u] has 0 values for 3 points"
 
 
 def test_an_empty_cloud_has_empty_columns() -> None:

@@ -30,7 +30,7 @@ from pipros.libraries.robot_model.visuals import named_files, read_shapes
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
 from pipros.packages.assets import NAMES, PREFIX, read_asset
-from pipros.web.cloud_columns import Columns, cloud_columns
+from pipros.web.cloud_columns import cloud_columns, point_columns
 from pipros.web.message_layout import message_layout
 from pipros.web.rviz_file import RvizFileError, read_rviz, write_rviz
 from pipros.web.server import RequestRefused
@@ -165,7 +165,7 @@ class SceneViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def cloud(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the newest `PointCloud2` of a topic: a JSON header, a newline, and its columns."""
+        """Yield the newest `PointCloud2` or `PointCloud` of a topic: a JSON header, a newline, columns."""
         name = topic_name(arguments)
         limit = _number(arguments, "limit", 200_000, MOST_POINTS)
         wanted = arguments.get("fields", [])
@@ -405,8 +405,11 @@ def _batch(messages: list[tuple[AnyMsg, float]], *, is_compressed: bool) -> byte
 
 
 def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: int, turn: int) -> bytes:
-    cloud = watch.decode_as(message, load_message_class("sensor_msgs/PointCloud2"))
-    found: Columns = cloud_columns(cloud, wanted, limit, turn)
+    is_old = message.header.get("type") == "sensor_msgs/PointCloud"
+    kind = "sensor_msgs/PointCloud" if is_old else "sensor_msgs/PointCloud2"
+    cloud: Any = watch.decode_as(message, load_message_class(kind))
+    columns = point_columns if is_old else cloud_columns
+    found = columns(cloud, wanted, limit, turn)
     head = {
         "frame": cloud.header.frame_id,
         "stamp": [cloud.header.stamp.secs, cloud.header.stamp.nsecs],
@@ -414,7 +417,6 @@ def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: 
         "count": found.count,
         "step": found.step,
         "problem": found.problem,
-        "fields": [[field.name, field.datatype] for field in cloud.fields[:100]],
         "columns": [[column.name, column.datatype, len(column.data)] for column in found.columns],
         "from": message.header.get("callerid", "")[:300],
     }

@@ -97,6 +97,7 @@ export const DISPLAYS = {
     ["Links", "group", null, [["All Links Enabled", "bool", true]]],
   ],
   "rviz/PointCloud2": [topic("sensor_msgs/PointCloud2"), ...COMMON, ...CLOUD],
+  "rviz/PointCloud": [topic("sensor_msgs/PointCloud"), ...COMMON, ...CLOUD],
   "rviz/LaserScan": [topic("sensor_msgs/LaserScan"), ...COMMON, ...CLOUD],
   "rviz/Map": [
     topic("nav_msgs/OccupancyGrid"),

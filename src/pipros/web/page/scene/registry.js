@@ -54,6 +54,7 @@ const CLASSES = {
   "rviz/MarkerArray": MarkerArray,
   "rviz/Odometry": Odometry,
   "rviz/Path": Path,
+  "rviz/PointCloud": PointCloud2,
   "rviz/PointCloud2": PointCloud2,
   "rviz/PointStamped": PointStamped,
   "rviz/Polygon": Polygon,
