@@ -13,10 +13,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-from pipros.bridges.foxglove.assets import AssetRefused, read_asset
 from pipros.bridges.foxglove.frames import parameter_values
 from pipros.bridges.foxglove.parameters import InvalidParameter, from_client, to_client
 from pipros.bridges.foxglove.requests import FetchAsset, Malformed, SetParameters, read_request
+from pipros.packages.assets import AssetRefused, read_asset
 from tests.fuzz import mutation
 
 WORDS = [

@@ -187,7 +187,7 @@ def test_four_commands_may_make_their_own_kind_of_change(robot: RosSystem, comma
         (["--read-only"], []),
         (["--bind", "0.0.0.0"], []),  # noqa: S104 - it must not be able to change anything there
         (["--bind", "localhost"], ["publishing"]),
-        (["--control"], sorted({*CHANGES, "publishing", "teleop"})),
+        (["--control"], sorted({*CHANGES, "publishing", "scene_save", "teleop"})),
     ],
 )
 def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[str], may: list[str]) -> None:
@@ -255,6 +255,7 @@ def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None
         (("rqt_robot_monitor",), "diagnostics"),
         (("rqt_service_caller",), "services"),
         (("rqt_tf_tree",), "tf"),
+        (("rviz",), "scene"),
         (("rqt_top",), "nodes"),
         (("rqt_topic",), "topics"),
     ],

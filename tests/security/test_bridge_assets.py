@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.bridges.foxglove.assets import AssetRefused, read_asset
+from pipros.packages.assets import AssetRefused, read_asset
 
 
 @pytest.fixture

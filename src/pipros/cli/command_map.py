@@ -35,6 +35,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt_top": "CPU and memory usage of nodes",
         "rqt_image_view": "images",
         "rqt_tf_tree": "coordinate frames",
+        "rviz": "robots, sensors and maps in 3D, from .rviz files",
         "rqt_robot_monitor": "diagnostics",
         "rqt_reconfigure": "parameters of dynamic_reconfigure",
         "rqt_service_caller": "list and call services",

@@ -35,8 +35,8 @@ def without_remappings(argv: Sequence[str]) -> list[str]:
     return [word for word in argv if not is_legal_remapping(word)]
 
 
-def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
-    """Open the page at a tab, and serve it until Ctrl-C.
+def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int:
+    """Open the page at a tab, and serve it until Ctrl-C. `more` are further fields of `PageOptions`.
 
     `usual` is the kind of change that the command exists to make. On loopback, the page may make such changes
     without any option.
@@ -63,6 +63,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "") -> int:
             permitted=permitted,
             saves_layouts=not options.read_only and (_is_loopback(host) or options.control),
             opens_browser=not options.no_browser,
+            **more,
         )
     )
 

@@ -49,6 +49,7 @@ class YamlError(PiprosError, ValueError):
 
 # The loader based on libyaml is ten times as fast; both accept the same documents.
 _SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+_TextLoader: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
 class _PlainLoader(_SafeLoader):  # type: ignore[misc]
@@ -140,9 +141,22 @@ def load(
             object.
     """
     documents = load_all(content, file, angles=angles, limits=limits)
+    return _only(documents, file)
+
+
+def _only(documents: list[Any], file: str) -> Any:
     if len(documents) > 1:
         raise YamlError(file, 0, 0, f"expected a single document, found {len(documents)}")
     return documents[0] if documents else None
+
+
+def load_texts(content: str | bytes, file: str = "<string>", *, limits: Limits | None = None) -> Any:
+    """Return the single document in the text with each scalar as it is written: `true` is a string.
+
+    Raises:
+        YamlError: see `load`.
+    """
+    return _only(_documents(content, file, _TextLoader, limits), file)
 
 
 def load_all(
@@ -157,9 +171,13 @@ def load_all(
     Takes the same arguments and raises the same errors as `load`.
     """
     text = content if isinstance(content, (str, bytes)) else content.read()
+    return _documents(text, file, _Loader if angles else _PlainLoader, limits)
+
+
+def _documents(text: str | bytes, file: str, loader: Any, limits: Limits | None) -> list[Any]:
     try:
         check_outline(_SafeLoader, text, limits or process_limits())
-        return list(yaml.load_all(text, _Loader if angles else _PlainLoader))
+        return list(yaml.load_all(text, loader))
     except TooMuch as error:
         raise YamlError(file, error.line, error.column, str(error)) from None
     except yaml.MarkedYAMLError as error:

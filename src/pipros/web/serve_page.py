@@ -21,6 +21,7 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
 from pipros.web.desktop import open_in_browser
+from pipros.web.scene_services import serve_scene_file
 from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.token_file import read_tokens
@@ -36,6 +37,7 @@ from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
+from pipros.web.views.scene import SceneFile, SceneViews
 from pipros.web.views.teleop import TeleopViews
 from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
@@ -47,6 +49,7 @@ _KINDS = {
     "delete_param": "delete parameters",
     "publishing": "publish messages",
     "send_goal": "send goals",
+    "scene_save": "save scenes",
     "set_logger_level": "set logger levels",
     "set_param": "set parameters",
     "set_reconfigured": "reconfigure nodes",
@@ -82,6 +85,8 @@ class PageOptions:
         permitted: the views and actions in `CHANGING` that the page may use.
         saves_layouts: whether browsers may store layouts of panels.
         opens_browser: whether to open the page in a browser if there is a display.
+        argv: remappings of the page's node.
+        scene: the file of the Scene tab; with one, the node offers the services of rviz.
     """
 
     tool: str = "rqt_graph"
@@ -94,6 +99,8 @@ class PageOptions:
     permitted: frozenset[str] = frozenset()
     saves_layouts: bool = True
     opens_browser: bool = True
+    argv: tuple[str, ...] = ()
+    scene: SceneFile | None = None
 
 
 def serve_page(options: PageOptions) -> int:
@@ -110,12 +117,15 @@ def serve_page(options: PageOptions) -> int:
     with (
         set_by_signals(over),
         GraphClient(options.tool, timeout_s=MASTER_DEADLINE_S) as graph,
-        Node(options.tool, anonymous=True) as node,
+        Node(options.tool, anonymous=True, argv=options.argv) as node,
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        server = PageServer(services(system, options.permitted, saves_layouts=options.saves_layouts), secret)
+        views = services(system, options.permitted, options.scene, saves_layouts=options.saves_layouts)
+        server = PageServer(views, secret)
         try:
+            if options.scene is not None:
+                serve_scene_file(node, options.scene, may_save="scene_save" in options.permitted)
             loop.run(_start(options, system, server))
             over.wait()
         except OSError as error:
@@ -179,9 +189,14 @@ def _restriction(permitted: frozenset[str]) -> str:
 
 
 def services(
-    system: WatchedSystem, permitted: frozenset[str] = frozenset(), *, saves_layouts: bool = False
+    system: WatchedSystem,
+    permitted: frozenset[str] = frozenset(),
+    scene_file: SceneFile | None = None,
+    *,
+    saves_layouts: bool = False,
 ) -> Services:
     """Return all views and actions of the page. `saves_layouts`: see `PageOptions`."""
+    scene = SceneViews(system, scene_file)
     frames = FrameViews(system)
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
@@ -205,6 +220,11 @@ def services(
         "publishing": calls.publishing,
         "reconfigurable": servers.reconfigurable,
         "reconfigure": servers.reconfigure,
+        "scene_cloud": scene.cloud,
+        "scene_config": scene.config,
+        "scene_messages": scene.messages,
+        "scene_resource": scene.resource,
+        "scene_robot": scene.robot,
         "services": calls.services,
         "teleop": teleop.teleop,
         "topic": topics.topic,
@@ -231,6 +251,7 @@ def services(
         "message_text": topics.message_text,
         "picture": graph.picture,
         "save_layout": layouts.save_layout,
+        "scene_save": scene.save,
         "send_goal": goals.send_goal,
         "service": calls.service,
         "set_logger_level": console.set_logger_level,

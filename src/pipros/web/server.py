@@ -15,6 +15,9 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import functools
+import gzip
+import hashlib
 import json
 import logging
 import mimetypes
@@ -46,6 +49,7 @@ if TYPE_CHECKING:
 logger = logging.getLogger("pipros.web")
 
 SOCKET_PATH = "/live"
+VENDORED = "vendor/"
 VIEWS_OF_A_BROWSER = 200
 REQUEST_BYTES = 1_000_000
 BROWSERS = 100
@@ -63,8 +67,12 @@ View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
 Action = Callable[[Mapping[str, Any]], Awaitable[Any]]
 """Called with the arguments of a request. Returns the answer."""
 
+IMPORT_MAP_HASH: Final = "'sha256-UmR2ynK9En+2P57+Dk4hFTbWgpkKslo2yB4soZvGlnI='"
+"""Hash of the import map in index.html, which names third-party modules: the only inline script."""
+
 SECURITY_HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "Content-Security-Policy": f"default-src 'none'; script-src 'self' {IMPORT_MAP_HASH}; style-src 'self'; "
+    "connect-src 'self'; "
     "img-src 'self' blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
@@ -150,7 +158,7 @@ class PageServer:
                 return None
         except Denied as error:
             return plain_response(HTTPStatus.FORBIDDEN, str(error))
-        return _file_response(path, self._services.pages)
+        return _file_response(path, self._services.pages, headers)
 
     async def attend(self, connection: PortConnection) -> None:
         """Serve one browser until it disconnects."""
@@ -309,10 +317,11 @@ def only_header(headers: Headers, name: str) -> str | None:
     return values[0] if len(values) == 1 else None
 
 
-def _file_response(path: str, packages: Sequence[str]) -> Response:
+def _file_response(path: str, packages: Sequence[str], request: Headers) -> Response:
     """Return a file of the page.
 
-    Only file names in its folders are looked up, so no other file can be read.
+    Only file names in its folders are looked up, so no other file can be read. Third-party files are large:
+    browsers keep them, ask whether they have changed, and get them compressed.
     """
     name = "index.html" if path == "/" else path[1:]
     files = (_find(resources.files(package) / "page", name) for package in packages)
@@ -323,7 +332,21 @@ def _file_response(path: str, packages: Sequence[str]) -> Response:
     if name.endswith(".js"):
         kind = "text/javascript"
     charset = "; charset=utf-8" if kind.startswith(("text/", "image/svg")) else ""
-    return _response(HTTPStatus.OK, file.read_bytes(), kind + charset)
+    body = file.read_bytes()
+    if not name.startswith(VENDORED):
+        return _response(HTTPStatus.OK, body, kind + charset)
+    extra = {"ETag": f'"{hashlib.sha256(body).hexdigest()[:32]}"', "Cache-Control": "no-cache"}
+    if only_header(request, "If-None-Match") == extra["ETag"]:
+        return _response(HTTPStatus.NOT_MODIFIED, b"", kind + charset, extra)
+    if "gzip" in (only_header(request, "Accept-Encoding") or ""):
+        body = _compressed(body)
+        extra["Content-Encoding"] = "gzip"
+    return _response(HTTPStatus.OK, body, kind + charset, extra)
+
+
+@functools.lru_cache(maxsize=16)
+def _compressed(body: bytes) -> bytes:
+    return gzip.compress(body, 4, mtime=0)
 
 
 def _find(folder: Traversable, name: str) -> Traversable | None:
@@ -343,11 +366,12 @@ def plain_response(status: HTTPStatus, text: str, kind: str = "text/plain") -> R
     return _response(status, text.encode(), f"{kind}; charset=utf-8")
 
 
-def _response(status: HTTPStatus, body: bytes, kind: str) -> Response:
+def _response(status: HTTPStatus, body: bytes, kind: str, extra: Mapping[str, str] | None = None) -> Response:
     headers = {
         "Content-Type": kind,
         "Content-Length": str(len(body)),
         "Connection": "close",
         **SECURITY_HEADERS,
+        **(extra or {}),
     }
     return Response(status.value, status.phrase, Headers(headers), body)

@@ -13,7 +13,6 @@ from typing import Any, Final
 
 from pipros.bridges.client import Client
 from pipros.bridges.foxglove import frames
-from pipros.bridges.foxglove.assets import read_asset
 from pipros.bridges.foxglove.catalog import Catalog
 from pipros.bridges.foxglove.definitions import Definitions
 from pipros.bridges.foxglove.graph_changes import EMPTY
@@ -29,6 +28,7 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.clock import SimulatedClock
 from pipros.node.service_client import OpenCalls
+from pipros.packages.assets import read_asset
 from pipros.web.daemon_pool import DaemonPool
 from pipros.workspace.index import PackageIndex
 

@@ -82,14 +82,14 @@ def read_robot(text: str) -> Robot:
         raise UrdfError(f"the robot description is not XML: {error}") from None
     if robot.tag != "robot":
         raise UrdfError(f"the robot description must have the root element <robot>, got <{robot.tag}>")
-    links = tuple(_required(link, "name") for link in robot.all("link"))
+    links = tuple(required(link, "name") for link in robot.all("link"))
     joints = tuple(_joint(element) for element in robot.all("joint"))
     _check_tree(links, joints)
     return Robot(robot.attributes.get("name", ""), links, joints)
 
 
 def _joint(element: Element) -> Joint:
-    name, kind = _required(element, "name"), _required(element, "type")
+    name, kind = required(element, "name"), required(element, "type")
     if kind not in JOINT_TYPES:
         raise UrdfError(f"type of joint {name} must be one of {', '.join(JOINT_TYPES)}, got {kind!r}")
     parent, child = _link_of(element, name, "parent"), _link_of(element, name, "child")
@@ -100,36 +100,37 @@ def _joint(element: Element) -> Joint:
     safety = element.first("safety_controller")
     soft: tuple[float | None, float | None] = (None, None)
     if safety is not None:
-        soft = _optional(safety, "soft_lower_limit"), _optional(safety, "soft_upper_limit")
+        soft = optional_number(safety, "soft_lower_limit"), optional_number(safety, "soft_upper_limit")
     copied = element.first("mimic")
     mimic = None
     if copied is not None:
         mimic = Mimic(
-            _required(copied, "joint"), _number(copied, "multiplier", 1.0), _number(copied, "offset", 0.0)
+            required(copied, "joint"), _number(copied, "multiplier", 1.0), _number(copied, "offset", 0.0)
         )
-    return Joint(name, kind, parent, child, _origin(element), _axis(element, name), limits, soft, mimic)
+    return Joint(name, kind, parent, child, origin_of(element), _axis(element, name), limits, soft, mimic)
 
 
 def _link_of(joint: Element, name: str, role: str) -> str:
     element = joint.first(role)
     if element is None:
         raise UrdfError(f"joint {name} must have an element <{role} link=…>")
-    return _required(element, "link")
+    return required(element, "link")
 
 
-def _origin(joint: Element) -> Pose:
+def origin_of(joint: Element) -> Pose:
+    """Return the pose in the element's <origin>."""
     origin = joint.first("origin")
     if origin is None:
         return IDENTITY
     return (
-        *_vector(origin, "xyz", (0.0, 0.0, 0.0)),
-        *from_roll_pitch_yaw(*_vector(origin, "rpy", (0, 0, 0))),
+        *vector_of(origin, "xyz", (0.0, 0.0, 0.0)),
+        *from_roll_pitch_yaw(*vector_of(origin, "rpy", (0, 0, 0))),
     )
 
 
 def _axis(joint: Element, name: str) -> Vector:
     element = joint.first("axis")
-    x, y, z = (1.0, 0.0, 0.0) if element is None else _vector(element, "xyz", (1.0, 0.0, 0.0))
+    x, y, z = (1.0, 0.0, 0.0) if element is None else vector_of(element, "xyz", (1.0, 0.0, 0.0))
     length = (x * x + y * y + z * z) ** 0.5
     if length == 0.0:
         if joint.attributes["type"] in ("revolute", "continuous", "prismatic"):
@@ -170,14 +171,16 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
         raise UrdfError(f"links form a cycle: {', '.join(sorted(known - reached))}")
 
 
-def _required(element: Element, attribute: str) -> str:
+def required(element: Element, attribute: str) -> str:
+    """Return an attribute. Raise UrdfError if it is missing or empty."""
     value = element.attributes.get(attribute, "")
     if not value:
         raise UrdfError(f"line {element.line}: <{element.tag}> must have the attribute {attribute}")
     return value
 
 
-def _optional(element: Element, attribute: str) -> float | None:
+def optional_number(element: Element, attribute: str) -> float | None:
+    """Return a numeric attribute, or None if it is missing."""
     return _number(element, attribute, 0.0) if attribute in element.attributes else None
 
 
@@ -186,7 +189,8 @@ def _number(element: Element, attribute: str, default: float) -> float:
     return value
 
 
-def _vector(element: Element, attribute: str, default: Vector) -> Vector:
+def vector_of(element: Element, attribute: str, default: Vector) -> Vector:
+    """Return an attribute of three numbers, or the default if it is missing."""
     x, y, z = _numbers(element, attribute, 3, default)
     return (x, y, z)
 

@@ -14,6 +14,7 @@ export const TABS = [
   ["nodes", "Nodes"],
   ["images", "Images"],
   ["tf", "TF"],
+  ["scene", "Scene"],
   ["diagnostics", "Diagnostics"],
   ["services", "Services"],
   ["actions", "Actions"],

@@ -10,7 +10,6 @@ from typing import Any
 
 from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import Limits
-from pipros.bridges.foxglove.assets import AssetRefused
 from pipros.bridges.foxglove.catalog import Catalog, Definition
 from pipros.bridges.foxglove.parameter_watch import DELETED
 from pipros.bridges.foxglove.session import ClientSession
@@ -18,6 +17,7 @@ from pipros.bridges.outbox import Frame, Outbox
 from pipros.bridges.shared_topics import TopicMessage
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
+from pipros.packages.assets import AssetRefused
 from pipros.web.daemon_pool import DaemonPool
 
 MD5SUM = "a" * 32

@@ -1,0 +1,78 @@
+"""`rviz`: opens the page at its tab Scene, with a configuration file."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from optparse import OptionParser
+from pathlib import Path
+
+from pipros.cli.entry_point import command
+from pipros.cli.page_command import page_parser, show, without_remappings
+from pipros.cli.runner import CommandError, add_flag, run
+from pipros.packages import SHARE
+
+_IGNORED = "accepted for compatibility, without effect"
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    return run(lambda: _main(sys.argv[1:] if argv is None else argv))
+
+
+def _main(argv: Sequence[str]) -> int:
+    options, words = _parser().parse_args(without_remappings(argv))
+    if len(words) > 1:
+        raise CommandError(f"unexpected argument: {words[1]}")
+    name = options.display_config or (words[0] if words else "")
+    from pipros.web.views.scene import SceneFile
+
+    try:
+        path = config_path(name)
+        file = SceneFile(path, options.fixed_frame or "")
+    except OSError as error:
+        raise CommandError(f"cannot read {name}: {error.strerror}") from None
+    if path.is_relative_to(SHARE):  # the default, which is saved as the user's own
+        file.path = Path.home() / ".rviz" / f"{name or 'default'}.rviz"
+    remappings = [word for word in argv if word not in without_remappings([word])]
+    return show("rviz", "scene", options, argv=tuple(remappings), scene=file)
+
+
+def _parser() -> OptionParser:
+    parser = page_parser("rviz", "[options] [FILE]")
+    parser.add_option(
+        "-d", "--display-config", metavar="FILE", help="a .rviz file, or the name of one in ~/.rviz"
+    )
+    parser.add_option("-f", "--fixed-frame", metavar="FRAME", help="the fixed frame, instead of the file's")
+    for names in (("-s", "--splash-screen"), ("--help-file",), ("--opengl",)):
+        parser.add_option(*names, metavar="VALUE", help=_IGNORED)
+    for names in (
+        ("--fullscreen",),
+        ("-l", "--ogre-log"),
+        ("--in-mc-wrapper",),
+        ("--disable-anti-aliasing",),
+        ("--no-stereo",),
+        ("-v", "--verbose"),
+        ("--log-level-debug",),
+    ):
+        add_flag(parser, *names, help=_IGNORED)
+    return parser
+
+
+def config_path(name: str, home: Path | None = None) -> Path:
+    """Return the file that `-d NAME` means: a file, `~/.rviz/NAME.rviz`, or the default of pipros.
+
+    An empty name is `default`.
+
+    Raises:
+        CommandError: it looks like a path to a file, which does not exist.
+    """
+    path = Path(name)
+    if name and path.is_file():
+        return path
+    named = (home or Path.home()) / ".rviz" / f"{name or 'default'}.rviz"
+    if named.is_file():
+        return named
+    if name.endswith(".rviz") or "/" in name:
+        raise CommandError(f"cannot read {name}: no such file")
+    return Path(SHARE, "rviz", "default.rviz")

@@ -1,0 +1,137 @@
+"""Reader for the shapes and materials in a URDF: what RobotModel in rviz draws."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from pipros.libraries.robot_model.urdf import (
+    UrdfError,
+    Vector,
+    optional_number,
+    origin_of,
+    required,
+    vector_of,
+)
+from pipros.libraries.transforms.pose import Pose
+from pipros.safe.xml import Element, XmlError, parse
+
+Color = tuple[float, float, float, float]
+
+RED: Final[Color] = (1.0, 0.0, 0.0, 1.0)
+"""rviz's color of shapes without a material."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A visual or collision shape of a link.
+
+    Attributes:
+        kind: box, cylinder, sphere or mesh.
+        origin: the pose relative to the link.
+        size: box: edge lengths; cylinder: radius, radius, length; sphere: radius; mesh: scale.
+        uri: the file of a mesh.
+        color: None if the URDF has no material, so that the mesh's own materials apply.
+        texture: URI of the material's texture; empty if it has none.
+    """
+
+    kind: str
+    origin: Pose
+    size: Vector
+    uri: str = ""
+    color: Color | None = None
+    texture: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkShapes:
+    """All shapes of a link."""
+
+    name: str
+    visuals: tuple[Shape, ...] = field(default_factory=tuple)
+    collisions: tuple[Shape, ...] = field(default_factory=tuple)
+
+
+@dataclass(frozen=True, slots=True)
+class _Material:
+    color: Color | None
+    texture: str
+
+
+def read_shapes(text: str) -> list[LinkShapes]:
+    """Return the links of a URDF with their shapes, in file order.
+
+    A material that is only named is the first definition of that name, anywhere in the file.
+
+    Raises:
+        UrdfError: the text is not XML, or a shape is invalid.
+    """
+    try:
+        robot = parse(text, "robot_description")
+    except XmlError as error:
+        raise UrdfError(f"the robot description is not XML: {error}") from None
+    if robot.tag != "robot":
+        raise UrdfError(f"the robot description must have the root element <robot>, got <{robot.tag}>")
+    links = list(robot.all("link"))
+    materials: dict[str, _Material] = {}
+    in_links = (each for link in links for visual in link.all("visual") for each in visual.all("material"))
+    for element in (*robot.all("material"), *in_links):
+        material = _material(element)
+        if material is not None:
+            materials.setdefault(element.attributes.get("name", ""), material)
+    return [
+        LinkShapes(
+            required(link, "name"),
+            tuple(_shape(visual, materials) for visual in link.all("visual")),
+            tuple(_shape(collision, {}) for collision in link.all("collision")),
+        )
+        for link in links
+    ]
+
+
+def _material(element: Element) -> _Material | None:
+    """Return the material that an element defines, or None if it only names one."""
+    color, texture = element.first("color"), element.first("texture")
+    if color is None and texture is None:
+        return None
+    rgba = None
+    if color is not None:
+        words = color.attributes.get("rgba", "").split()
+        try:
+            r, g, b, a = (min(max(float(word), 0.0), 1.0) for word in words)
+        except ValueError:
+            raise UrdfError(f"line {color.line}: rgba of <color> must be 4 numbers, got {words}") from None
+        rgba = (r, g, b, a)
+    return _Material(rgba, texture.attributes.get("filename", "") if texture is not None else "")
+
+
+def _shape(element: Element, materials: Mapping[str, _Material]) -> Shape:
+    geometry = element.first("geometry")
+    if geometry is None:
+        raise UrdfError(f"line {element.line}: <{element.tag}> must have an element <geometry>")
+    color: Color | None = None
+    texture = ""
+    named = element.first("material")
+    if named is not None:
+        found = _material(named) or materials.get(named.attributes.get("name", ""))
+        color, texture = (found.color, found.texture) if found is not None else (None, "")
+    origin = origin_of(element)
+    if (box := geometry.first("box")) is not None:
+        return Shape("box", origin, vector_of(box, "size", (0.0, 0.0, 0.0)), "", color, texture)
+    if (round_ := geometry.first("cylinder")) is not None:
+        radius, length = (optional_number(round_, name) or 0.0 for name in ("radius", "length"))
+        return Shape("cylinder", origin, (radius, radius, length), "", color, texture)
+    if (sphere := geometry.first("sphere")) is not None:
+        radius = optional_number(sphere, "radius") or 0.0
+        return Shape("sphere", origin, (radius, radius, radius), "", color, texture)
+    if (mesh := geometry.first("mesh")) is not None:
+        scale = vector_of(mesh, "scale", (1.0, 1.0, 1.0))
+        return Shape("mesh", origin, scale, required(mesh, "filename"), color, texture)
+    raise UrdfError(f"line {geometry.line}: <geometry> must have an element box, cylinder, sphere or mesh")
+
+
+def named_files(links: list[LinkShapes]) -> frozenset[str]:
+    """Return the URIs of all meshes and textures."""
+    shapes = [shape for link in links for shape in (*link.visuals, *link.collisions)]
+    return frozenset({uri for shape in shapes for uri in (shape.uri, shape.texture) if uri})

@@ -1,0 +1,59 @@
+// Ellipsoids of covariances, as rviz draws them.
+
+import * as THREE from "three";
+import { SPHERE, lit } from "./shapes.js";
+
+const WIDEST = (89 * Math.PI) / 180;
+
+// Returns eigenvalues and eigenvectors (columns) of a symmetric matrix of 3 rows, by Jacobi rotations.
+export function eigen(rows) {
+  const a = rows.map((row) => [...row]);
+  const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  for (let sweep = 0; sweep < 50; sweep += 1) {
+    const rest = Math.abs(a[0][1]) + Math.abs(a[0][2]) + Math.abs(a[1][2]);
+    if (!(rest > 1e-15)) break;
+    for (const [p, q] of [[0, 1], [0, 2], [1, 2]]) {
+      if (a[p][q] === 0) continue;
+      const theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+      const t = Math.sign(theta || 1) / (Math.abs(theta) + Math.sqrt(theta * theta + 1));
+      const c = 1 / Math.sqrt(t * t + 1);
+      const s = t * c;
+      for (let k = 0; k < 3; k += 1) [a[k][p], a[k][q]] = [c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]];
+      for (let k = 0; k < 3; k += 1) [a[p][k], a[q][k]] = [c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]];
+      for (let k = 0; k < 3; k += 1) [v[k][p], v[k][q]] = [c * v[k][p] - s * v[k][q], s * v[k][p] + c * v[k][q]];
+    }
+  }
+  return { values: [a[0][0], a[1][1], a[2][2]], vectors: v };
+}
+
+// Returns the shapes of a covariance of 36 numbers around a pose: {fixed, turning}, where `fixed` keeps the axes of the
+// header's frame, and `turning` turns with the pose. `get(...path)` reads the properties below Covariance.
+export function covarianceShapes(covariance, get) {
+  const fixed = new THREE.Group();
+  const turning = new THREE.Group();
+  if (![...covariance].every(Number.isFinite)) return { fixed, turning };
+  const isFlat = covariance[14] <= 0 && covariance[21] <= 0 && covariance[28] <= 0;
+  if (get("Position")) {
+    const scale = get("Position", "Scale");
+    const mesh = new THREE.Mesh(SPHERE, lit(get("Position", "Color"), get("Position", "Alpha")));
+    const cell = (row, column) => (isFlat && (row === 2 || column === 2) ? 0 : covariance[row * 6 + column]);
+    const rows = [0, 1, 2].map((row) => [0, 1, 2].map((column) => cell(row, column)));
+    const { values, vectors } = eigen(rows);
+    const size = values.map((value, axis) => (isFlat && axis === 2 ? 0.001 : 2 * Math.sqrt(Math.max(0, value)) * scale || 0.001));
+    const column = (at) => new THREE.Vector3(vectors[0][at], vectors[1][at], vectors[2][at]);
+    const basis = new THREE.Matrix4().makeBasis(column(0), column(1), column(2));
+    if (basis.determinant() < 0) basis.scale(new THREE.Vector3(1, 1, -1));
+    mesh.quaternion.setFromRotationMatrix(basis);
+    mesh.scale.set(...size);
+    fixed.add(mesh);
+  }
+  if (get("Orientation") && isFlat && covariance[35] > 0) {
+    const offset = get("Orientation", "Offset");
+    const half = offset * Math.tan(Math.min(WIDEST, Math.sqrt(covariance[35]) * get("Orientation", "Scale")));
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array([0, 0, 0, offset, -half, 0, offset, half, 0]), 3));
+    geometry.computeVertexNormals();
+    turning.add(new THREE.Mesh(geometry, lit(get("Orientation", "Color"), get("Orientation", "Alpha"), { side: THREE.DoubleSide })));
+  }
+  return { fixed, turning };
+}

@@ -1,0 +1,186 @@
+// What all displays have in common: their properties, status texts, subscriptions, and messages that wait for transforms.
+
+import * as THREE from "three";
+import { TransformError } from "./frames.js";
+import { clear, dispose, place } from "./shapes.js";
+import { Properties, truth } from "./properties.js";
+
+const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
+export const LEVELS = ["ok", "warning", "error"];
+
+export class Display {
+  // `scene` is the Scene; `config` the display's map in the file.
+  constructor(scene, schema, config) {
+    this.scene = scene;
+    this.config = config;
+    this.properties = new Properties(schema, config);
+    this.root = new THREE.Group();
+    this.statuses = new Map(); // name to {level, text}
+    this.stops = [];
+    this.waiting = []; // messages without a transform
+    this.received = 0;
+    this.isOn = false;
+  }
+
+  get name() {
+    return this.config.Name ?? this.config.Class ?? "";
+  }
+
+  get isEnabled() {
+    return truth(this.config.Enabled ?? this.config.Value, true);
+  }
+
+  get(...path) {
+    return this.properties.get(...path);
+  }
+
+  setStatus(name, level, text) {
+    const old = this.statuses.get(name);
+    if (old?.level === level && old.text === text) return;
+    this.statuses.set(name, { level, text });
+    this.scene.noteStatus();
+  }
+
+  dropStatus(name) {
+    if (this.statuses.delete(name)) this.scene.noteStatus();
+  }
+
+  // Returns the worst level of all statuses.
+  get level() {
+    return LEVELS[Math.max(0, ...[...this.statuses.values()].map(({ level }) => LEVELS.indexOf(level)))];
+  }
+
+  // -- life -------------------------------------------------------------------------------------------------------------
+
+  turnOn() {
+    if (this.isOn) return;
+    this.isOn = true;
+    this.scene.objects.add(this.root);
+    this.begin();
+  }
+
+  turnOff() {
+    if (!this.isOn) return;
+    this.isOn = false;
+    this.end();
+    for (const stop of this.stops.splice(0)) stop();
+    this.scene.objects.remove(this.root);
+    this.reset();
+    this.statuses.clear();
+    this.scene.noteStatus();
+  }
+
+  // Called when the display is turned on: subscribe and draw here.
+  begin() {}
+
+  // Called when the display is turned off.
+  end() {}
+
+  // Called when a property has changed. Displays that can do better than to begin anew override it.
+  changed() {
+    if (!this.isOn) return;
+    this.turnOff();
+    this.turnOn();
+  }
+
+  // Removes everything that was drawn from messages: time jumped back, or the fixed frame changed.
+  reset() {
+    clear(this.root);
+    this.waiting = [];
+  }
+
+  // Called before each picture.
+  frame() {}
+
+  close() {
+    this.turnOff();
+    dispose(this.root);
+  }
+
+  // -- messages ---------------------------------------------------------------------------------------------------------
+
+  // Subscribes to the topic in a property. `take(message, arrival)` is called with each decoded message.
+  subscribe(property, take, { queue = 0, name = null } = {}) {
+    const topic = this.scene.topicName(name ?? this.get(property));
+    this.received = 0;
+    if (!topic) {
+      this.setStatus("Topic", "error", "Error subscribing: Empty topic name");
+      return;
+    }
+    this.setStatus("Topic", "warning", "No messages received");
+    this.stops.push(this.scene.subscribe(topic, queue || Math.max(1, this.queueSize()), (message, arrival) => {
+      this.countMessage();
+      take(message, arrival);
+    }, (text) => this.setStatus("Topic", "error", text)));
+  }
+
+  queueSize() {
+    return this.properties.find(["Queue Size"])[0] ? this.get("Queue Size") : 10;
+  }
+
+  countMessage() {
+    this.received += 1;
+    this.setStatus("Topic", "ok", `${this.received} messages received`);
+  }
+
+  // Calls `put(message, pose)` as soon as the pose of the message's frame in the fixed frame is known at its stamp.
+  // `until` returns the last stamp that must be known.
+  whenPlaced(message, put, until = (each) => each.header.stamp) {
+    this.waiting.push({ message, put, until });
+    const most = Math.max(1, this.queueSize());
+    if (this.waiting.length > most) this.waiting.splice(0, this.waiting.length - most);
+    this.placeWaiting();
+  }
+
+  // Tries the messages that wait for transforms.
+  placeWaiting() {
+    const left = [];
+    for (const entry of this.waiting) {
+      const { message, put, until } = entry;
+      const frame = withoutSlash(message.header.frame_id);
+      try {
+        const pose = this.scene.poseOf(frame, message.header.stamp);
+        if (until(message) !== message.header.stamp) this.scene.poseOf(frame, until(message));
+        put(message, pose);
+        this.setStatus("Transform", "ok", "Transform OK");
+      } catch (error) {
+        if (!(error instanceof TransformError)) {
+          this.setStatus("Message", "error", error.message);
+          continue;
+        }
+        if (this.isTooOld(frame, message.header.stamp)) {
+          this.setStatus("Transform", "error", `Message removed because it is too old (frame=[${frame}], stamp=[${Number(message.header.stamp) / 1e9}])`);
+          continue;
+        }
+        this.setStatus("Transform", "error", this.scene.whyNot(frame, error));
+        left.push(entry);
+      }
+    }
+    this.waiting = left;
+  }
+
+  isTooOld(frame, stamp) {
+    if (!stamp || !this.scene.frames.has(frame)) return false;
+    try {
+      const newest = this.scene.frames.latestCommonTime(this.scene.fixedFrame, frame);
+      return newest !== 0n && newest - stamp > OLD_NS;
+    } catch {
+      return false;
+    }
+  }
+
+  // Moves the display to the newest pose of a frame. Returns whether it is known; if not, it stays where it is.
+  follow(frame, object = this.root) {
+    const name = frame === "<Fixed Frame>" ? this.scene.fixedFrame : withoutSlash(frame);
+    try {
+      place(object, this.scene.poseOf(name, 0n));
+      this.setStatus("Transform", "ok", "Transform OK");
+      return true;
+    } catch (error) {
+      this.setStatus("Transform", "error", error instanceof TransformError ? `No transform from [${name}] to [${this.scene.fixedFrame}]` : error.message);
+      return false;
+    }
+  }
+}
+
+export const withoutSlash = (name) => (name.startsWith("/") ? name.slice(1) : name);

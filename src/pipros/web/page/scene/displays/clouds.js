@@ -1,0 +1,155 @@
+// Point clouds and laser scans.
+
+import { cloudColours, columnsOf, fieldsFor, finiteOnly, usableTransformer } from "../cloud_colours.js";
+import { Display, withoutSlash } from "../display.js";
+import { TransformError } from "../frames.js";
+import { points } from "../points.js";
+import { interpolated, transformed } from "../pose.js";
+import { clear, dispose, place } from "../shapes.js";
+
+const MOST_POINTS = 200000; // of one cloud
+const MOST_KEPT = 2000000; // of all clouds of a display with a decay time
+const TEXT = new TextDecoder();
+
+class Cloud extends Display {
+  begin() {
+    this.kept = []; // {object, arrival (ns), count}
+  }
+
+  reset() {
+    super.reset();
+    this.kept = [];
+  }
+
+  // Shows columns at a pose; `heights` are computed if the colours need them.
+  show(columns, pose) {
+    const finite = finiteOnly(columns);
+    const count = finite.get("x").length;
+    const channel = this.get("Channel Name");
+    const transformer = usableTransformer(this.get("Color Transformer"), finite, channel);
+    const positions = new Float32Array(count * 3);
+    const axes = ["x", "y", "z"].map((name) => finite.get(name));
+    for (let i = 0; i < count; i += 1) for (let axis = 0; axis < 3; axis += 1) positions[i * 3 + axis] = axes[axis][i];
+    const tints = cloudColours(transformer, finite, {
+      channel,
+      rainbow: this.get("Use rainbow"),
+      invert: this.get("Invert Rainbow"),
+      minColor: this.get("Min Color"),
+      maxColor: this.get("Max Color"),
+      autoBounds: this.get("Autocompute Intensity Bounds"),
+      bounds: [this.get("Min Intensity"), this.get("Max Intensity")],
+      colour: this.get("Color"),
+      autoAxis: this.get("Autocompute Value Bounds"),
+      axisBounds: [this.get("Autocompute Value Bounds", "Min Value"), this.get("Autocompute Value Bounds", "Max Value")],
+      heights: transformer === "AxisColor" ? this.heights(positions, pose) : null,
+    });
+    const style = this.get("Style");
+    const size = style === "Points" ? this.get("Size (Pixels)") : this.get("Size (m)");
+    const object = points(style, positions, tints, size, this.get("Alpha"), finite.has("rgba") && transformer === "RGB8");
+    place(object, pose);
+    if (!(this.get("Decay Time") > 0)) {
+      clear(this.root);
+      this.kept = [];
+    }
+    this.root.add(object);
+    this.kept.push({ object, arrival: this.scene.now(), count });
+    this.scene.invalidate();
+  }
+
+  heights(positions, pose) {
+    const axis = { X: 0, Y: 1, Z: 2 }[this.get("Axis")] ?? 2;
+    const count = positions.length / 3;
+    const out = new Float32Array(count);
+    const isFixed = this.get("Use Fixed Frame");
+    for (let i = 0; i < count; i += 1) {
+      const at = [positions[i * 3], positions[i * 3 + 1], positions[i * 3 + 2]];
+      out[i] = isFixed ? transformed(pose, at)[axis] : at[axis];
+    }
+    return out;
+  }
+
+  frame() {
+    const decay = this.get("Decay Time");
+    if (!(decay > 0)) return;
+    const now = this.scene.now();
+    let total = this.kept.reduce((sum, { count }) => sum + count, 0);
+    while (this.kept.length > 1 && (Number(now - this.kept[0].arrival) / 1e9 > decay || total > MOST_KEPT)) {
+      const [{ object, count }] = this.kept.splice(0, 1);
+      total -= count;
+      this.root.remove(object);
+      dispose(object);
+    }
+    if (this.kept.length === 1 && Number(now - this.kept[0].arrival) / 1e9 > decay) {
+      clear(this.root);
+      this.kept = [];
+    }
+  }
+}
+
+export class PointCloud2 extends Cloud {
+  begin() {
+    super.begin();
+    const name = this.scene.topicName(this.get("Topic"));
+    this.received = 0;
+    if (!name) {
+      this.setStatus("Topic", "error", "Error subscribing: Empty topic name");
+      return;
+    }
+    this.setStatus("Topic", "warning", "No messages received");
+    const fields = fieldsFor(this.get("Color Transformer"), this.get("Channel Name"));
+    this.stops.push(this.scene.context.watch("scene_cloud", { name, limit: MOST_POINTS, fields }, (data) => this.take(data), (text) => text && this.setStatus("Topic", "error", text)));
+  }
+
+  take(data) {
+    const all = new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
+    const end = all.indexOf(10);
+    const head = JSON.parse(TEXT.decode(all.subarray(0, end)));
+    this.countMessage();
+    if (head.problem) {
+      this.setStatus("Message", "error", head.problem);
+      return;
+    }
+    this.dropStatus("Message");
+    this.setStatus("Points", "ok", head.step > 1 ? `Showing 1 of ${head.step} of ${head.count} points` : `Showing ${head.count} points`);
+    const columns = columnsOf(head, all.subarray(end + 1));
+    const stamp = BigInt(head.stamp[0]) * 1000000000n + BigInt(head.stamp[1]);
+    this.whenPlaced({ header: { frame_id: head.frame, stamp } }, (_, pose) => this.show(columns, pose));
+  }
+}
+
+export class LaserScan extends Cloud {
+  begin() {
+    super.begin();
+    this.subscribe("Topic", (scan) => {
+      const span = BigInt(Math.round(Math.max(0, scan.time_increment * (scan.ranges.length - 1)) * 1e9)) || 0n;
+      if (span > 1000000000n) this.setStatus("Scan Time", "warning", `The laser scan, from time_increment, is ${(Number(span) / 1e9).toFixed(3)} s long, which is longer than a second.`);
+      this.whenPlaced(scan, (message, pose) => this.project(message, pose, span), (message) => message.header.stamp + span);
+    });
+  }
+
+  // Projects each ray with the pose at its own time. The points are in the fixed frame.
+  project(scan, from, span) {
+    const { ranges, intensities } = scan;
+    let to = from;
+    if (span) {
+      try {
+        to = this.scene.poseOf(withoutSlash(scan.header.frame_id), scan.header.stamp + span);
+      } catch (error) {
+        if (!(error instanceof TransformError)) throw error;
+      }
+    }
+    const found = [];
+    const values = [];
+    for (let i = 0; i < ranges.length; i += 1) {
+      const range = ranges[i];
+      if (!(range >= scan.range_min && range < scan.range_max)) continue;
+      const angle = scan.angle_min + i * scan.angle_increment;
+      const pose = span ? interpolated(from, to, ranges.length > 1 ? i / (ranges.length - 1) : 0) : from;
+      found.push(transformed(pose, [range * Math.cos(angle), range * Math.sin(angle), 0]));
+      values.push(intensities[i] ?? 0);
+    }
+    const columns = new Map(["x", "y", "z"].map((name, axis) => [name, Float32Array.from(found, (point) => point[axis])]));
+    if (intensities.length) columns.set("intensity", Float32Array.from(values));
+    this.show(columns, [0, 0, 0, 0, 0, 0, 1]);
+  }
+}

@@ -1,0 +1,156 @@
+// All frames: axes, names, and arrows to the parents.
+
+import * as THREE from "three";
+import { Display } from "../display.js";
+import { truth } from "../properties.js";
+import { arrow, axes, clear, lit, place, textSprite } from "../shapes.js";
+
+const MOST_DRAWN = 1000;
+
+export class Tf extends Display {
+  begin() {
+    this.drawn = new Map(); // name to {group, line, label, stamp, seen, isGrey}
+  }
+
+  reset() {
+    super.reset();
+    this.drawn = new Map();
+  }
+
+  isShown(name) {
+    const frames = this.config.Frames;
+    const own = typeof frames === "object" && frames ? frames[name] : undefined;
+    if (own !== undefined) return truth(typeof own === "object" && own ? own.Value : own, true);
+    return this.get("Frames", "All Enabled");
+  }
+
+  pattern(property) {
+    const text = this.get(property);
+    try {
+      return text ? new RegExp(text) : null;
+    } catch {
+      this.setStatus(property, "error", `${text} is not a regular expression`);
+      return null;
+    }
+  }
+
+  frame() {
+    const { frames } = this.scene;
+    const now = this.scene.now();
+    const [scale, alpha, timeout] = [this.get("Marker Scale"), this.get("Marker Alpha"), this.get("Frame Timeout")];
+    const names = frames.names().slice(0, MOST_DRAWN);
+    const known = new Set(names);
+    for (const [name, entry] of this.drawn) {
+      if (known.has(name)) continue;
+      clear(entry.group);
+      this.root.remove(entry.group, entry.line);
+      this.drawn.delete(name);
+    }
+    const filters = [this.pattern("Filter (whitelist)"), this.pattern("Filter (blacklist)")];
+    for (const name of names) {
+      if (!this.isShown(name) || !accepts(name, filters)) {
+        const hidden = this.drawn.get(name);
+        if (hidden) hidden.group.visible = hidden.line.visible = false;
+        continue;
+      }
+      this.update(this.drawn.get(name) ?? this.draw(name, scale, alpha), name, now, { scale, alpha, timeout });
+    }
+  }
+
+  // Shows a frame where it is now, and how old it is.
+  update(entry, name, now, { scale, alpha, timeout }) {
+    const { frames, fixedFrame } = this.scene;
+    const stamp = this.newestStamp(name, fixedFrame);
+    if (entry.stamp !== stamp || stamp === 0n) {
+      entry.stamp = stamp;
+      entry.seen = now;
+    }
+    const age = Number(now - entry.seen) / 1e9;
+    const fade = age <= timeout / 3 ? 0 : Math.min(1, (age - timeout / 3) / (timeout / 3));
+    const rest = age <= (2 * timeout) / 3 ? 1 : Math.max(0, 1 - (age - (2 * timeout) / 3) / (timeout / 3));
+    this.shade(entry, fade, rest * alpha);
+    let pose = null;
+    try {
+      pose = this.scene.poseOf(name, 0n);
+    } catch {
+      this.setStatus(name, "warning", `No transform from [${name}] to [${fixedFrame}]`);
+    }
+    entry.group.visible = pose !== null && age < timeout;
+    entry.line.visible = false;
+    if (!pose) return;
+    if (this.statuses.has(name)) this.setStatus(name, "ok", "Transform OK");
+    place(entry.group, pose);
+    // The name does not turn with its frame.
+    entry.label.visible = entry.group.visible && this.get("Show Names");
+    entry.axes.visible = this.get("Show Axes");
+    if (entry.group.visible && this.get("Show Arrows")) this.connect(entry, frames.parent(name), scale);
+  }
+
+  newestStamp(name, fixedFrame) {
+    try {
+      return this.scene.frames.latestCommonTime(fixedFrame, name);
+    } catch {
+      return 0n;
+    }
+  }
+
+  draw(name, scale, alpha) {
+    const group = new THREE.Group();
+    const cross = axes(0.2 * scale, 0.02 * scale, alpha);
+    const label = textSprite(name, 0.1 * scale, [255, 255, 255], alpha, [0.5, 1]);
+    group.add(cross, label);
+    const line = new THREE.Group();
+    this.root.add(group, line);
+    const entry = { group, line, label, axes: cross, stamp: null, seen: this.scene.now(), shown: "", length: -1 };
+    this.drawn.set(name, entry);
+    return entry;
+  }
+
+  // Lets an old frame turn grey, and then fade.
+  shade(entry, fade, alpha) {
+    const shown = `${fade.toFixed(2)} ${alpha.toFixed(2)}`;
+    if (entry.shown === shown) return;
+    entry.shown = shown;
+    entry.axes.children.forEach((rod, axis) => {
+      const own = [0, 1, 2].map((channel) => (channel === axis ? 1 : 0));
+      rod.material.color.setRGB(...own.map((part) => part + (0.7 - part) * fade));
+      setAlpha(rod.material, alpha);
+    });
+    setAlpha(entry.label.material, alpha);
+    entry.label.material.transparent = true;
+  }
+
+  connect(entry, parent, scale) {
+    if (!parent) return;
+    let from;
+    try {
+      from = this.scene.poseOf(parent, 0n);
+    } catch {
+      return;
+    }
+    const here = entry.group.position;
+    const there = new THREE.Vector3(from[0], from[1], from[2]);
+    const along = there.clone().sub(here);
+    const distance = along.length();
+    if (distance <= 0.001) return;
+    if (Math.abs(entry.length - distance) > 1e-4 * distance || entry.scale !== scale) {
+      clear(entry.line);
+      const head = distance < 0.1 * scale ? 0.1 * scale * distance : 0.1 * scale;
+      entry.line.add(arrow(distance - head, 0.01 * scale, head, 0.04 * scale, lit([204, 204, 76.5]), lit([255, 25.5, 153])));
+      entry.length = distance;
+      entry.scale = scale;
+    }
+    entry.line.visible = true;
+    entry.line.position.copy(here);
+    entry.line.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), along.normalize());
+  }
+}
+
+function setAlpha(material, alpha) {
+  material.opacity = alpha;
+  material.transparent = alpha < 0.9998;
+  material.depthWrite = !material.transparent;
+}
+
+/** @type {(name: string, filters: RegExp[]) => boolean} */
+const accepts = (name, [white, black]) => (!white || white.test(name)) && !(black && black.test(name));

@@ -1,0 +1,101 @@
+// Decoders for serialized messages, composed from the layout that the server sends (message_layout.py).
+// Times are nanoseconds (BigInt), arrays of numbers are typed arrays.
+
+const TEXT = new TextDecoder();
+const NS = 1000000000n;
+
+const SCALARS = {
+  bool: [1, (view, at) => view.getUint8(at) !== 0, Uint8Array],
+  int8: [1, (view, at) => view.getInt8(at), Int8Array],
+  byte: [1, (view, at) => view.getInt8(at), Int8Array],
+  uint8: [1, (view, at) => view.getUint8(at), Uint8Array],
+  char: [1, (view, at) => view.getUint8(at), Uint8Array],
+  int16: [2, (view, at) => view.getInt16(at, true), Int16Array],
+  uint16: [2, (view, at) => view.getUint16(at, true), Uint16Array],
+  int32: [4, (view, at) => view.getInt32(at, true), Int32Array],
+  uint32: [4, (view, at) => view.getUint32(at, true), Uint32Array],
+  int64: [8, (view, at) => view.getBigInt64(at, true), BigInt64Array],
+  uint64: [8, (view, at) => view.getBigUint64(at, true), BigUint64Array],
+  float32: [4, (view, at) => view.getFloat32(at, true), Float32Array],
+  float64: [8, (view, at) => view.getFloat64(at, true), Float64Array],
+};
+
+const NONE = -1; // not an array
+const EMPTY_ELEMENTS = 65536; // elements without bytes in one array
+
+// Where a decoder reads.
+class Reader {
+  constructor(view) {
+    this.view = view;
+    this.at = 0;
+  }
+
+  take(size) {
+    const from = this.at;
+    if (size > this.view.byteLength - from) throw new Error(`the message ends after ${this.view.byteLength} bytes, but ${from + size} are needed`);
+    this.at = from + size;
+    return from;
+  }
+
+  count(least) {
+    const count = this.view.getUint32(this.take(4), true);
+    const most = least ? (this.view.byteLength - this.at) / least : EMPTY_ELEMENTS;
+    if (count > most) throw new Error(`an array of ${count} elements does not fit into the message`);
+    return count;
+  }
+}
+
+// Returns a function from a DataView of a message of the type to an object.
+export function decoderOf(types, name) {
+  const read = compose(types, name).read;
+  return (view) => read(new Reader(view));
+}
+
+// Returns how to read a type, and the least number of bytes that it takes.
+function compose(types, name) {
+  if (name in SCALARS) {
+    const [size, get] = SCALARS[name];
+    return { least: size, read: (reader) => get(reader.view, reader.take(size)) };
+  }
+  if (name === "string") return { least: 4, read: text };
+  if (name === "time") return { least: 8, read: (reader) => nanoseconds(reader, (view, at) => view.getUint32(at, true)) };
+  if (name === "duration") return { least: 8, read: (reader) => nanoseconds(reader, (view, at) => view.getInt32(at, true)) };
+  const fields = types[name].map(([field, base, array]) => [field, fieldOf(types, base, array)]);
+  const least = fields.reduce((sum, [, field]) => sum + field.least, 0);
+  const read = (reader) => {
+    const message = {};
+    for (const [field, { read: readField }] of fields) message[field] = readField(reader);
+    return message;
+  };
+  return { least, read };
+}
+
+function fieldOf(types, base, array) {
+  const element = compose(types, base);
+  if (array === NONE) return element;
+  const isFixed = array > 0;
+  const countOf = isFixed ? () => array - 1 : (reader) => reader.count(element.least);
+  const read = base in SCALARS ? numbers(SCALARS[base], countOf) : (reader) => {
+    const found = [];
+    for (let left = countOf(reader); left > 0; left -= 1) found.push(element.read(reader));
+    return found;
+  };
+  return { least: isFixed ? element.least * (array - 1) : 4, read };
+}
+
+const numbers = ([size, , Numbers], countOf) => (reader) => {
+  const count = countOf(reader);
+  const from = reader.view.byteOffset + reader.take(count * size);
+  return new Numbers(reader.view.buffer.slice(from, from + count * size));
+};
+
+function text(reader) {
+  const size = reader.count(1);
+  const from = reader.view.byteOffset + reader.take(size);
+  return TEXT.decode(new Uint8Array(reader.view.buffer, from, size));
+}
+
+function nanoseconds(reader, get) {
+  const at = reader.take(8);
+  return BigInt(get(reader.view, at)) * NS + BigInt(get(reader.view, at + 4));
+}

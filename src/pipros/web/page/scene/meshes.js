@@ -1,0 +1,150 @@
+// Meshes and textures of packages, loaded once per URI over the page's connection.
+
+import * as THREE from "three";
+import { ColladaLoader } from "three/addons/loaders/ColladaLoader.js";
+import { MTLLoader } from "three/addons/loaders/MTLLoader.js";
+import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
+import { STLLoader } from "three/addons/loaders/STLLoader.js";
+
+const MOST_BYTES = 400e6; // of all meshes that are kept
+const TEXT = new TextDecoder();
+
+export class Meshes {
+  // `fetchBytes(uri)` returns a promise of a Uint8Array.
+  constructor(fetchBytes) {
+    this.fetchBytes = fetchBytes;
+    this.known = new Map(); // URI to a promise of a group
+    this.textures = new Map();
+    this.bytes = 0;
+  }
+
+  // Returns a promise of a new object for a mesh. `tint(material)` returns the material to use; the mesh's own materials
+  // have `userData.isOwn`.
+  async mesh(uri, tint) {
+    if (!this.known.has(uri)) {
+      const loading = this.load(uri);
+      this.known.set(uri, loading);
+      loading.catch(() => this.known.delete(uri));
+    }
+    const group = (await this.known.get(uri)).clone();
+    group.traverse((each) => {
+      if (each.isMesh) each.material = Array.isArray(each.material) ? each.material.map(tint) : tint(each.material);
+    });
+    return group;
+  }
+
+  async load(uri) {
+    const bytes = await this.fetchBytes(uri);
+    this.bytes += bytes.byteLength;
+    if (this.bytes > MOST_BYTES) throw new Error(`the meshes are larger than ${MOST_BYTES / 1e6} MB together`);
+    const group = new THREE.Group();
+    const extension = uri.split(".").at(-1).toLowerCase();
+    if (extension === "stl") group.add(new THREE.Mesh(stlGeometry(bytes), plain()));
+    else if (extension === "dae") group.add(await this.collada(uri, TEXT.decode(bytes)));
+    else if (extension === "obj") group.add(await this.wavefront(uri, TEXT.decode(bytes)));
+    else throw new Error(`${extension} meshes are not supported: use STL, DAE or OBJ`);
+    group.traverse((each) => { if (each.geometry) each.geometry.userData.isShared = true; });
+    return group;
+  }
+
+  async collada(uri, text) {
+    const names = [...text.matchAll(/<init_from>\s*([^<]+?)\s*<\/init_from>/g)].map((found) => found[1]);
+    const blobs = await this.blobs(uri, names.filter((name) => /\.(png|jpe?g|bmp)$/i.test(name)));
+    const manager = new THREE.LoadingManager();
+    manager.setURLModifier((url) => blobs.get(url.split("/").at(-1)) ?? "data:,");
+    const { scene } = new ColladaLoader(manager).parse(text, "");
+    scene.rotation.set(0, 0, 0); // rviz ignores up_axis
+    const unwanted = [];
+    scene.traverse((each) => {
+      if (each.isLight || each.isCamera) unwanted.push(each);
+      if (each.isMesh) each.material = Array.isArray(each.material) ? each.material.map(lambert) : lambert(each.material);
+    });
+    for (const each of unwanted) each.removeFromParent();
+    return scene;
+  }
+
+  async wavefront(uri, text) {
+    const loader = new OBJLoader();
+    const library = /^mtllib\s+(.+?)\s*$/m.exec(text)?.[1];
+    if (library) {
+      try {
+        const materials = TEXT.decode(await this.fetchBytes(beside(uri, library)));
+        const names = [...materials.matchAll(/^\s*map_Kd\s+(.+?)\s*$/gm)].map((found) => found[1]);
+        const blobs = await this.blobs(uri, names);
+        const manager = new THREE.LoadingManager();
+        manager.setURLModifier((url) => blobs.get(url.split("/").at(-1)) ?? "data:,");
+        loader.setMaterials(new MTLLoader(manager).parse(materials, ""));
+      } catch {
+        // without its materials, the mesh is drawn as one that has none
+      }
+    }
+    const object = loader.parse(text);
+    object.traverse((each) => {
+      if (!each.isMesh) return;
+      if (!each.geometry.getAttribute("normal")) each.geometry.computeVertexNormals();
+      each.material = library ? (Array.isArray(each.material) ? each.material.map(lambert) : lambert(each.material)) : plain();
+    });
+    return object;
+  }
+
+  // Returns a promise of addresses of the images of a mesh, by file name.
+  async blobs(uri, names) {
+    const found = new Map();
+    await Promise.all(names.map(async (name) => {
+      try {
+        const bytes = await this.fetchBytes(name.includes("://") ? name : beside(uri, name));
+        found.set(name.split(/[\\/]/).at(-1), URL.createObjectURL(new Blob([bytes])));
+      } catch {
+        // a missing texture leaves the colour
+      }
+    }));
+    return found;
+  }
+
+  // Returns a promise of a texture.
+  texture(uri) {
+    if (!this.textures.has(uri)) {
+      const loading = this.loadTexture(uri);
+      this.textures.set(uri, loading);
+      loading.catch(() => this.textures.delete(uri));
+    }
+    return this.textures.get(uri);
+  }
+
+  async loadTexture(uri) {
+    const image = await createImageBitmap(new Blob([await this.fetchBytes(uri)]), { imageOrientation: "flipY" });
+    const texture = new THREE.Texture(image);
+    texture.flipY = false;
+    texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
+    texture.needsUpdate = true;
+    texture.userData.isShared = true;
+    return texture;
+  }
+}
+
+const beside = (uri, name) => `${uri.slice(0, uri.lastIndexOf("/") + 1)}${name.replaceAll("\\", "/").replace(/^\.\//, "")}`;
+
+// The material of meshes without their own.
+const plain = () => new THREE.MeshLambertMaterial({ color: 0xffffff });
+
+// Keeps what rviz draws of a material: its diffuse colour, texture and transparency.
+function lambert(from) {
+  const { color = 0xffffff, map = null, opacity = 1, side } = from;
+  const material = new THREE.MeshLambertMaterial({ color, map, opacity, side });
+  if (material.map) material.map.userData.isShared = true;
+  material.userData.isOwn = true;
+  return material;
+}
+
+function stlGeometry(bytes) {
+  const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
+  if (buffer.byteLength >= 84 && !/^\s*solid/.test(TEXT.decode(bytes.subarray(0, 64)))) {
+    const triangles = new DataView(buffer).getUint32(80, true);
+    if (84 + triangles * 50 > buffer.byteLength) throw new Error(`an STL file of ${buffer.byteLength} bytes cannot have ${triangles} triangles`);
+  }
+  const geometry = new STLLoader().parse(buffer);
+  geometry.deleteAttribute("color"); // rviz ignores them
+  const normals = geometry.getAttribute("normal");
+  if (!normals || normals.array.every((value) => value === 0)) geometry.computeVertexNormals();
+  return geometry;
+}

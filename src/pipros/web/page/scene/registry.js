@@ -1,0 +1,75 @@
+// The displays that exist, by class. Others are listed, and keep their configuration.
+
+import { Display } from "./display.js";
+import { LaserScan, PointCloud2 } from "./displays/clouds.js";
+import { Image } from "./displays/image.js";
+import { MapDisplay } from "./displays/map.js";
+import { Marker, MarkerArray } from "./displays/markers.js";
+import { GridCells, Odometry, Path, PointStamped, Polygon, Pose, PoseArray, PoseWithCovariance, Range } from "./displays/poses.js";
+import { Axes, Grid } from "./displays/simple.js";
+import { RobotModel } from "./displays/robot.js";
+import { Tf } from "./displays/tf.js";
+import { DISPLAYS, className } from "./properties.js";
+
+class Group extends Display {
+  constructor(scene, schema, config) {
+    super(scene, schema, config);
+    if (!Array.isArray(config.Displays)) config.Displays = [];
+    this.displays = config.Displays.map((each) => makeDisplay(scene, each));
+  }
+
+  begin() {
+    for (const display of this.displays) if (display.isEnabled) display.turnOn();
+  }
+
+  end() {
+    for (const display of this.displays) display.turnOff();
+  }
+
+  changed() {}
+
+  reset() {}
+
+  close() {
+    for (const display of this.displays) display.close();
+    super.close();
+  }
+}
+
+class Unsupported extends Display {
+  begin() {
+    this.setStatus("Class", "error", `The class ${this.config.Class} is not supported; its configuration is kept.`);
+  }
+}
+
+const CLASSES = {
+  "rviz/Axes": Axes,
+  "rviz/Grid": Grid,
+  "rviz/GridCells": GridCells,
+  "rviz/Group": Group,
+  "rviz/Image": Image,
+  "rviz/LaserScan": LaserScan,
+  "rviz/Map": MapDisplay,
+  "rviz/Marker": Marker,
+  "rviz/MarkerArray": MarkerArray,
+  "rviz/Odometry": Odometry,
+  "rviz/Path": Path,
+  "rviz/PointCloud": PointCloud2,
+  "rviz/PointCloud2": PointCloud2,
+  "rviz/PointStamped": PointStamped,
+  "rviz/Polygon": Polygon,
+  "rviz/Pose": Pose,
+  "rviz/PoseArray": PoseArray,
+  "rviz/PoseWithCovariance": PoseWithCovariance,
+  "rviz/Range": Range,
+  "rviz/RobotModel": RobotModel,
+  "rviz/TF": Tf,
+};
+
+export const SUPPORTED = Object.keys(CLASSES);
+
+export function makeDisplay(scene, config) {
+  const kind = className(config?.Class ?? "");
+  const Kind = CLASSES[kind] ?? Unsupported;
+  return new Kind(scene, DISPLAYS[kind] ?? [], typeof config === "object" && config ? config : {});
+}

@@ -1,0 +1,88 @@
+// The Scene tab: a tree of displays, a toolbar, and the picture.
+
+import { download, h, replace } from "../dom.js";
+import { Scene } from "./scene.js";
+import { Tools } from "./tools.js";
+import { TreePanel } from "./tree_panel.js";
+import { VIEWS } from "./properties.js";
+
+const STATUS_MS = 500;
+
+export function open(view, _argument, context) {
+  const canvas = h("canvas", { class: "scene-canvas", tabindex: 0, role: "img", "aria-label": "Scene" });
+  const error = h("div", { class: "error", role: "alert" });
+  const status = h("div", { class: "scene-status", role: "status" });
+  const images = h("div", { class: "scene-images" });
+  const lost = h("div", { class: "scene-lost", hidden: true }, "The graphics card was reset; the picture returns when it is ready.");
+  let path = "";
+  let scene;
+  try {
+    scene = new Scene(context, canvas, () => showStatus());
+  } catch (problem) {
+    replace(error, `The scene needs WebGL 2, which this browser does not provide: ${problem.message}`);
+    view.append(h("div", { class: "column" }, error));
+    return {};
+  }
+  scene.images = images;
+  const tools = new Tools(scene, canvas, status, context);
+  const tree = new TreePanel(scene, context);
+  const kinds = h("select", { "aria-label": "View", onchange: () => {
+    const old = scene.config.Views.Current;
+    scene.setView({ ...old, Class: kinds.value, Name: "Current View", Value: `${kinds.value.slice(5)} (rviz)` });
+  } }, Object.keys(VIEWS).map((kind) => h("option", { value: kind }, kind.slice(5))));
+  const save = h("button", { onclick: () => keep(), disabled: !context.control }, "Save");
+  const dock = h("button", { "aria-pressed": "true", onclick: () => {
+    tree.element.hidden = !tree.element.hidden;
+    dock.setAttribute("aria-pressed", String(!tree.element.hidden));
+  } }, "Displays");
+  view.append(h("div", { class: "column" },
+    h("div", { class: "bar scene-bar" }, dock, tools.element, h("span", { class: "spring" }), kinds,
+      h("button", { onclick: () => scene.view.home() }, "Zero"),
+      h("button", { onclick: () => scene.reset() }, "Reset"),
+      h("button", { onclick: () => picture() }, "Save PNG"), save),
+    error,
+    h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, images, lost, status))));
+  if (innerWidth < 700) dock.click();
+
+  function picture() {
+    scene.draw();
+    canvas.toBlob((blob) => download("scene.png", blob));
+  }
+
+  async function keep() {
+    try {
+      const file = await context.act("scene_save", { config: scene.file });
+      tools.say(`saved as ${file}`);
+    } catch (problem) {
+      replace(error, problem.message);
+    }
+  }
+
+  let pending = 0;
+  function showStatus() {
+    lost.hidden = !scene.isLost;
+    pending ||= setTimeout(() => {
+      pending = 0;
+      tree.showStatus();
+    }, STATUS_MS);
+  }
+
+  context.watch("scene_config", {}, (data) => {
+    replace(error);
+    path = data.path;
+    save.title = context.control ? `Save as ${path}` : "Saving needs --control";
+    const config = Object.keys(data.config).length ? data.config : { "Visualization Manager": { Displays: [{ Class: "rviz/Grid", Name: "Grid", Enabled: "true" }, { Class: "rviz/TF", Name: "TF", Enabled: "true" }] } };
+    scene.load(config, data.fixed_frame, data.simulated);
+    kinds.value = Object.keys(VIEWS).find((kind) => kind.slice(5) === (scene.config.Views.Current.Class ?? "").split("/").at(-1)) ?? "rviz/Orbit";
+    tools.load();
+    tree.load();
+    const geometry = config["Window Geometry"];
+    if (geometry?.["Hide Left Dock"] === "true" && !tree.element.hidden) dock.click();
+  }, (problem) => replace(error, problem), { always: true });
+
+  const seen = new IntersectionObserver(([entry]) => (entry.isIntersecting ? scene.show() : scene.hide()));
+  seen.observe(canvas);
+  new ResizeObserver(() => scene.invalidate()).observe(canvas);
+  view.scene = scene; // for tests
+  return { go() {} };
+}

@@ -1,0 +1,301 @@
+// The tools of rviz: buttons, keys, and what the mouse and fingers do in the picture.
+
+import { h, replace } from "../dom.js";
+import { Picker } from "./picking.js";
+import { Properties, className } from "./properties.js";
+import { arrow, clear, lit, thinLines } from "./shapes.js";
+import { ofYaw } from "./pose.js";
+
+const SENT_MS = 3000; // how long a message stays advertised, for subscribers that connect later
+const SAID_MS = 4000;
+const POSE = [["Topic", "topic", ""], ["X std deviation", "float", 0.5], ["Y std deviation", "float", 0.5], ["Theta std deviation", "float", 0.261799]];
+
+const TOOLS = {
+  "rviz/Interact": { title: "Interact", key: "i" },
+  "rviz/MoveCamera": { title: "Move Camera", key: "m" },
+  "rviz/Select": { title: "Select", key: "s" },
+  "rviz/FocusCamera": { title: "Focus Camera", key: "" },
+  "rviz/Measure": { title: "Measure", key: "n" },
+  "rviz/SetInitialPose": { title: "2D Pose Estimate", key: "p", topic: "/initialpose", type: "geometry_msgs/PoseWithCovarianceStamped", colour: [0, 255, 0] },
+  "rviz/SetGoal": { title: "2D Nav Goal", key: "g", topic: "/move_base_simple/goal", type: "geometry_msgs/PoseStamped", colour: [255, 0, 255] },
+  "rviz/PublishPoint": { title: "Publish Point", key: "c", topic: "/clicked_point", type: "geometry_msgs/PointStamped" },
+};
+const DEFAULTS = Object.keys(TOOLS);
+
+export class Tools {
+  constructor(scene, canvas, status, context) {
+    this.scene = scene;
+    this.canvas = canvas;
+    this.status = status;
+    this.context = context;
+    this.picker = new Picker(scene);
+    this.element = h("span", { class: "scene-tools", role: "toolbar", "aria-label": "Tools" });
+    this.confirm = h("span", { class: "scene-confirm", hidden: true });
+    this.fingers = new Map(); // pointers that are down, by id
+    this.mouse = [0, 0];
+    this.measured = [];
+    this.current = "rviz/MoveCamera";
+    this.first = this.current;
+    canvas.addEventListener("pointerdown", (event) => this.press(event));
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    canvas.addEventListener("pointerup", (event) => this.release(event));
+    canvas.addEventListener("pointercancel", (event) => this.cancel(event));
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    canvas.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  // Shows the tools of the file.
+  load() {
+    const configs = Array.isArray(this.scene.config.Tools) ? this.scene.config.Tools : DEFAULTS.map((each) => ({ Class: each }));
+    this.configs = new Map(configs.map((config) => [className(config.Class ?? ""), config]));
+    const kinds = [...this.configs.keys()].filter((kind) => TOOLS[kind]);
+    this.first = kinds[0] ?? "rviz/MoveCamera";
+    this.buttons = new Map(kinds.map((kind) => {
+      const { title, key, type } = TOOLS[kind];
+      const isRefused = Boolean(type) && !this.context.control;
+      return [kind, h("button", { onclick: () => this.choose(kind), title: key ? `${title} (${key})` : title, disabled: isRefused }, title)];
+    }));
+    replace(this.element, [...this.buttons.values()], this.confirm);
+    this.choose(this.first);
+  }
+
+  choose(kind) {
+    if (TOOLS[kind].type && !this.context.control) {
+      this.say(`${TOOLS[kind].title} publishes; start the command with --control`);
+      return;
+    }
+    this.current = kind;
+    this.drag = null;
+    this.measured = [];
+    clear(this.scene.tools);
+    this.confirm.hidden = true;
+    for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === kind));
+    this.scene.invalidate();
+  }
+
+  say(text) {
+    replace(this.status, text);
+    clearTimeout(this.saying);
+    if (text) this.saying = setTimeout(() => replace(this.status), SAID_MS);
+  }
+
+  // -- events -------------------------------------------------------------------------------------------------------------
+
+  at(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [Math.floor(event.clientX - box.left), Math.floor(event.clientY - box.top)];
+  }
+
+  press(event) {
+    this.canvas.focus({ preventScroll: true });
+    this.canvas.setPointerCapture(event.pointerId);
+    const [x, y] = this.at(event);
+    this.fingers.set(event.pointerId, { x, y });
+    if (this.fingers.size > 1) {
+      this.drag = null;
+      clear(this.scene.tools);
+      return;
+    }
+    if (event.button === 2 && this.current === "rviz/Measure") this.measure(null);
+    if (event.button === 0) this.apply(x, y, event.altKey);
+  }
+
+  // Applies the tool to a pixel.
+  apply(x, y, isCamera) {
+    const kind = this.current;
+    if (TOOLS[kind].colour) {
+      const start = this.picker.ground(x, y);
+      if (start) this.drag = { start, yaw: 0 };
+    } else if (kind === "rviz/Select") {
+      if (!isCamera) this.select(x, y);
+    } else if (["rviz/Measure", "rviz/PublishPoint", "rviz/FocusCamera"].includes(kind)) {
+      const point = this.picker.point(x, y);
+      if (!point) return;
+      if (kind === "rviz/Measure") this.measure(point);
+      if (kind === "rviz/PublishPoint") this.publishPoint(point);
+      if (kind === "rviz/FocusCamera") {
+        this.scene.view.lookAt(point);
+        this.choose(this.first);
+      }
+    }
+  }
+
+  move(event) {
+    const finger = this.fingers.get(event.pointerId);
+    const [x, y] = this.at(event);
+    this.mouse = [x, y];
+    if (!finger) {
+      if (this.current === "rviz/PublishPoint" && event.buttons === 0) this.hover(x, y);
+      return;
+    }
+    const [dx, dy] = [x - finger.x, y - finger.y];
+    if (!dx && !dy) return;
+    const before = this.spread();
+    Object.assign(finger, { x, y });
+    if (this.fingers.size > 1) {
+      const after = this.spread();
+      if (before && after) this.scene.view.zoom(1 - before / after);
+      this.moveCamera({ buttons: 4, shiftKey: false }, dx / this.fingers.size, dy / this.fingers.size);
+      return;
+    }
+    if (this.drag) {
+      this.aim(x, y);
+      return;
+    }
+    if (TOOLS[this.current].colour || (this.current === "rviz/Select" && !event.altKey)) return;
+    this.moveCamera(event, dx, dy);
+  }
+
+  moveCamera({ buttons, shiftKey }, dx, dy) {
+    const { view } = this.scene;
+    if (buttons & 4 || (buttons & 1 && shiftKey)) view.pan(dx, dy, this.canvas.clientWidth, this.canvas.clientHeight);
+    else if (buttons & 1) view.rotate(dx, dy);
+    else if (buttons & 2 && shiftKey) view.dolly(dy * 0.1);
+    else if (buttons & 2) view.zoom(-dy * 0.01);
+  }
+
+  release(event) {
+    this.fingers.delete(event.pointerId);
+    if (!this.drag) return;
+    const { start, yaw } = this.drag;
+    this.drag = null;
+    const kind = this.current;
+    if (event.pointerType === "touch") this.ask(kind, start, yaw);
+    else this.send(kind, start, yaw);
+  }
+
+  cancel(event) {
+    this.fingers.delete(event.pointerId);
+    this.drag = null;
+    clear(this.scene.tools);
+    this.scene.invalidate();
+  }
+
+  wheel(event) {
+    event.preventDefault();
+    const lines = event.deltaMode === 1 ? 40 : 1;
+    if (event.shiftKey) this.scene.view.dolly(-(event.deltaY || event.deltaX) * lines * 0.01);
+    else this.scene.view.zoom(Math.max(-0.9, Math.min(0.9, -event.deltaY * lines * 0.001)));
+  }
+
+  key(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const [x, y] = this.mouse;
+    if (event.key === "z") this.scene.view.home();
+    else if (event.key === "f") {
+      const point = this.picker.point(x, y);
+      if (point) this.scene.view.lookAt(point);
+    } else if (event.key === "Escape") this.choose(this.first);
+    else {
+      const kind = [...this.buttons.keys()].find((each) => TOOLS[each].key === event.key);
+      if (!kind) return;
+      this.choose(kind === this.current ? this.first : kind);
+    }
+    event.preventDefault();
+  }
+
+  // Returns the distance of two fingers.
+  spread() {
+    const [a, b] = [...this.fingers.values()];
+    return a && b ? Math.hypot(a.x - b.x, a.y - b.y) : 0;
+  }
+
+  // -- poses and points ---------------------------------------------------------------------------------------------------
+
+  aim(x, y) {
+    const there = this.picker.ground(x, y);
+    if (!there) return;
+    const { start } = this.drag;
+    if (there.distanceTo(start) > 0) this.drag.yaw = Math.atan2(there.y - start.y, there.x - start.x);
+    this.preview(this.current, start, this.drag.yaw);
+  }
+
+  preview(kind, start, yaw) {
+    clear(this.scene.tools);
+    const shown = arrow(2, 0.2, 0.5, 0.35, lit(TOOLS[kind].colour));
+    shown.position.copy(start);
+    shown.rotation.z = yaw;
+    this.scene.tools.add(shown);
+    this.scene.invalidate();
+  }
+
+  // On a touch screen a pose is sent after a second tap, because fingers slip.
+  ask(kind, start, yaw) {
+    this.preview(kind, start, yaw);
+    replace(this.confirm,
+      h("button", { class: "primary", onclick: () => this.send(kind, start, yaw) }, `Send ${TOOLS[kind].title}`),
+      h("button", { onclick: () => this.choose(kind) }, "Cancel"));
+    this.confirm.hidden = false;
+  }
+
+  send(kind, start, yaw) {
+    const [, , z, w] = ofYaw(yaw);
+    const pose = { position: { x: start.x, y: start.y, z: 0 }, orientation: { x: 0, y: 0, z, w } };
+    if (kind === "rviz/SetGoal") this.publish(kind, { pose });
+    else {
+      const deviations = new Properties(POSE, this.configs.get(kind) ?? {});
+      const covariance = new Array(36).fill(0);
+      covariance[0] = deviations.get("X std deviation") ** 2;
+      covariance[7] = deviations.get("Y std deviation") ** 2;
+      covariance[35] = deviations.get("Theta std deviation") ** 2;
+      this.publish(kind, { pose: { pose, covariance } });
+    }
+    this.choose(this.first);
+    this.preview(kind, start, yaw);
+    setTimeout(() => {
+      clear(this.scene.tools);
+      this.scene.invalidate();
+    }, 1000);
+  }
+
+  publishPoint(point) {
+    this.publish("rviz/PublishPoint", { point: { x: point.x, y: point.y, z: point.z } });
+    this.choose(this.first);
+  }
+
+  publish(kind, content) {
+    const { type, topic, title } = TOOLS[kind];
+    const name = this.scene.topicName(new Properties(POSE, this.configs.get(kind) ?? {}).get("Topic") || topic);
+    const now = this.scene.now();
+    const stamp = { secs: Number(now / 1000000000n), nsecs: Number(now % 1000000000n) };
+    const message = { header: { seq: 0, stamp, frame_id: this.scene.fixedFrame }, ...content };
+    const done = () => this.say(`${title} published on ${name}`);
+    const request = { name, type, message: JSON.stringify(message), rate: 0 };
+    const stop = this.context.watch("publishing", request, done, (text) => text && this.say(text));
+    setTimeout(stop, SENT_MS);
+  }
+
+  // -- looking ------------------------------------------------------------------------------------------------------------
+
+  hover(x, y) {
+    const point = this.picker.point(x, y);
+    this.say(point ? `[${shown(point)}]` : "");
+  }
+
+  measure(point) {
+    if (!point) {
+      this.measured = [];
+      clear(this.scene.tools);
+      this.scene.invalidate();
+      return;
+    }
+    if (this.measured.length > 1) this.measured = [];
+    this.measured.push(point);
+    clear(this.scene.tools);
+    if (this.measured.length < 2) return;
+    const [a, b] = this.measured;
+    this.scene.tools.add(thinLines([a.x, a.y, a.z, b.x, b.y, b.z], [255, 255, 0]));
+    this.scene.invalidate();
+    replace(this.status, `[Length: ${a.distanceTo(b).toFixed(2)}m]`);
+    clearTimeout(this.saying);
+  }
+
+  select(x, y) {
+    const display = this.picker.display(x, y);
+    const point = display && this.picker.point(x, y);
+    this.say(point ? `${display.name}: [${shown(point)}] in ${this.scene.fixedFrame}` : "Nothing is selected.");
+  }
+}
+
+const shown = (point) => [point.x, point.y, point.z].map((value) => value.toFixed(3)).join(", ");

@@ -1,0 +1,430 @@
+"""Data of the Scene tab: serialized messages, columns of clouds, robots, meshes, and the `.rviz` file.
+
+The browser decodes messages, keeps the transforms and draws; the server knows bytes and files.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import dataclasses
+import json
+import os
+import struct
+import threading
+import time
+import zlib
+from collections import deque
+from collections.abc import AsyncIterator, Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import unquote
+
+from pipros.basics import names
+from pipros.basics.errors import PiprosError, Refused
+from pipros.basics.input_file import read_file
+from pipros.basics.limits import limit_text, process_limits
+from pipros.graph import params
+from pipros.libraries.robot_model.urdf import UrdfError
+from pipros.libraries.robot_model.visuals import named_files, read_shapes
+from pipros.msg import load_message_class
+from pipros.node.any_msg import AnyMsg
+from pipros.packages.assets import NAMES, PREFIX, read_asset
+from pipros.web.cloud_columns import cloud_columns, point_columns
+from pipros.web.message_layout import message_layout
+from pipros.web.rviz_file import RvizFileError, read_rviz, write_rviz
+from pipros.web.server import RequestRefused
+from pipros.web.shared import Shared
+from pipros.web.topic_watch import TopicWatch
+from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
+from pipros.workspace.index import PackageIndex
+
+SEND_INTERVAL_S: Final = 0.033
+CLOUD_INTERVAL_S: Final = 0.1
+LOOK_INTERVAL_S: Final = 1.0
+LONGEST_QUEUE: Final = 10_000
+MOST_POINTS: Final = 2_000_000
+MOST_FIELDS: Final = 8
+LARGE_BYTES: Final = 256_000
+"""Batches above this size are compressed for browsers that are not on loopback."""
+TF_HISTORY_S: Final = 10.0
+LONGEST_DESCRIPTION: Final = 16_000_000
+_MESSAGE: Final = struct.Struct("<dI")
+FILE: Final = "file://"
+TF_TOPICS: Final = ("/tf", "/tf_static")
+
+
+class SceneFile:
+    """The configuration of the scene, which all browsers and the node's services share.
+
+    Attributes:
+        path: the file that is saved; None if there is none.
+        fixed_frame: overrides the file's fixed frame, if not empty.
+        version: increases with each change by a service or a browser.
+    """
+
+    def __init__(self, path: Path | None = None, fixed_frame: str = "") -> None:
+        self.path = path
+        self.fixed_frame = fixed_frame
+        self.version = 0
+        self.config: dict[str, Any] = {}
+        if path is not None:
+            self.load(path)
+
+    def load(self, path: Path) -> None:
+        """Read a file, which becomes the one that is saved.
+
+        Raises:
+            RvizFileError: it is no configuration of rviz.
+            OSError: it cannot be read.
+        """
+        most = process_limits().page_view_bytes
+        with path.open("rb") as file:
+            content = file.read(most + 1)
+        if len(content) > most:
+            raise RvizFileError(f"{path} is too large; {limit_text('page_view_bytes', most)}")
+        self.config = read_rviz(content, str(path))
+        self.path = path
+        self.version += 1
+
+    def save(self, config: Any) -> Path:
+        """Write the file, atomically.
+
+        Raises:
+            RvizFileError: the configuration cannot be written as a file, or no file was opened.
+            OSError: the file cannot be written.
+        """
+        text = write_rviz(config)
+        if self.path is None:
+            raise RvizFileError("no file was opened; start rviz with -d FILE")
+        self.path.parent.mkdir(exist_ok=True)
+        part = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
+        try:
+            part.write_text(text, encoding="utf-8")
+            part.replace(self.path)
+        finally:
+            part.unlink(missing_ok=True)
+        self.config = config
+        return self.path
+
+
+class SceneViews:
+    """The views and actions of the Scene tab."""
+
+    def __init__(self, system: WatchedSystem, file: SceneFile | None = None) -> None:
+        self._system = system
+        self._file = file or SceneFile()
+        self._topics: dict[str, Shared[SceneTopic]] = {}
+        self._packages = PackageIndex.from_environment(system.node.environment)
+        self._files: frozenset[str] = frozenset()
+
+    async def config(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the configuration, and again whenever a file is loaded."""
+        version = -1
+        while True:
+            if version != self._file.version:
+                version = self._file.version
+                yield {
+                    "config": self._file.config,
+                    "path": str(self._file.path or ""),
+                    "fixed_frame": self._file.fixed_frame,
+                    "simulated": await self._system.questions.run(self._is_simulated),
+                }
+            await asyncio.sleep(LOOK_INTERVAL_S / 2)
+
+    async def save(self, arguments: Mapping[str, Any]) -> Any:
+        """Write the file that the scene was loaded from."""
+        try:
+            return str(await self._system.computations.run(self._file.save, arguments.get("config")))
+        except OSError as error:
+            raise RequestRefused(f"cannot write {self._file.path}: {error.strerror}") from None
+
+    async def messages(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the layout of a topic's type as JSON, then its messages in order, as they are on the wire.
+
+        A batch is a byte (1 if the rest is compressed by zlib), and for each message the time of its arrival
+        (f64, s), its size (u32) and its bytes. If the browser is slow, the oldest messages are dropped; with
+        `queue` 1, it gets the newest only.
+        """
+        name = topic_name(arguments)
+        queue = _number(arguments, "queue", 10, LONGEST_QUEUE)
+        with self._shared(name).use() as topic, topic.queued(queue) as pending:
+            layout: Mapping[str, Any] | None = None
+            lost = 0
+            while True:
+                if layout != topic.layout:
+                    layout = topic.layout
+                    yield {"layout": layout}
+                messages, dropped = pending.pop_all()
+                lost += dropped
+                if dropped:
+                    yield {"lost": lost}
+                if messages:
+                    yield await self._packed(messages, is_compressed=bool(arguments.get("deflate")))
+                await asyncio.sleep(SEND_INTERVAL_S)
+
+    async def cloud(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the newest `PointCloud2` or `PointCloud` of a topic: a JSON header, a newline, columns."""
+        name = topic_name(arguments)
+        limit = _number(arguments, "limit", 200_000, MOST_POINTS)
+        wanted = arguments.get("fields", [])
+        if not isinstance(wanted, list) or len(wanted) > MOST_FIELDS:
+            raise RequestRefused(f"fields must be a list of at most {MOST_FIELDS} names")
+        with self._system.topics.watch(name, queue_size=2) as watch:
+            number = -1
+            while True:
+                newest = watch.newest
+                if newest is not None and newest.number != number:
+                    number = newest.number
+                    yield await self._system.computations.run(
+                        _packed_cloud, watch, newest.message, list(map(str, wanted)), limit, number
+                    )
+                await asyncio.sleep(CLOUD_INTERVAL_S)
+
+    async def robot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the links of a robot description with their shapes, or why there are none yet."""
+        name = arguments.get("name", "")
+        if not isinstance(name, str) or not names.is_legal(name):
+            raise RequestRefused(f"name must be that of a parameter, got {name!r:.100}")
+        shown: Any = None
+        while True:
+            try:
+                text = await self._system.questions.run(self._description, name)
+                found = await self._system.computations.run(self._shapes, text)
+            except PiprosError as error:
+                found = {"error": str(error)}
+            if found != shown:
+                shown = found
+                yield found
+            if "links" in found:
+                return
+            await asyncio.sleep(LOOK_INTERVAL_S)
+
+    async def resource(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the content of a mesh or texture, once."""
+        uri = arguments.get("uri")
+        if not isinstance(uri, str) or len(uri) > 2000:
+            raise RequestRefused("uri must be a text of at most 2000 characters")
+        try:
+            yield await self._system.computations.run(self._read, uri)
+        except PiprosError as error:
+            raise RequestRefused(str(error)) from None
+
+    def _read(self, uri: str) -> bytes:
+        most = process_limits().scene_resource_bytes
+        if uri.startswith(FILE):
+            return read_named_file(uri, self._files, most)
+        if uri.startswith(PREFIX):
+            # Mesh files are often exported on Windows: drop . and .. before the strict check.
+            package, _, path_text = uri.removeprefix(PREFIX).partition("/")
+            uri = f"{PREFIX}{package}/{os.path.normpath(path_text)}"
+        return read_asset(uri, self._folders_of, most)
+
+    def _folders_of(self, package: str) -> tuple[Path, ...]:
+        found = self._packages.get(package)
+        return () if found is None else (found.path,)
+
+    def _is_simulated(self) -> bool:
+        try:
+            return bool(params.read(self._system.graph.master, "/use_sim_time"))
+        except PiprosError:
+            return False
+
+    def _description(self, name: str) -> str:
+        """Read a parameter, found as rviz does: by its name, then in the namespaces above."""
+        master = self._system.graph.master
+        with contextlib.suppress(params.ParameterNotSet):
+            return str(params.read(master, self._system.node.resolve(name)))
+        with contextlib.suppress(params.ParameterNotSet, Refused):
+            return str(params.read(master, master.search_param(name)))
+        raise UrdfError(f"Parameter [{name}] does not exist, and was not found by searchParam()")
+
+    def _shapes(self, text: str) -> Mapping[str, Any]:
+        if not text.strip():
+            return {"error": "URDF is empty"}
+        if len(text) > LONGEST_DESCRIPTION:
+            return {"error": f"URDF is longer than {LONGEST_DESCRIPTION} characters"}
+        try:
+            links = read_shapes(text)
+        except UrdfError as error:
+            return {"error": f"Failed to parse URDF model: {error}"}
+        self._files |= named_files(links)
+        return {"links": [dataclasses.asdict(link) for link in links]}
+
+    def _shared(self, name: str) -> Shared[SceneTopic]:
+        if name not in self._topics:
+            if len(self._topics) >= process_limits().page_topics:
+                self._topics.clear()  # those in use continue with their browsers
+            self._topics[name] = Shared(lambda: self._open(name))
+        return self._topics[name]
+
+    @contextlib.contextmanager
+    def _open(self, name: str) -> Iterator[SceneTopic]:
+        with self._system.topics.watch(name) as watch:
+            topic = SceneTopic(TF_HISTORY_S if name in TF_TOPICS else 0.0)
+            with watch.listening(topic.add, from_newest=True):
+                yield topic
+
+    async def _packed(self, messages: list[tuple[AnyMsg, float]], *, is_compressed: bool) -> bytes:
+        size = sum(len(message.body) for message, _ in messages)
+        if size <= LARGE_BYTES:
+            return _batch(messages, is_compressed=False)
+        return await self._system.computations.run(lambda: _batch(messages, is_compressed=is_compressed))
+
+
+class SceneTopic:
+    """A topic that browsers show, and what a browser that comes later gets of it.
+
+    That are the newest message of each latching publisher, and on `/tf` the messages of the last seconds.
+    Messages are added in the threads of links.
+
+    Attributes:
+        layout: the layout of the publishers' type, or `{"error": text}`; None before the first message.
+    """
+
+    def __init__(self, history_s: float) -> None:
+        self.layout: Mapping[str, Any] | None = None
+        self._history_s = history_s
+        self._md5 = ""
+        self._lock = threading.Lock()
+        self._queues: list[PendingMessages] = []
+        self._latched: dict[str, tuple[AnyMsg, float]] = {}
+        self._recent = PendingMessages(LONGEST_QUEUE)
+
+    def add(self, message: AnyMsg, wall_s: float) -> None:
+        """Pass a message to all browsers."""
+        header = message.header
+        with self._lock:
+            if header.get("md5sum", "") != self._md5 or self.layout is None:
+                self._md5 = header.get("md5sum", "")
+                self.layout = _layout_of(header)
+            if header.get("latching") == "1":
+                sender = header.get("callerid", "")
+                if sender in self._latched or len(self._latched) < LONGEST_QUEUE:
+                    self._latched[sender] = message, wall_s
+            elif self._history_s:
+                self._recent.add(message, wall_s)
+                self._recent.drop_before(wall_s - self._history_s)
+            for queue in self._queues:
+                queue.add(message, wall_s)
+
+    @contextlib.contextmanager
+    def queued(self, limit: int) -> Iterator[PendingMessages]:
+        """Provide a queue of at most `limit` new messages, which begins with the kept ones."""
+        queue = PendingMessages(limit)
+        with self._lock:
+            for message, wall_s in (*self._latched.values(), *self._recent.messages()):
+                queue.add(message, wall_s)
+            self._queues.append(queue)
+        try:
+            yield queue
+        finally:
+            with self._lock:
+                self._queues.remove(queue)
+
+
+class PendingMessages:
+    """Messages for one browser, limited in number and in bytes. The oldest are dropped."""
+
+    def __init__(self, limit: int) -> None:
+        self._lock = threading.Lock()
+        self._messages: deque[tuple[AnyMsg, float]] = deque()
+        self._limit = limit
+        self._most_bytes = process_limits().page_view_bytes
+        self._size_bytes = 0
+        self._lost = 0
+
+    def add(self, message: AnyMsg, wall_s: float) -> None:
+        with self._lock:
+            self._messages.append((message, wall_s))
+            self._size_bytes += len(message.body)
+            while len(self._messages) > self._limit or (
+                self._size_bytes > self._most_bytes and len(self._messages) > 1
+            ):
+                self._drop()
+                self._lost += self._limit > 1
+
+    def drop_before(self, wall_s: float) -> None:
+        """Drop messages that arrived before a time."""
+        with self._lock:
+            while self._messages and self._messages[0][1] < wall_s:
+                self._drop()
+
+    def messages(self) -> list[tuple[AnyMsg, float]]:
+        """Return all messages, without removing them."""
+        with self._lock:
+            return list(self._messages)
+
+    def pop_all(self) -> tuple[list[tuple[AnyMsg, float]], int]:
+        """Return all messages since the last call, and the number of lost ones."""
+        with self._lock:
+            found, lost = list(self._messages), self._lost
+            self._messages.clear()
+            self._size_bytes = self._lost = 0
+        return found, lost
+
+    def _drop(self) -> None:
+        message, _ = self._messages.popleft()
+        self._size_bytes -= len(message.body)
+
+
+def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes:
+    """Return the content of a mesh or texture that a robot description names by `file://`, or of a file in
+    the folder of one, such as the materials of a mesh.
+
+    Raises:
+        RequestRefused: the description names no such file, or it is of another kind, or unreadable.
+    """
+    path = Path(unquote(uri.removeprefix(FILE)))
+    folders = {os.path.dirname(unquote(each.removeprefix(FILE))) for each in named if each.startswith(FILE)}
+    try:
+        real = path.resolve(strict=True)
+        if str(path.parent) not in folders or not all(NAMES.fullmatch(each.name) for each in (path, real)):
+            raise RequestRefused(f"{uri:.300}: the robot description names no such mesh or texture")
+        return read_file(real, limit_bytes)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise RequestRefused(f"cannot read {uri:.300}: {getattr(error, 'strerror', error)}") from None
+
+
+def _layout_of(header: Mapping[str, str]) -> Mapping[str, Any]:
+    kind = header.get("type", "")
+    try:
+        types = message_layout(kind, header.get("message_definition", ""))
+    except PiprosError as error:
+        return {"type": kind, "error": str(error)}
+    return {"type": kind, "types": types}
+
+
+def _batch(messages: list[tuple[AnyMsg, float]], *, is_compressed: bool) -> bytes:
+    parts = []
+    for message, wall_s in messages:
+        parts += [_MESSAGE.pack(wall_s, len(message.body)), message.body]
+    data = b"".join(parts)
+    return b"\1" + zlib.compress(data, 1) if is_compressed else b"\0" + data
+
+
+def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: int, turn: int) -> bytes:
+    is_old = message.header.get("type") == "sensor_msgs/PointCloud"
+    kind = "sensor_msgs/PointCloud" if is_old else "sensor_msgs/PointCloud2"
+    cloud: Any = watch.decode_as(message, load_message_class(kind))
+    columns = point_columns if is_old else cloud_columns
+    found = columns(cloud, wanted, limit, turn)
+    head = {
+        "frame": cloud.header.frame_id,
+        "stamp": [cloud.header.stamp.secs, cloud.header.stamp.nsecs],
+        "arrival": time.time(),
+        "count": found.count,
+        "step": found.step,
+        "problem": found.problem,
+        "columns": [[column.name, column.datatype, len(column.data)] for column in found.columns],
+        "from": message.header.get("callerid", "")[:300],
+    }
+    return b"".join([json.dumps(head).encode(), b"\n", *(column.data for column in found.columns)])
+
+
+def _number(arguments: Mapping[str, Any], key: str, default: int, most: int) -> int:
+    value = arguments.get(key, default)
+    if not isinstance(value, int) or not 1 <= value <= most:
+        raise RequestRefused(f"{key} must be from 1 to {most}, got {value!r:.100}")
+    return value

@@ -1,0 +1,172 @@
+"""A robot, a map and sensors at known places, for the Scene tab: a static system, published once a second."""
+
+from __future__ import annotations
+
+import math
+import pathlib
+import struct
+
+from geometry_msgs.msg import (
+    Point,
+    Point32,
+    PointStamped,
+    PolygonStamped,
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+)
+from nav_msgs.msg import GridCells, OccupancyGrid, Odometry, Path
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+import rospy
+import tf2_ros
+
+ROBOT = """<robot name="r">
+<link name="base_link"><visual><geometry><box size="1 1 1"/></geometry>
+<material name="m"><color rgba="0.8 0.4 0.2 1"/></material></visual></link>
+<link name="bare"><visual><geometry><box size="1 1 1"/></geometry></visual></link>
+<link name="lost"><visual><origin xyz="0 -4 0"/><geometry><box size="1 1 1"/></geometry></visual></link>
+<joint name="a" type="fixed"><parent link="base_link"/><child link="bare"/></joint>
+<joint name="b" type="fixed"><parent link="base_link"/><child link="lost"/></joint>
+</robot>"""
+
+
+MESHES = pathlib.Path(__file__).resolve().parent / "meshes"
+
+
+def mesh_robot() -> str:
+    """Return a robot of meshes: one row without materials, one with the same URDF material."""
+    links = []
+    for row, material in enumerate(("", '<material name="m"><color rgba="0.9 0.6 0.1 1"/></material>')):
+        for column, name in enumerate(("wedge.stl", "wedge.obj", "wedge_z.dae", "wedge_y.dae")):
+            mesh = f'<geometry><mesh filename="file://{MESHES / name}"/></geometry>'
+            place = f'<origin xyz="{4 * column - 8} {4 * row - 3} 0" rpy="0 0 0.3"/>'
+            links.append(f"<visual>{place}{mesh}{material}</visual>")
+    return f'<robot name="meshes"><link name="map">{"".join(links)}</link></robot>'
+
+
+def transform(parent: str, child: str, x: float, y: float) -> TransformStamped:
+    made = TransformStamped(header=Header(frame_id=parent), child_frame_id=child)
+    made.transform.translation.x, made.transform.translation.y = x, y
+    made.transform.rotation.w = 1.0
+    return made
+
+
+def pose_at(x: float, y: float, yaw: float = 0.0) -> Pose:
+    made = Pose(position=Point(x, y, 0.0))
+    made.orientation.z, made.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return made
+
+
+def poses() -> dict[str, object]:
+    header = Header(frame_id="map")
+    odometry = Odometry(header=header, child_frame_id="base_link")
+    odometry.pose.pose = pose_at(0, 0, 0.5)
+    covariance = PoseWithCovarianceStamped(header=header)
+    covariance.pose.pose = pose_at(0, 0, 0.5)
+    for each in (odometry.pose, covariance.pose):
+        each.covariance = [0.0] * 36
+        each.covariance[0], each.covariance[7], each.covariance[35] = 1.0, 0.25, 0.1
+        each.covariance[1] = each.covariance[6] = 0.2
+    polygon = PolygonStamped(header=header)
+    polygon.polygon.points = [Point32(-3, -3, 0), Point32(3, -3, 0), Point32(0, 3, 0)]
+    cells = GridCells(header=header, cell_width=1.0, cell_height=0.5)
+    cells.cells = [Point(-3, -2, 0), Point(1, 1, 0)]
+    reach = Range(header=header, field_of_view=0.8, min_range=0.1, max_range=9.0, range=4.0)
+    return {
+        "pose": PoseStamped(header=header, pose=pose_at(-1, -1, 0.7)),
+        "poses": PoseArray(header=header, poses=[pose_at(-2, 0, 1.0), pose_at(1, 0), pose_at(1, 2, -2.0)]),
+        "odom": odometry,
+        "covariance": covariance,
+        "polygon": polygon,
+        "point": PointStamped(header=header, point=Point(1, 2, 0)),
+        "range": reach,
+        "cells": cells,
+    }
+
+
+def marker(number: int, kind: int, x: float, y: float, sizes: tuple[float, float, float]) -> Marker:
+    made = Marker(header=Header(frame_id="map"), ns="shapes", id=number, type=kind, pose=pose_at(x, y, 0.4))
+    made.scale.x, made.scale.y, made.scale.z = sizes
+    made.color.r, made.color.g, made.color.b, made.color.a = 1.0, 0.6, 0.2, 1.0
+    return made
+
+
+def shapes() -> MarkerArray:
+    """Return a marker of most types, in rows."""
+    corners = [Point(0, 0, 0), Point(1.5, 0, 0), Point(1.5, 1, 0), Point(0, 1, 0)]
+    found = [
+        marker(0, Marker.ARROW, -7, 3, (2.0, 0.5, 0.5)),
+        marker(1, Marker.CUBE, -3, 3, (1.5, 1.0, 0.5)),
+        marker(2, Marker.SPHERE, 0, 3, (2.0, 1.0, 1.0)),
+        marker(3, Marker.CYLINDER, 3, 3, (1.5, 1.0, 1.0)),
+        marker(4, Marker.LINE_STRIP, -7, 0, (0.3, 0.0, 0.0)),
+        marker(5, Marker.LINE_LIST, -3, 0, (0.3, 0.0, 0.0)),
+        marker(6, Marker.CUBE_LIST, 0, 0, (0.6, 0.6, 0.6)),
+        marker(7, Marker.SPHERE_LIST, 3, 0, (0.6, 0.6, 0.6)),
+        marker(8, Marker.POINTS, -7, -3, (0.5, 0.5, 0.0)),
+        marker(11, Marker.TRIANGLE_LIST, -3, -3, (1.0, 1.0, 1.0)),
+        marker(12, Marker.ARROW, 0, -3, (0.3, 0.8, 0.5)),
+    ]
+    for each in found[4:]:
+        each.points = corners
+    found[9].points = corners[:3]
+    found[10].points = corners[::2]
+    found[1].color.a = 0.5
+    return MarkerArray(found)
+
+
+def main() -> None:
+    rospy.init_node("scene_program")
+    rospy.set_param("/robot_description", ROBOT)
+    rospy.set_param("/meshes", mesh_robot())
+    frames = tf2_ros.StaticTransformBroadcaster()
+    frames.sendTransform([transform("map", "base_link", 2, 2), transform("map", "bare", 4, 2)])
+    grid = OccupancyGrid(header=Header(frame_id="map"))
+    grid.info.resolution, grid.info.width, grid.info.height = 1.0, 3, 1
+    grid.info.origin.position.x, grid.info.origin.position.y = -4.0, 2.0
+    grid.info.origin.orientation.w = 1.0
+    grid.data = [0, 100, -1]
+    path = Path(header=Header(frame_id="map"))
+    for x in (-4.0, -1.0):
+        pose = PoseStamped()
+        pose.pose.position = Point(x, -2.0, 0.5)
+        path.poses.append(pose)
+    fields = [
+        PointField(name, offset, 7, 1) for name, offset in (("x", 0), ("y", 4), ("z", 8), ("intensity", 12))
+    ]
+    points = [(-4, 0, 0, 0), (-3, 0, 0, 50), (-2, 0, 0, 100), (float("nan"), 0, 0, 1000)]
+    cloud = PointCloud2(height=1, width=4, point_step=16, row_step=64, fields=fields)
+    cloud.header.frame_id = "map"
+    cloud.data = b"".join(struct.pack("<4f", *point) for point in points)
+    scan = LaserScan(header=Header(frame_id="base_link"), range_min=0.5, range_max=9.0, angle_increment=1.0)
+    scan.ranges = [3.0, 0.1]
+    cube = Marker(header=Header(frame_id="map"), ns="cubes", id=1, type=Marker.CUBE)
+    cube.pose.position.x, cube.pose.position.y, cube.pose.orientation.w = 0.0, 4.0, 1.0
+    cube.scale.x = cube.scale.y = cube.scale.z = 1.0
+    cube.color.g = cube.color.a = 1.0
+    spheres = Marker(header=Header(frame_id="map"), ns="spheres", id=1, type=Marker.SPHERE_LIST)
+    spheres.pose.orientation.w = 1.0
+    spheres.scale.x = spheres.scale.y = spheres.scale.z = 0.8
+    spheres.points = [Point(2.0, 4.0, 0.0), Point(3.0, 4.0, 0.0)]
+    spheres.color.r = spheres.color.a = 1.0
+    messages = {"map": grid, "path": path, "cloud": cloud, "scan": scan, "visualization_marker": cube}
+    messages["markers"] = MarkerArray([spheres])
+    messages |= poses() | {"shapes": shapes()}
+    publishers = {
+        name: rospy.Publisher(f"/{name}", type(message), queue_size=1, latch=True)
+        for name, message in messages.items()
+    }
+    rate = rospy.Rate(2)
+    while not rospy.is_shutdown():
+        for name, message in messages.items():
+            publishers[name].publish(message)
+        rate.sleep()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,97 @@
+"""The Scene tab draws what genuine rviz drew: `script/record-rviz` recorded tests/golden/rviz."""
+
+from __future__ import annotations
+
+import base64
+import json
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Page as Tab
+
+from pipros.web.rviz_file import read_rviz
+from tests.browser.conftest import OpenTab
+from tests.support.environments import REPOSITORY
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+from tests.support.rviz_scenes import (
+    HEIGHT,
+    LEVELS,
+    SCENES,
+    USUAL_LEVELS,
+    WIDTH,
+    config_of,
+    overlap,
+    unpacked,
+)
+from tests.support.waiting import wait_until
+
+PROGRAM = Path(__file__).parent / "programs" / "scene_program.py"
+GOLDEN = REPOSITORY / "tests" / "golden" / "rviz"
+OVERLAP = 0.98
+UNLIKE = 0.02
+"""Share of probes that may differ: Ogre lights the vertices of coarse meshes, and three.js pixels."""
+
+SHOW = """(config) => {
+  const { scene } = document.querySelector(".tab-scene");
+  scene.load(config, "", false);
+}"""
+READ = """([places, size]) => {
+  const scene = document.querySelector(".tab-scene")?.scene;
+  if (!scene?.view) return null;
+  Object.assign(scene.canvas.style, { width: `${size[0]}px`, height: `${size[1]}px` });
+  scene.draw();
+  const { width, height } = scene.canvas;
+  const pixels = new Uint8Array(width * height * 4);
+  const gl = scene.renderer.getContext();
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  const at = (x, y) => ((height - 1 - y) * width + x) * 4;
+  const bits = new Uint8Array((width * height + 7) >> 3);
+  for (let y = 0; y < height; y += 1) for (let x = 0; x < width; x += 1) {
+    const from = at(x, y);
+    const number = y * width + x;
+    if (pixels.slice(from, from + 3).some((part) => part !== 48)) bits[number >> 3] |= 1 << (number & 7);
+  }
+  let text = "";
+  for (const byte of bits) text += String.fromCharCode(byte);
+  const colours = places.map(([x, y]) => [...pixels.slice(at(x, y), at(x, y) + 3)]);
+  return { colours, silhouette: btoa(text) };
+}"""
+
+
+def differences(tab: Tab, name: str) -> str:
+    """Return how the picture differs from the recorded one; empty if it does not."""
+    golden: Mapping[str, Any] = json.loads((GOLDEN / f"{name}.json").read_text())
+    places = [[int(part) for part in place.split(",")] for place in golden["probes"]]
+    found = tab.evaluate(READ, [places, [WIDTH, HEIGHT]])
+    if found is None:
+        return "no picture yet"
+    most = LEVELS.get(name, USUAL_LEVELS)
+    unlike = [
+        f"{place}: {actual}, not {expected}"
+        for place, actual, expected in zip(places, found["colours"], golden["probes"].values(), strict=True)
+        if any(abs(one - other) > most for one, other in zip(actual, expected, strict=True))
+    ]
+    share = len(unlike) / max(1, len(places))
+    common = overlap(base64.b64decode(found["silhouette"]), unpacked(golden["silhouette"]))
+    if share <= UNLIKE and common >= OVERLAP:
+        return ""
+    return f"overlap {common:.4f}; {len(unlike)} of {len(places)} probes: {'; '.join(unlike[:8])}"
+
+
+def test_all_scenes_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, PROGRAM)
+    ros.wait_for_publisher("/shapes")
+    tab = open_tab(Page(ros, command="rviz"), "scene", (1200, 900))
+    wait_until(lambda: tab.evaluate("Boolean(document.querySelector('.tab-scene')?.scene?.view)"), 30.0)
+    unlike = {}
+    for name in SCENES:
+        tab.evaluate(SHOW, read_rviz(config_of(name)))
+        try:
+            wait_until(lambda name=name: not differences(tab, name), 10.0)  # type: ignore[misc]
+        except AssertionError:
+            unlike[name] = differences(tab, name)
+    assert unlike == {}

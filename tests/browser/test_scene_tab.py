@@ -1,0 +1,259 @@
+"""The Scene tab in a browser: what it draws, its tree, its tools, with and without control.
+
+In the view from above one metre is 50 pixels, and the middle of the picture is the origin.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page as Tab
+from playwright.sync_api import expect
+
+from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+PROGRAM = Path(__file__).parent / "programs" / "scene_program.py"
+SCALE = 50
+GREY = (48, 48, 48)
+ROBOT = "{Class: rviz/RobotModel, Name: Robot, Enabled: true}"
+
+VIEW = """\
+Visualization Manager:
+  Displays: [{displays}]
+  Global Options: {{Fixed Frame: /map, Background Color: 48; 48; 48}}
+  Views:
+    Current: {{Class: rviz/TopDownOrtho, Name: Current View, Scale: 50, X: 0, Y: 0}}
+Window Geometry: {{Hide Left Dock: true}}
+"""
+
+
+@pytest.fixture
+def system(ros: RosSystem) -> RosSystem:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, PROGRAM)
+    for topic in ("/map", "/path", "/cloud", "/scan", "/tf_static", "/markers"):
+        ros.wait_for_publisher(topic)
+    return ros
+
+
+def scene_of(
+    system: RosSystem,
+    open_tab: OpenTab,
+    tmp_path: Path,
+    displays: str,
+    *options: str,
+    size: tuple[int, int] = (1200, 900),
+) -> Tab:
+    file = tmp_path / "scene.rviz"
+    file.write_text(VIEW.format(displays=displays))
+    return open_tab(Page(system, "-d", file, *options, command="rviz"), "scene", size)
+
+
+def colour_at(tab: Tab, x: float, y: float) -> Sequence[int]:
+    """Return the colour at a place in metres."""
+    found: Sequence[int] = tab.evaluate(
+        """([x, y, scale]) => {
+          const scene = document.querySelector(".tab-scene")?.scene;
+          if (!scene?.view) return [0, 0, 0];
+          scene.draw();
+          const { canvas, renderer } = scene;
+          const gl = renderer.getContext();
+          const ratio = canvas.height / canvas.clientHeight;
+          const pixel = new Uint8Array(4);
+          const at = [canvas.clientWidth / 2 + x * scale, canvas.clientHeight / 2 + y * scale];
+          const [column, row] = at.map((value) => Math.floor(value * ratio));
+          gl.readPixels(column, row, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+          return [...pixel].slice(0, 3);
+        }""",
+        [x, y, SCALE],
+    )
+    return tuple(found)
+
+
+def wait_for_colours(
+    tab: Tab, expected: Mapping[tuple[float, float], Sequence[int]], tolerance: int = 0
+) -> None:
+    def differences() -> Mapping[Any, Any]:
+        found = {place: colour_at(tab, *place) for place in expected}
+        return {
+            place: found[place]
+            for place, colour in expected.items()
+            if any(abs(one - other) > tolerance for one, other in zip(found[place], colour, strict=True))
+        }
+
+    wait_until(lambda: not differences(), timeout_s=30.0, what=lambda: f"differences: {differences()}")
+
+
+def statuses(tab: Tab, display: str) -> Mapping[str, str]:
+    found: Mapping[str, str] = tab.evaluate(
+        """(name) => Object.fromEntries((document.querySelector(".tab-scene")?.scene?.all() ?? [])
+          .filter((each) => each.name === name)
+          .flatMap((each) => [...each.statuses].map(([key, { text }]) => [key, text])))""",
+        display,
+    )
+    return found
+
+
+def test_unknown_displays_are_listed_and_stop_nothing(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    displays = (
+        "{Class: my/Wind, Name: Wind, Enabled: true}, {Class: rviz/RobotModel, Name: Robot, Enabled: true}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, displays)
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    assert "my/Wind is not supported" in statuses(tab, "Wind")["Class"]
+    assert statuses(tab, "Robot")["lost"] == "No transform from [lost] to [map]"
+    assert statuses(tab, "Robot")["URDF"] == "URDF parsed OK"
+
+
+def test_displays_are_switched_added_and_saved(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    displays = (
+        "{Class: my/Wind, Name: Wind, Force: 007}, {Class: rviz/RobotModel, Name: Robot, Enabled: true}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, displays, "--control")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    tab.get_by_role("button", name="Displays").click()
+    tab.get_by_label("Show Robot").uncheck()
+    tab.get_by_label("Add a display").select_option(label="/map (Map)")
+    tab.get_by_role("button", name="Displays").click()
+    wait_for_colours(tab, {(2, 2): GREY, (-3.5, 2.5): (193, 193, 193)}, tolerance=1)
+    keep_screenshots(tab, "scene")
+    tab.get_by_role("button", name="Save", exact=True).click()
+    expect(tab.locator(".scene-status")).to_contain_text("saved as")
+    saved = (tmp_path / "scene.rviz").read_text()
+    assert "Force: 007" in saved
+    assert re.search(r"Name: Robot\n +Enabled: false", saved)
+    assert re.search(r"Class: rviz/Map\n.*\n.*\n.*\n +Topic: /map", saved)
+
+
+def test_a_goal_is_published_with_control(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    echo = system.pipros.start("rostopic", "echo", "-n1", "/move_base_simple/goal")
+    tab = scene_of(
+        system, open_tab, tmp_path, "{Class: rviz/RobotModel, Name: Robot, Enabled: true}", "--control"
+    )
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    canvas = tab.locator(".scene-canvas")
+    canvas.focus()
+    tab.keyboard.press("g")
+    expect(tab.get_by_role("button", name="2D Nav Goal")).to_have_attribute("aria-pressed", "true")
+    box = canvas.bounding_box()
+    assert box is not None
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    tab.mouse.move(middle[0] - 2 * SCALE, middle[1] - SCALE)
+    tab.mouse.down()
+    tab.mouse.move(middle[0] - 2 * SCALE, middle[1] - 3 * SCALE)
+    tab.mouse.up()
+    echo.wait(30.0)
+    goal = "\n".join(echo.stdout)
+    assert 'frame_id: "map"' in goal
+    numbers = [float(number) for number in re.findall(r"\b[xyzw]: (\S+)", goal)]
+    assert numbers == pytest.approx([-2, 1, 0, 0, 0, 0.7071, 0.7071], abs=0.05)
+
+
+def test_without_control_nothing_is_published(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = scene_of(system, open_tab, tmp_path, "", size=(390, 700))
+    for name in ("2D Nav Goal", "2D Pose Estimate", "Publish Point", "Save"):
+        expect(tab.get_by_role("button", name=name, exact=True)).to_be_disabled()
+
+
+def place_on(tab: Tab, x: float, y: float) -> tuple[float, float]:
+    """Return the pixel of the page at a place in metres."""
+    box = tab.locator(".scene-canvas").bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2 + x * SCALE, box["y"] + box["height"] / 2 - y * SCALE
+
+
+def test_tools_measure_points_and_publish_them(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    points = system.pipros.start("rostopic", "echo", "-n1", "/clicked_point/point")
+    poses = system.pipros.start("rostopic", "echo", "-n1", "-p", "/initialpose/pose")
+    tab = scene_of(system, open_tab, tmp_path, ROBOT, "--control")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    tab.locator(".scene-canvas").focus()
+    tab.keyboard.press("n")
+    for x in (2, 4):
+        tab.mouse.click(*place_on(tab, x, 2))
+    expect(tab.locator(".scene-status")).to_have_text("[Length: 2.00m]")
+    tab.keyboard.press("c")
+    tab.mouse.click(*place_on(tab, 2, 2))
+    points.wait(30.0)
+    numbers = [float(line.split()[1]) for line in points.stdout if line.startswith(("x", "y", "z"))]
+    assert numbers == pytest.approx([2, 2, 0.5], abs=0.05)
+    tab.keyboard.press("p")
+    tab.mouse.move(*place_on(tab, -1, -1))
+    tab.mouse.down()
+    tab.mouse.move(*place_on(tab, -3, -1))
+    tab.mouse.up()
+    poses.wait(30.0)
+    row = [float(number) for number in poses.stdout[-1].split(",")[1:]]
+    assert row[:7] == pytest.approx([-1, -1, 0, 0, 0, 1, 0], abs=0.05)
+    assert [row[7], row[14], row[42]] == pytest.approx([0.25, 0.25, 0.06853892], abs=1e-5)
+
+
+def test_bad_input_becomes_a_status_and_harms_nothing_else(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    marker = "type: 1, ns: bad, header: {frame_id: map}, scale: {x: 1, y: 1, z: 1}, color: {a: 1}"
+    array = (
+        f"markers: [{{{marker}, id: 1, pose: {{position: {{x: .nan}}}}}}, {{{marker}, id: 2}}, "
+        f"{{{marker}, id: 3, action: 9}}, {{{marker}, id: 4, type: 99}}, "
+        f"{{{marker}, id: 5, header: {{frame_id: nowhere}}}}]"
+    )
+    system.pipros.start("rostopic", "pub", "-l", "/bad", "visualization_msgs/MarkerArray", f"{{{array}}}")
+    scan = "{header: {frame_id: map}, ranges: [.inf, .nan, 1e38], range_max: .inf, angle_increment: .nan}"
+    system.pipros.start("rostopic", "pub", "-l", "/bad_scan", "sensor_msgs/LaserScan", scan)
+    displays = (
+        "{Class: rviz/MarkerArray, Name: Bad, Enabled: true, Marker Topic: /bad}, "
+        "{Class: rviz/LaserScan, Name: Scan, Enabled: true, Topic: /bad_scan}, "
+        "{Class: rviz/Map, Name: Points, Enabled: true, Topic: /cloud}, "
+        "{Class: rviz/Grid, Name: Grid, Enabled: maybe, Cell Size: .nan, Plane Cell Count: 1e9, Color: x}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, f"{displays}, {ROBOT}")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    wait_until(lambda: len(statuses(tab, "Bad")) == 6, 30.0, what=lambda: str(statuses(tab, "Bad")))
+    found = statuses(tab, "Bad")
+    assert found["bad/1"] == "Contains invalid floating point values (nans or infs)"
+    assert found["bad/2"] == "Uninitialized quaternion, assuming identity."
+    assert found["bad/3"] == "Unknown action 9"
+    assert found["bad/5"] == "For frame [nowhere]: Frame [nowhere] does not exist"
+    # The graphics card may be reset at any time.
+    tab.evaluate(
+        """() => {
+          const { scene } = document.querySelector(".tab-scene");
+          const reset = scene.renderer.getContext().getExtension("WEBGL_lose_context");
+          reset.loseContext();
+          setTimeout(() => reset.restoreContext(), 0);
+        }"""
+    )
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+
+
+def test_a_jump_of_time_removes_moving_frames_and_messages(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    cloud = "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud}"
+    tab = scene_of(system, open_tab, tmp_path, f"{cloud}, {ROBOT}")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    found = tab.evaluate(
+        """() => {
+          const { scene } = document.querySelector(".tab-scene");
+          const transform = { translation: { x: 0, y: 0, z: 0 }, rotation: { x: 0, y: 0, z: 0, w: 1 } };
+          const header = { frame_id: "map", stamp: 5n };
+          scene.addTransforms({ transforms: [{ header, child_frame_id: "moving", transform }] }, false);
+          scene.simulatedNs = 9n;
+          const before = scene.frames.parent("moving");
+          scene.setClock(3n);
+          const [cloud] = scene.all();
+          const after = ["moving", "base_link"].map((name) => scene.frames.parent(name));
+          return [before, ...after, cloud.root.children.length];
+        }"""
+    )
+    assert found == ["map", None, "map", 0]

@@ -1,0 +1,2 @@
+declare module "three";
+declare module "three/addons/*";

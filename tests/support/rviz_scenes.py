@@ -1,0 +1,170 @@
+"""Scenes that genuine rviz and the Scene tab draw alike, and the record of what rviz drew.
+
+`script/record-rviz` draws them with genuine rviz into tests/golden/rviz. A record has the colours of a
+lattice of pixels at least three pixels away from any edge, and the silhouette of all that differs from the
+background.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+WIDTH, HEIGHT = 868, 608
+"""Size of the picture of rviz in a window of 900 by 700 pixels without docks."""
+
+BACKGROUND = (48, 48, 48)
+EDGE = 3
+STEP = 8
+ORTHO = "{Class: rviz/TopDownOrtho, Name: Current View, Scale: 50, X: 0, Y: 0, Angle: 0}"
+ORBIT = (
+    "{Class: rviz/Orbit, Name: Current View, Distance: 12, Yaw: 5.2, Pitch: 0.9, Near Clip Distance: 0.01, "
+    "Focal Point: {X: 0, Y: 0, Z: 0}}"
+)
+TEMPLATE = """\
+Panels: []
+Visualization Manager:
+  Class: ""
+  Displays: [{displays}]
+  Enabled: true
+  Global Options: {{Background Color: 48; 48; 48, Default Light: true, Fixed Frame: map, Frame Rate: 10}}
+  Name: root
+  Tools:
+    - Class: rviz/MoveCamera
+  Views:
+    Current: {view}
+    Saved: ~
+Window Geometry: {{Hide Left Dock: true, Hide Right Dock: true, Width: 900, Height: 700, X: 0, Y: 0}}
+"""
+
+
+def display(kind: str, **properties: object) -> str:
+    """Return a display in YAML; `_` in a name stands for a space."""
+    more = "".join(f", {name.replace('_', ' ')}: {value}" for name, value in properties.items())
+    return f"{{Class: rviz/{kind}, Name: {kind}, Enabled: true, Value: true{more}}}"
+
+
+ROBOT = display("RobotModel")
+SCENES: Mapping[str, tuple[str, str]] = {
+    "robot": (ORTHO, ROBOT),
+    "robot_orbit": (ORBIT, ROBOT),
+    "robot_alpha": (ORTHO, display("RobotModel", Alpha=0.5)),
+    "meshes": (ORTHO, display("RobotModel", Robot_Description="meshes")),
+    "meshes_orbit": (ORBIT, display("RobotModel", Robot_Description="meshes")),
+    "map": (ORTHO, display("Map", Topic="/map", Alpha=1)),
+    "map_alpha": (ORBIT, display("Map", Topic="/map")),
+    "costmap": (ORTHO, display("Map", Topic="/map", Color_Scheme="costmap")),
+    "cloud": (ORTHO, "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud, Size (m): 0.6}"),
+    "cloud_pixels": (
+        ORTHO,
+        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: cloud, Style: Points, "
+        "Size (Pixels): 30, Color Transformer: FlatColor, Color: 1; 20; 30}",
+    ),
+    "cloud_spheres": (
+        ORTHO,
+        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud, Size (m): 0.6, Style: Spheres}",
+    ),
+    "cloud_boxes": (
+        ORBIT,
+        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud, Size (m): 0.8, Style: Boxes}",
+    ),
+    "scan": (
+        ORTHO,
+        "{Class: rviz/LaserScan, Name: Scan, Enabled: true, Topic: /scan, Size (m): 0.5, "
+        "Color Transformer: FlatColor, Color: 9; 80; 200}",
+    ),
+    "path": (ORTHO, display("Path", Topic="/path", Line_Style="Billboards", Line_Width=0.4)),
+    "grid": (ORTHO, display("Grid", Alpha=1, Line_Style="{Value: Billboards, Line Width: 0.2}")),
+    "axes": (ORBIT, display("Axes", Length=3, Radius=0.6)),
+    "pose": (
+        ORTHO,
+        display("Pose", Topic="/pose", Shaft_Length=2, Shaft_Radius=0.6, Head_Length=1, Head_Radius=1.2),
+    ),
+    "pose_axes": (ORBIT, display("Pose", Topic="/pose", Shape="Axes", Axes_Length=2, Axes_Radius=0.5)),
+    "pose_array": (
+        ORTHO,
+        display(
+            "PoseArray",
+            Topic="/poses",
+            Shape="Arrow (3D)",
+            Shaft_Length=1,
+            Shaft_Radius=0.2,
+            Head_Length=0.6,
+            Head_Radius=0.4,
+        ),
+    ),
+    "odometry": (
+        ORTHO,
+        display("Odometry", Topic="/odom", Shape="{Value: Arrow, Shaft Radius: 0.4, Head Radius: 0.8}"),
+    ),
+    "covariance": (ORTHO, display("PoseWithCovariance", Topic="/covariance", Shaft_Radius=0.2)),
+    "point": (ORTHO, display("PointStamped", Topic="/point", Radius=1)),
+    "range": (ORTHO, display("Range", Topic="/range")),
+    "cells": (ORTHO, display("GridCells", Topic="/cells")),
+    "markers": (ORTHO, display("MarkerArray", Marker_Topic="/shapes")),
+    "markers_orbit": (ORBIT, display("MarkerArray", Marker_Topic="/shapes")),
+    "tf": (ORTHO, display("TF", Marker_Scale=6, Show_Names="false")),
+}
+
+
+LEVELS: Mapping[str, int] = {"point": 3, "range": 4}
+"""Largest difference of a channel, where it is not `USUAL_LEVELS`: Ogre has other normals for curves."""
+USUAL_LEVELS = 2
+
+
+def config_of(name: str) -> str:
+    """Return the `.rviz` file of a scene."""
+    view, displays = SCENES[name]
+    return TEMPLATE.format(displays=displays, view=view)
+
+
+def record_of(rgb: bytes) -> dict[str, Any]:
+    """Return the record of a picture of WIDTH by HEIGHT pixels, row by row from the top."""
+    probes = {}
+    for y in range(EDGE, HEIGHT - EDGE, STEP):
+        for x in range(EDGE, WIDTH - EDGE, STEP):
+            colour = pixel(rgb, x, y)
+            if colour != BACKGROUND and is_inside(rgb, x, y, colour):
+                probes[f"{x},{y}"] = list(colour)
+    return {"probes": probes, "silhouette": base64.b64encode(zlib.compress(silhouette(rgb), 9)).decode()}
+
+
+def pixel(rgb: bytes, x: int, y: int) -> tuple[int, int, int]:
+    at = (y * WIDTH + x) * 3
+    return rgb[at], rgb[at + 1], rgb[at + 2]
+
+
+def is_inside(rgb: bytes, x: int, y: int, colour: Sequence[int]) -> bool:
+    """Return whether the surrounding pixels have nearly the same colour."""
+    around = (pixel(rgb, x + dx, y + dy) for dx in (-EDGE, 0, EDGE) for dy in (-EDGE, 0, EDGE))
+    return all(abs(one - other) <= 12 for each in around for one, other in zip(each, colour, strict=True))
+
+
+def silhouette(rgb: bytes) -> bytes:
+    """Return a bit for each pixel, which is set if it differs from the background."""
+    bits = bytearray((WIDTH * HEIGHT + 7) // 8)
+    background = bytes(BACKGROUND)
+    for number in range(WIDTH * HEIGHT):
+        if rgb[number * 3 : number * 3 + 3] != background:
+            bits[number >> 3] |= 1 << (number & 7)
+    return bytes(bits)
+
+
+def overlap(one: bytes, other: bytes) -> float:
+    """Return the share of two silhouettes' union that both cover, not counting pixels next to the other."""
+    first, second = int.from_bytes(one, "little"), int.from_bytes(other, "little")
+    union = (first | second).bit_count()
+    outside = (first & ~_grown(second)).bit_count() + (second & ~_grown(first)).bit_count()
+    return 1.0 - outside / union if union else 1.0
+
+
+def _grown(bits: int) -> int:
+    for step in (1, WIDTH):
+        bits |= bits << step | bits >> step
+    return bits
+
+
+def unpacked(text: str) -> bytes:
+    return zlib.decompress(base64.b64decode(text))

@@ -1,0 +1,197 @@
+"""Data of the scene: layouts of messages, columns of clouds, queues, and the files that services may use."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from pipros.basics.errors import PiprosError
+from pipros.msg import load_message_class
+from pipros.node.any_msg import AnyMsg
+from pipros.web.cloud_columns import cloud_columns, point_columns, strided, thinning_step
+from pipros.web.message_layout import message_layout
+from pipros.web.scene_services import permitted_path
+from pipros.web.server import RequestRefused
+from pipros.web.views.scene import SceneFile, SceneTopic, read_named_file
+
+MINIMAL = "Visualization Manager:\n  Displays: []\n"
+
+
+def field(name: str, offset: int, datatype: int = 7) -> SimpleNamespace:
+    return SimpleNamespace(name=name, offset=offset, datatype=datatype, count=1)
+
+
+def cloud(rows: list[tuple[float, ...]], size: int, fields: list[SimpleNamespace]) -> SimpleNamespace:
+    data = b"".join(struct.pack(f"<{len(row)}f", *row).ljust(size, b"\xff") for row in rows)
+    return SimpleNamespace(width=len(rows), height=1, point_step=size, data=data, fields=fields)
+
+
+XYZ = [field("x", 0), field("y", 4), field("z", 8)]
+
+
+def test_a_layout_names_fields_types_and_array_lengths() -> None:
+    marker = load_message_class("visualization_msgs/Marker")
+    layout = message_layout("visualization_msgs/Marker", marker._full_text)
+    assert layout["geometry_msgs/Point"] == [[name, "float64", -1] for name in "xyz"]
+    assert ["points", "geometry_msgs/Point", 0] in layout["visualization_msgs/Marker"]
+    odometry = load_message_class("geometry_msgs/PoseWithCovariance")
+    fixed = message_layout("geometry_msgs/PoseWithCovariance", odometry._full_text)
+    assert ["covariance", "float64", 37] in fixed["geometry_msgs/PoseWithCovariance"]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"), [("a_msgs/Missing m", "lacks the type"), ("a_msgs/Self s", "contains itself")]
+)
+def test_layouts_of_broken_definitions_are_refused(text: str, reason: str) -> None:
+    with pytest.raises(PiprosError, match=reason):
+        message_layout("a_msgs/Self", text)
+
+
+def test_columns_are_taken_from_unaligned_rows() -> None:
+    found = cloud_columns(cloud([(1, 2, 3), (4, 5, 6)], 13, XYZ), ["intensity"], 100)
+    assert [struct.unpack("<2f", column.data) for column in found.columns] == [(1, 4), (2, 5), (3, 6)]
+    assert (found.count, found.step, found.problem) == (2, 1, "")
+
+
+def test_large_clouds_are_thinned_and_begin_at_another_point_each_time() -> None:
+    rows = [(float(number), 0.0, 0.0) for number in range(10)]
+    seen = set()
+    for turn in range(5):
+        found = cloud_columns(cloud(rows, 12, XYZ), [], 2, turn)
+        assert found.step == 5
+        seen |= set(struct.unpack("<2f", found.columns[0].data))
+    assert seen == set(map(float, range(10)))
+
+
+def test_a_cloud_of_another_size_is_reported_in_the_words_of_rviz() -> None:
+    wrong = cloud([(1, 2, 3)], 16, XYZ)
+    wrong.width = 2
+    expected = "Data size (16 bytes) does not match width (2) times height (1) times point_step (16).  "
+    assert cloud_columns(wrong, [], 10).problem == expected + "Dropping message."
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [XYZ[:2], [field("x", 0, 8), *XYZ[1:]], [field("x", 1000), *XYZ[1:]], [field("x", 0, 99), *XYZ[1:]]],
+)
+def test_clouds_without_usable_positions_are_reported(fields: list[SimpleNamespace]) -> None:
+    assert cloud_columns(cloud([(1, 2, 3)], 12, fields), [], 10).problem
+
+
+def test_channels_of_old_clouds_are_columns() -> None:
+    points = [SimpleNamespace(x=float(number), y=1.0, z=2.0) for number in range(3)]
+    channels = [
+        SimpleNamespace(name="intensity", values=[7.0, 8.0, 9.0]),
+        SimpleNamespace(name="u", values=[]),
+    ]
+    old = SimpleNamespace(points=points, channels=channels)
+    found = point_columns(old, ["intensity"], 2, turn=1)
+    assert (found.count, found.step) == (3, 3)
+    assert [struct.unpack("<f", column.data) for column in found.columns] == [(1,), (1,), (2,), (8,)]
+    assert point_columns(old, ["u"], 10).problem == "Channel [u] has 0 values for 3 points"
+
+
+def test_an_empty_cloud_has_empty_columns() -> None:
+    assert [column.data for column in cloud_columns(cloud([], 12, XYZ), [], 10).columns] == [b""] * 3
+
+
+def test_strides_and_steps() -> None:
+    assert strided(b"abcdef", 4, 3, 2) == b"ef"
+    assert [thinning_step(count, 100) for count in (0, 100, 101, 400)] == [1, 1, 3, 5]
+
+
+def message(body: bytes, sender: str, *, is_latched: bool) -> AnyMsg:
+    made = AnyMsg(body)
+    made._connection_header = {
+        "callerid": sender,
+        "latching": "1" if is_latched else "0",
+        "type": "std_msgs/String",
+        "message_definition": "string data",
+        "md5sum": "1",
+    }
+    return made
+
+
+def test_a_later_browser_gets_the_newest_message_of_each_latching_publisher() -> None:
+    topic = SceneTopic(0.0)
+    for body, sender in ((b"1", "/a"), (b"2", "/a"), (b"3", "/b")):
+        topic.add(message(body, sender, is_latched=True), 1.0)
+    topic.add(message(b"4", "/c", is_latched=False), 2.0)
+    with topic.queued(10) as queue:
+        assert [each.body for each, _ in queue.pop_all()[0]] == [b"2", b"3"]
+        topic.add(message(b"5", "/c", is_latched=False), 3.0)
+        assert [each.body for each, _ in queue.pop_all()[0]] == [b"5"]
+
+
+def test_a_later_browser_gets_the_transforms_of_the_last_seconds() -> None:
+    topic = SceneTopic(10.0)
+    for second in range(20):
+        topic.add(message(b"%d" % second, "/a", is_latched=False), float(second))
+    with topic.queued(1000) as queue:
+        assert [each.body for each, _ in queue.pop_all()[0]] == [b"%d" % second for second in range(9, 20)]
+
+
+def test_a_full_queue_drops_the_oldest_messages_and_counts_them() -> None:
+    topic = SceneTopic(0.0)
+    with topic.queued(2) as queue:
+        for body in (b"1", b"2", b"3"):
+            topic.add(message(body, "/a", is_latched=False), 1.0)
+        messages, lost = queue.pop_all()
+    assert ([each.body for each, _ in messages], lost) == ([b"2", b"3"], 1)
+
+
+def test_a_broken_definition_becomes_the_layout_s_error() -> None:
+    topic = SceneTopic(0.0)
+    broken = message(b"", "/a", is_latched=False)
+    broken._connection_header = {"type": "a_msgs/A", "message_definition": "nonsense", "md5sum": "2"}
+    topic.add(broken, 1.0)
+    assert topic.layout is not None
+    assert "error" in topic.layout
+
+
+def test_services_use_the_file_of_the_command_and_those_of_rviz_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    first = tmp_path / "mine.rviz"
+    assert permitted_path(str(first), first) == first
+    assert permitted_path(str(tmp_path / ".rviz/a/b.rviz"), None) == tmp_path / ".rviz/a/b.rviz"
+    for path in (first, tmp_path / ".rviz/b.txt", tmp_path / ".rviz/../b.rviz"):
+        with pytest.raises(PiprosError, match="only the file of -d"):
+            permitted_path(str(path), None)
+
+
+def test_files_of_robot_descriptions_are_meshes_and_their_neighbours_only(tmp_path: Path) -> None:
+    for name in ("a.obj", "a.mtl", "secret.txt"):
+        (tmp_path / name).write_text(name)
+    (tmp_path / "link.png").symlink_to(tmp_path / "secret.txt")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "b.obj").write_text("b")
+    uri = f"file://{tmp_path}"
+    named = [f"{uri}/a.obj", f"{uri}/secret.txt", "package://p/c.stl"]
+    assert read_named_file(f"{uri}/a.obj", named, 100) == b"a.obj"
+    assert read_named_file(f"{uri}/a.mtl", named, 100) == b"a.mtl"
+    for name in ("secret.txt", "link.png", "other/b.obj", "../a.obj", "missing.obj"):
+        with pytest.raises(RequestRefused):
+            read_named_file(f"{uri}/{name}", named, 100)
+    with pytest.raises(RequestRefused):
+        read_named_file(f"{uri}/a.obj", named, 1)
+
+
+def test_a_file_is_saved_where_it_was_loaded_from(tmp_path: Path) -> None:
+    path = tmp_path / "a.rviz"
+    path.write_text(MINIMAL)
+    file = SceneFile(path)
+    version = file.version
+    file.save({"Visualization Manager": {"Displays": [{"Class": "rviz/Grid"}]}})
+    assert "rviz/Grid" in path.read_text()
+    assert file.version == version
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_without_a_file_nothing_is_saved() -> None:
+    with pytest.raises(PiprosError, match="start rviz with -d FILE"):
+        SceneFile().save({"Visualization Manager": {}})
