@@ -131,6 +131,19 @@ def test_a_closed_participant_refuses_work(discovery: Discovery) -> None:
     assert not writer.wait_for_readers(timeout_s=30)
 
 
+def test_a_closed_writer_and_a_closed_reader_say_so(discovery: Discovery) -> None:
+    with Participant(discovery) as participant:
+        writer = participant.add_writer("rt/a", TYPE, QOS)
+        reader = participant.add_reader("rt/a", TYPE, QOS, lambda _: None)
+        for each in (writer, reader, writer, reader):
+            each.close()
+
+        with pytest.raises(NotFound, match="writer"):
+            writer.write(b"late")
+        with pytest.raises(NotFound, match="reader"):
+            reader.writers()
+
+
 def test_a_message_beyond_the_limit_is_refused(discovery: Discovery) -> None:
     with Participant(discovery, limits=Limits(ros2_history_bytes=1000)) as participant:
         writer = participant.add_writer("rt/a", TYPE, QOS)
