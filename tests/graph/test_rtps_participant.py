@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import os
+import contextlib
 import re
 import signal
+import socket
 import sys
 from collections.abc import Iterator
 from queue import SimpleQueue
@@ -13,7 +14,7 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
 from pipros.basics.limits import Limits
-from pipros.ros2.rtps.domain import MAX_DOMAIN, Discovery, DiscoveryRange
+from pipros.ros2.rtps.domain import MAX_DOMAIN, Discovery, DiscoveryRange, multicast_port
 from pipros.ros2.rtps.events import Event, PeerChanged
 from pipros.ros2.rtps.graph_info import (
     TOPIC,
@@ -43,9 +44,14 @@ QOS = Qos(depth=1000)
 
 
 @pytest.fixture
-def discovery() -> Discovery:
-    """A domain that no other worker of this run uses: their process ids differ by little."""
-    return Discovery(1 + os.getpid() % MAX_DOMAIN)
+def discovery() -> Iterator[Discovery]:
+    """A domain that no other test on this machine uses: a port between those of RTPS claims it."""
+    for domain in range(1, MAX_DOMAIN + 1):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as claim, contextlib.suppress(OSError):
+            claim.bind(("127.0.0.1", multicast_port(domain) + 5))
+            yield Discovery(domain)
+            return
+    pytest.fail("all domains are in use")
 
 
 @pytest.fixture
@@ -129,6 +135,19 @@ def test_a_closed_participant_refuses_work(discovery: Discovery) -> None:
         writer.write(b"late")
     writer.close()
     assert not writer.wait_for_readers(timeout_s=30)
+
+
+def test_a_closed_writer_and_a_closed_reader_say_so(discovery: Discovery) -> None:
+    with Participant(discovery) as participant:
+        writer = participant.add_writer("rt/a", TYPE, QOS)
+        reader = participant.add_reader("rt/a", TYPE, QOS, lambda _: None)
+        for each in (writer, reader, writer, reader):
+            each.close()
+
+        with pytest.raises(NotFound, match="writer"):
+            writer.write(b"late")
+        with pytest.raises(NotFound, match="reader"):
+            reader.writers()
 
 
 def test_a_message_beyond_the_limit_is_refused(discovery: Discovery) -> None:

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from pipros.basics.errors import NotFound
 from pipros.basics.limits import Limits
 from pipros.ros2.rtps.announcements import (
     EndpointData,
@@ -214,8 +215,9 @@ class Engine:
 
         Raises:
             LimitExceeded: see `Writer.write`.
+            NotFound: the writer was removed.
         """
-        writer = self._writers[entity]
+        writer = self.writer(entity)
         inline = related_sample(related) if related else b""
         number = writer.write(payload, now, inline, recipients)
         if writer.readers:
@@ -223,15 +225,25 @@ class Engine:
         return number
 
     def writer(self, entity: bytes) -> Writer:
-        """Return the state of a local writer."""
+        """Return the state of a local writer.
+
+        Raises:
+            NotFound: it was removed.
+        """
+        if entity not in self._writers:
+            raise NotFound("the writer was closed")
         return self._writers[entity]
 
     def reader(self, entity: bytes) -> Reader:
-        """Return the state of a local reader."""
-        end = self._locals[entity].end
-        if not isinstance(end, Reader):
-            raise KeyError(entity)
-        return end
+        """Return the state of a local reader.
+
+        Raises:
+            NotFound: it was removed.
+        """
+        local = self._locals.get(entity)
+        if local is None or not isinstance(local.end, Reader):
+            raise NotFound("the reader was closed")
+        return local.end
 
     def endpoint(self, guid: bytes) -> EndpointData | None:
         """Return a remote endpoint that is known."""

@@ -113,6 +113,8 @@ class Server:
             payload = self._handler(request.payload)
             if payload is not None:
                 self._reply(request, payload)
+        except PiprosError as error:
+            _LOG.warning("the reply of %s was not sent: %s", self._service, error)
         finally:
             with self._lock:
                 self._queued_bytes -= len(sample.payload)

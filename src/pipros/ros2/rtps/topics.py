@@ -63,7 +63,7 @@ class TopicWriter:
         Raises:
             LimitExceeded: the message is larger than `Limits.ros2_history_bytes`.
             TimeoutError: the readers did not make room in time.
-            PiprosError: the participant is closed.
+            PiprosError: the writer or its participant is closed.
         """
         participant = self._participant
         if not participant.wait_for(

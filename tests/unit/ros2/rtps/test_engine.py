@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits
 from pipros.ros2.rtps.qos import Durability, Policy, Qos, Reliability
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
@@ -229,3 +230,85 @@ def test_close_and_remove_may_be_repeated() -> None:
     network.flush()
 
     assert len(network.sent) == sent
+
+
+def test_endpoints_that_are_added_later_match_at_once() -> None:
+    network = SimulatedNetwork()
+    talker, listener = network.host(), network.host()
+    writer = talker.engine.add_writer("rt/chatter", STRING, Qos(), network.now)
+    network.run(2.0)
+    reader = listener.engine.add_reader("rt/chatter", STRING, Qos(), network.now)
+    assert list(listener.engine.reader(reader).writers) == [talker.engine.prefix + writer]
+    network.flush()
+
+    assert talker.matches() == listener.matches() == [True]
+
+
+def test_the_end_of_a_reader_is_announced() -> None:
+    network = SimulatedNetwork()
+    talker, writer, listener, reader = pair(network, DEEP, DEEP)
+    network.drops = lambda datagram: b"lost" in datagram
+    talker.engine.write(writer, b"lost", network.now)
+    listener.engine.remove(reader, network.now)
+    network.drops = lambda _: False
+    network.run(1.0)
+
+    assert talker.matches() == [True, False]
+    assert talker.engine.writer(writer).is_acknowledged
+    with pytest.raises(NotFound, match="reader"):
+        listener.engine.reader(reader)
+
+
+def test_a_removed_writer_refuses_samples() -> None:
+    network = SimulatedNetwork()
+    talker, writer, _, _ = pair(network, Qos(), Qos())
+    talker.engine.remove(writer, network.now)
+
+    with pytest.raises(NotFound, match="writer"):
+        talker.engine.write(writer, b"late", network.now)
+
+
+def test_a_writer_of_unlimited_depth_has_room_again_after_acknowledgments() -> None:
+    network = SimulatedNetwork()
+    talker, listener = network.host(Limits(ros2_history_bytes=10_000)), network.host()
+    endless = Qos(depth=0)
+    entity = talker.engine.add_writer("rt/chatter", STRING, endless, network.now)
+    reader = listener.engine.add_reader("rt/chatter", STRING, endless, network.now)
+    network.run_until(lambda: bool(talker.matches() and listener.matches()))
+    writer = talker.engine.writer(entity)
+    network.drops = lambda _: True
+    count = 0
+    while writer.has_room(1000):
+        talker.engine.write(entity, bytes(1000), network.now)
+        count += 1
+    network.flush()
+    network.drops = lambda _: False
+    network.run_until(lambda: len(listener.payloads(reader)) == count)
+    network.run_until(lambda: writer.has_room(1000))
+
+    assert 5 < count < 10
+    assert writer.dropped == 0
+    with pytest.raises(LimitExceeded, match="ros2_history_bytes"):
+        talker.engine.write(entity, bytes(20_000), network.now)
+
+
+def test_a_large_sample_that_is_no_longer_kept_is_skipped() -> None:
+    """The reader asks for fragments of a sample that a newer one has displaced."""
+    network = SimulatedNetwork()
+    talker, writer, listener, reader = pair(network, Qos(depth=1), DEEP)
+    second_part = [False]
+
+    def drop_second_fragment(datagram: bytes) -> bool:
+        is_fragment = len(datagram) > 40_000
+        second_part[0] ^= is_fragment
+        return is_fragment and not second_part[0]
+
+    network.drops = drop_second_fragment
+    talker.engine.write(writer, bytes(100_000), network.now)
+    network.run(0.001)
+    network.drops = lambda _: False
+    talker.engine.write(writer, b"new.", network.now)
+    network.run(2.0)
+
+    assert listener.payloads(reader) == [b"new."]
+    assert listener.engine.reader(reader).lost == 1
