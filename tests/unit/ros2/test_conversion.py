@@ -12,6 +12,7 @@ import pytest
 from pipros.basics.errors import NotFound
 from pipros.msg import load_message_class
 from pipros.msg.language.parse import parse_message, parse_service
+from pipros.msg.language.spec import DefinitionError
 from pipros.msg.time import Duration, Time
 from pipros.ros2.conversion.errors import BoundExceeded, ConversionError, InvalidRules, NotConvertible
 from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules, merged, parse_rules
@@ -314,6 +315,18 @@ def test_deeply_nested_arrays_have_small_code() -> None:
     message = U32.pack(1) * 13 + struct.pack("<d", 0.5) + bytes(range(12))
 
     assert plan.to_ros1(plan.to_cdr(message)) == message
+
+
+def test_default_values_are_limited() -> None:
+    names = [f"L{number}" for number in range(12)]
+    texts = {
+        name: "".join(f"{inner} {x}\n" for x in "abcdefgh") for name, inner in pairwise([*names, "Point"])
+    }
+
+    with pytest.raises(DefinitionError, match="definition_fields"):
+        plan_between("int8 y", "int8 y\nL0 x", **texts, Point="float64 x").prepare()
+    large = plan_between("int8 y", "int8 y\nfloat64[100000] x")
+    assert large.to_cdr(b"\1") == b"\0\1\0\0\1" + bytes(7 + 800_000)
 
 
 def test_services_have_two_plans() -> None:

@@ -31,6 +31,8 @@ def default_bytes(value: Value, values: Values, *, to_cdr: bool) -> Iterator[Pie
         yield 4, 4, _U32.pack(len(elements))
         for each in elements:
             yield from _single(value, each, values, to_cdr=to_cdr)
+    elif value.form is Form.ARRAY and default is None and value.size:
+        yield value.length * value.size, value.alignment, bytes(value.length * value.size)
     elif value.form is Form.ARRAY:
         listed = default if isinstance(default, list) else [None] * value.length
         for each in listed:

@@ -413,6 +413,7 @@ class _Converter(RunEmitter):
         if count * max(1, value.size) > self._limits.message_values:
             raise NotConvertible(f"{pair.ros2.type}: a new message has too many values")
         for size, alignment, octets in default_bytes(value, self._values, to_cdr=self.to_cdr):
+            self._count_field(pair.ros2.type)
             if not octets.strip(b"\0"):
                 self.items.append(Item(Role.FILL, size, alignment))
                 continue
