@@ -53,6 +53,7 @@ def test_a_row_is_copied_with_the_keyboard(tab: Tab) -> None:
 
 
 def test_a_table_is_saved_as_csv(tab: Tab) -> None:
+    expect(tab.locator("tr[data-name='/cmd_vel']")).to_contain_text("/driver")
     with tab.expect_download() as download:
         tab.locator(".tab-topics").get_by_role("button", name="CSV").click()
     lines = Path(download.value.path()).read_text().splitlines()
