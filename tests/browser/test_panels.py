@@ -44,6 +44,10 @@ def layout_of(tab: Tab) -> str:
     return re.sub(r"\*[\d.]+", "", unquote(tab.url.partition("#")[2]))
 
 
+def expect_layout(tab: Tab, text: str) -> None:
+    wait_until(lambda: layout_of(tab) == text, 30, f"the address {text}")
+
+
 def left_of(locator: Locator) -> float:
     box = locator.bounding_box()
     assert box is not None
@@ -60,7 +64,7 @@ def test_several_plots_and_images_show_data_at_once(robot: RosSystem, open_tab: 
     keep_screenshots(tab, "panels")
     tab.reload()
     expect(panel(tab, "Images", 1)).to_contain_text(SMALL_SIZE)
-    assert layout_of(tab) == re.sub(r"\*[\d.]+", "", FOUR)
+    expect_layout(tab, re.sub(r"\*[\d.]+", "", FOUR))
 
 
 def test_panels_are_split_enlarged_and_closed(robot: RosSystem, open_tab: OpenTab) -> None:
@@ -70,7 +74,7 @@ def test_panels_are_split_enlarged_and_closed(robot: RosSystem, open_tab: OpenTa
     expect(tab.locator(".panel")).to_have_count(2)
     panel(tab, "Console", 1).get_by_label("View", exact=True).select_option("tf")
     expect(panel(tab, "TF")).to_contain_text("wheel_left")
-    assert layout_of(tab) == "panels/column(console~tf)"
+    expect_layout(tab, "panels/column(console~tf)")
     panel(tab, "TF").get_by_role("button", name="Enlarge").click()
     expect(console).to_be_hidden()
     panel(tab, "TF").get_by_role("button", name="Enlarge").click()
@@ -91,7 +95,7 @@ def test_a_panel_is_dragged_to_an_edge_of_another(robot: RosSystem, open_tab: Op
     tab.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] - 20, steps=5)
     expect(panel(tab, "TF")).to_have_attribute("data-drop", "below")
     tab.mouse.up()
-    assert layout_of(tab) == "panels/column(tf~console)"
+    expect_layout(tab, "panels/column(tf~console)")
     expect(panel(tab, "TF")).not_to_have_attribute("data-drop", "below")
 
 
@@ -99,13 +103,13 @@ def test_panels_are_moved_and_resized_with_the_keyboard(robot: RosSystem, open_t
     tab = open_tab(Page(robot), "panels/row(console~tf)")
     expect(panel(tab, "TF")).to_contain_text("wheel_left")
     panel(tab, "Console").get_by_role("button", name="Move Console").press("ArrowRight")
-    assert layout_of(tab) == "panels/row(tf~console)"
+    expect_layout(tab, "panels/row(tf~console)")
     expect(panel(tab, "Console").get_by_role("button", name="Move Console")).to_be_focused()
     before = left_of(panel(tab, "Console"))
     border = tab.get_by_role("separator")
     border.press("ArrowLeft")
     border.press("ArrowLeft")
-    assert left_of(panel(tab, "Console")) < before
+    wait_until(lambda: left_of(panel(tab, "Console")) < before, 10, "the moved border")
     expect(border).to_have_attribute("aria-valuenow", "46")
 
 
@@ -116,7 +120,7 @@ def test_a_border_is_dragged(robot: RosSystem, open_tab: OpenTab) -> None:
     tab.mouse.down()
     tab.mouse.move(300, 300, steps=3)
     tab.mouse.up()
-    assert left_of(panel(tab, "TF")) == pytest.approx(300, abs=6)
+    wait_until(lambda: left_of(panel(tab, "TF")) == pytest.approx(300, abs=6), 10, "the place of the panel")
     wait_until(lambda: "*25~" in unquote(tab.url), 10, "the new sizes in the address")
 
 
@@ -173,7 +177,7 @@ def test_a_number_in_one_panel_leads_to_the_plot_beside(robot: RosSystem, open_t
     tab = open_tab(Page(robot), "panels/row(topics//imu~plot)")
     panel(tab, "Topics").get_by_title("Plot /imu/angular_velocity/y").click()
     expect(panel(tab, "Plot").locator(".legend")).to_contain_text(re.compile(r"y: -?\d"))
-    assert layout_of(tab) == "panels/row(topics//imu~plot//imu/angular_velocity/y)"
+    expect_layout(tab, "panels/row(topics//imu~plot//imu/angular_velocity/y)")
     panel(tab, "Topics").get_by_title("Plot /imu/angular_velocity/x").click()
     expect(panel(tab, "Plot").locator(".legend .curve")).to_have_count(2)
 
@@ -185,7 +189,7 @@ def test_any_tab_is_added_to_the_panels(robot: RosSystem, open_tab: OpenTab) -> 
     tab.get_by_label("Topic", exact=True).select_option("/front/image_raw")
     tab.get_by_role("link", name="Add this view to the panels").click()
     expect(panel(tab, "Images")).to_contain_text(SIZE)
-    assert layout_of(tab) == "panels/row(console~images//front/image_raw)"
+    expect_layout(tab, "panels/row(console~images//front/image_raw)")
     tab.get_by_label("Add a panel").select_option("nodes")
     expect(panel(tab, "Nodes")).to_contain_text("/robot")
 
@@ -215,7 +219,7 @@ def test_layouts_are_stored_for_all_browsers(robot: RosSystem, open_tab: OpenTab
     other = open_tab(page, "panels/graph")
     other.get_by_label("Stored layouts").select_option("driving")
     expect(panel(other, "TF")).to_be_visible()
-    assert layout_of(other) == "panels/row(console~tf)"
+    expect_layout(other, "panels/row(console~tf)")
     other.get_by_role("button", name="Delete", exact=True).click()
     expect(other.get_by_label("Stored layouts").locator("option")).to_have_text("No layouts stored")
 
@@ -234,7 +238,7 @@ def test_layouts_are_exported_and_imported(robot: RosSystem, open_tab: OpenTab, 
     other = open_tab(page, "panels/graph")
     other.get_by_label("Layout file").set_input_files(file)
     expect(panel(other, "TF")).to_be_visible()
-    assert layout_of(other) == "panels/row(console~tf//base>camera)"
+    expect_layout(other, "panels/row(console~tf//base>camera)")
     file.write_text("{}")
     other.get_by_label("Layout file").set_input_files(file)
     expect(other.get_by_role("alert").first).to_have_text("mine.json is not a layout of pipros")

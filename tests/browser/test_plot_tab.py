@@ -92,6 +92,7 @@ def test_the_keys_move_the_time_axis_and_follow_again(ros: RosSystem, open_tab: 
     ros.pipros.start_bare_master()
     ros.pipros.start(sys.executable, "-c", CURVES)
     tab = open_tab(Page(ros), "plot//fast/data")
+    expect(tab.locator(".chart canvas")).to_be_visible()
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.02, 30, "the curve")
     chart = tab.get_by_role("application", name="Curves")
     for _ in range(8):
