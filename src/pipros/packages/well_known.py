@@ -15,7 +15,7 @@ _NAMES = """
     image_rotate laser_assembler laser_filters move_base move_group
     moveit_ros_move_group moveit_ros_visualization navfn nodelet octomap_server openni2_camera
     openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
-    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros rviz slam_gmapping
+    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
     turtlebot3_gazebo urg_node uvc_camera velodyne_driver
     velodyne_pointcloud web_video_server
@@ -42,9 +42,6 @@ _QT_NAMES = """
 
 _QT = frozenset(_QT_NAMES.split())
 """rqt plugins that have no corresponding tab on the page."""
-
-_OF_DEBIAN = {"rviz": "rviz"}
-"""Packages that Debian provides under its own names, in releases without Noetic."""
 
 _PLUGIN = re.compile(r"(\w+)/(\S+)")
 
@@ -86,8 +83,6 @@ def why_not_here(
             wanted.append(plugin[1])
             what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, Python alone, cannot load."
     names = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in wanted)
-    if package in _OF_DEBIAN:
-        names += f", on Debian {_OF_DEBIAN[package]}"
     return (
         f"{what} Run it where ROS 1 is installed (apt-get install {names}): "
         "with this machine's ROS_MASTER_URI it joins the same graph."

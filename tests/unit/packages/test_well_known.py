@@ -63,10 +63,6 @@ def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
     assert why_missing("my_package") is None
 
 
-def test_rviz_is_a_package_of_debian() -> None:
-    assert "(apt-get install ros-noetic-rviz, on Debian rviz)" in str(why_missing("rviz"))
-
-
 @pytest.mark.parametrize("package", ["gazebo_ros", "rosserial_python", "rqt_bag"])
 def test_all_tools_give_the_same_advice(
     package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
