@@ -115,10 +115,11 @@ def test_third_party_files_are_compressed_and_kept_by_browsers(ros: RosSystem) -
     assert page.get("/app.js").headers["Cache-Control"] == "no-store"
 
 
-def test_large_batches_are_compressed_on_request(ros: RosSystem) -> None:
+def test_large_batches_are_compressed_on_request(ros: RosSystem, tmp_path: Path) -> None:
     ros.pipros.start_master()
-    text = f"data: {'a' * 300_000}"
-    ros.pipros.start("rostopic", "pub", "-l", "/text", "std_msgs/String", text)
+    file = tmp_path / "text.yaml"
+    file.write_text(f"data: {'a' * 300_000}\n")
+    ros.pipros.start("rostopic", "pub", "-l", "-f", file, "/text", "std_msgs/String")
     page = Page(ros, command="rviz")
     for is_compressed in (True, False):
         with page.connect() as browser:

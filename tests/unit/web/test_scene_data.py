@@ -66,7 +66,7 @@ def test_large_clouds_are_thinned_and_begin_at_another_point_each_time() -> None
     assert seen == set(map(float, range(10)))
 
 
-def test_a_cloud_of_another_size_is_reported_in_the_words_of_rviz() -> None:
+def test_a_cloud_of_another_size_is_reported_with_rviz_s_text() -> None:
     wrong = cloud([(1, 2, 3)], 16, XYZ)
     wrong.width = 2
     expected = "Data size (16 bytes) does not match width (2) times height (1) times point_step (16).  "

@@ -78,7 +78,7 @@ class SceneFile:
         """Read a file, which becomes the one that is saved.
 
         Raises:
-            RvizFileError: it is no configuration of rviz.
+            RvizFileError: it is not a configuration of rviz.
             OSError: it cannot be read.
         """
         most = process_limits().page_view_bytes
