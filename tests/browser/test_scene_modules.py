@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import struct
+import zlib
 from typing import Any
 
 import pytest
@@ -122,6 +123,23 @@ def test_counts_beyond_the_message_are_refused(tab: Tab) -> None:
         [message_layout("nav_msgs/Path", path_class._full_text), list(body)],
     )
     assert found == "an array of 4294967295 elements does not fit into the message"
+
+
+def test_compressed_batches_are_unpacked(tab: Tab) -> None:
+    batches = [b"\1" + zlib.compress(b"body" * 100, 1), b"\0" + b"body" * 100]
+    found = tab.evaluate(
+        """async (batches) => {
+          const { unpacked } = await import("/scene/scene.js");
+          const texts = [];
+          for (const batch of batches) {
+            const view = await unpacked(new DataView(Uint8Array.from(batch).buffer));
+            texts.push(new TextDecoder().decode(view));
+          }
+          return texts;
+        }""",
+        [list(batch) for batch in batches],
+    )
+    assert found == ["body" * 100] * 2
 
 
 def test_colours_are_those_of_rviz(tab: Tab) -> None:

@@ -257,3 +257,17 @@ def test_a_jump_of_time_removes_moving_frames_and_messages(
         }"""
     )
     assert found == ["map", None, "map", 0]
+
+
+def test_links_and_namespaces_are_switched_one_by_one(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    markers = "{Class: rviz/MarkerArray, Name: Markers, Enabled: true, Marker Topic: /markers}"
+    tab = scene_of(system, open_tab, tmp_path, f"{ROBOT}, {markers}")
+    wait_for_colours(tab, {(4, 2): (255, 0, 0), (2, 4): (255, 0, 0)}, tolerance=1)
+    tab.get_by_role("button", name="Displays").click()
+    for row, part in (("Robot", "bare"), ("Markers", "spheres")):
+        tab.locator(".scene-name", has_text=row).click()
+        tab.get_by_label(part, exact=True).uncheck()
+    tab.get_by_role("button", name="Displays").click()
+    wait_for_colours(tab, {(4, 2): GREY, (2, 4): GREY, (2, 2): (204, 102, 51)}, tolerance=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import http.client
+import zlib
 from pathlib import Path
 
 import pytest
@@ -112,3 +113,18 @@ def test_third_party_files_are_compressed_and_kept_by_browsers(ros: RosSystem) -
     again = page.get(path, **{"If-None-Match": str(first.headers["ETag"])})
     assert (again.status, again.read()) == (http.client.NOT_MODIFIED, b"")
     assert page.get("/app.js").headers["Cache-Control"] == "no-store"
+
+
+def test_large_batches_are_compressed_on_request(ros: RosSystem, tmp_path: Path) -> None:
+    ros.pipros.start_master()
+    file = tmp_path / "text.yaml"
+    file.write_text(f"data: {'a' * 300_000}\n")
+    ros.pipros.start("rostopic", "pub", "-l", "-f", file, "/text", "std_msgs/String")
+    page = Page(ros, command="rviz")
+    for is_compressed in (True, False):
+        with page.connect() as browser:
+            answers = browser.watch("scene_messages", name="/text", queue=5, deflate=is_compressed)
+            batch = next(value for value in answers if isinstance(value, bytes))
+        assert batch[0] == is_compressed
+        body = zlib.decompress(batch[1:]) if is_compressed else batch[1:]
+        assert body[12:] == (300_000).to_bytes(4, "little") + b"a" * 300_000

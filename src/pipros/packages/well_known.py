@@ -15,7 +15,7 @@ _NAMES = """
     image_proc image_rotate laser_assembler laser_filters mavros move_base move_group
     moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant navfn nodelet octomap_server
     openni2_camera openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
-    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros rviz slam_gmapping
+    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
     turtlebot3_gazebo urg_node uvc_camera velodyne_driver
     velodyne_pointcloud web_video_server
@@ -25,10 +25,10 @@ COMPILED = frozenset(_NAMES.split())
 """Noetic packages whose programs are mostly C++."""
 
 _STARTING = {
-    "hector_slam_launch": "hector_mapping and rviz",
-    "husky_gazebo": "Gazebo and rviz",
-    "turtlebot3_navigation": "amcl, move_base and rviz",
-    "turtlebot3_slam": "gmapping and rviz",
+    "hector_slam_launch": "hector_mapping",
+    "husky_gazebo": "Gazebo",
+    "turtlebot3_navigation": "amcl and move_base",
+    "turtlebot3_slam": "gmapping",
 }
 """Packages of launch files, and the C++ programs that these start."""
 
@@ -75,9 +75,6 @@ _QT_NAMES = """
 _QT = frozenset(_QT_NAMES.split())
 """rqt plugins that have no corresponding tab on the page."""
 
-_OF_DEBIAN = {"rviz": "rviz"}
-"""Packages that Debian provides under its own names, in releases without Noetic."""
-
 _PLUGIN = re.compile(r"(\w+)/(\S+)")
 
 
@@ -119,7 +116,7 @@ def why_not_here(
     wanted = [package]
     what = f"The programs of {package} are written in C++, and are not part of pipros, which is pure Python."
     if package in _STARTING:
-        what = f"{package} starts {_STARTING[package]}, which are written in C++, and are not part of pipros."
+        what = f"{package} starts programs in C++, which are not part of pipros: {_STARTING[package]}."
     if package == "nodelet":
         what = "nodelet loads C++ plugins, which pipros, being pure Python, cannot do."
         plugin = _plugin(program, arguments)
@@ -127,8 +124,6 @@ def why_not_here(
             wanted.append(plugin[1])
             what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, being pure Python, cannot load."
     names = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in wanted)
-    if package in _OF_DEBIAN:
-        names += f", on Debian {_OF_DEBIAN[package]}"
     here = f" On this machine, {_INSTEAD[package]}" if package in _INSTEAD else ""
     return (
         f"{what} Run it where ROS 1 is installed (apt-get install {names}): "

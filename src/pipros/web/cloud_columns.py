@@ -40,7 +40,7 @@ class Columns:
     Attributes:
         count: number of points in the cloud.
         step: distance between chosen points; 1 if all were chosen.
-        problem: why the cloud cannot be shown, in rviz's words; empty if it can.
+        problem: rviz's text for the reason why the cloud cannot be shown; empty if it can be shown.
     """
 
     count: int

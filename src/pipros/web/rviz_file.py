@@ -33,7 +33,7 @@ def read_rviz(content: bytes | str, file: str = "<string>") -> dict[str, Any]:
     """Return the mapping in a `.rviz` file. Values are texts, lists and mappings.
 
     Raises:
-        RvizFileError: the content is not YAML, exceeds the limits of YAML, or is no configuration of rviz.
+        RvizFileError: the content is not YAML, exceeds the limits of YAML, or is not a configuration of rviz.
     """
     try:
         found = load_texts(content, file)

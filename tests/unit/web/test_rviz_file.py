@@ -72,6 +72,6 @@ def test_old_files_are_named() -> None:
 
 
 @pytest.mark.parametrize("value", [{"Visualization Manager": {"Alpha": 1.0}}, "text", {"a": None}, {"a": {}}])
-def test_values_that_are_no_texts_are_not_written(value: object) -> None:
+def test_only_texts_lists_and_mappings_are_written(value: object) -> None:
     with pytest.raises(PiprosError):
         write_rviz(value)

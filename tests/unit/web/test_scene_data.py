@@ -15,7 +15,7 @@ from pipros.web.cloud_columns import cloud_columns, point_columns, strided, thin
 from pipros.web.message_layout import message_layout
 from pipros.web.scene_services import permitted_path
 from pipros.web.server import RequestRefused
-from pipros.web.views.scene import SceneFile, SceneTopic, read_named_file
+from pipros.web.views.scene import MOST_LATCHED, SceneFile, SceneTopic, read_named_file
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
 
@@ -66,7 +66,7 @@ def test_large_clouds_are_thinned_and_begin_at_another_point_each_time() -> None
     assert seen == set(map(float, range(10)))
 
 
-def test_a_cloud_of_another_size_is_reported_in_the_words_of_rviz() -> None:
+def test_a_cloud_of_another_size_is_reported_with_rviz_s_text() -> None:
     wrong = cloud([(1, 2, 3)], 16, XYZ)
     wrong.width = 2
     expected = "Data size (16 bytes) does not match width (2) times height (1) times point_step (16).  "
@@ -124,6 +124,15 @@ def test_a_later_browser_gets_the_newest_message_of_each_latching_publisher() ->
         assert [each.body for each, _ in queue.pop_all()[0]] == [b"2", b"3"]
         topic.add(message(b"5", "/c", is_latched=False), 3.0)
         assert [each.body for each, _ in queue.pop_all()[0]] == [b"5"]
+
+
+def test_messages_of_too_many_latching_publishers_are_dropped() -> None:
+    topic = SceneTopic(0.0)
+    for number in range(MOST_LATCHED + 2):
+        topic.add(message(b"%d" % number, f"/{number}", is_latched=True), 1.0)
+    with topic.queued(2 * MOST_LATCHED) as queue:
+        bodies = [each.body for each, _ in queue.pop_all()[0]]
+    assert (len(bodies), bodies[0]) == (MOST_LATCHED, b"2")
 
 
 def test_a_later_browser_gets_the_transforms_of_the_last_seconds() -> None:

@@ -44,6 +44,8 @@ SEND_INTERVAL_S: Final = 0.033
 CLOUD_INTERVAL_S: Final = 0.1
 LOOK_INTERVAL_S: Final = 1.0
 LONGEST_QUEUE: Final = 10_000
+MOST_LATCHED: Final = 1000
+"""Maximum number of latching publishers of a topic whose newest messages are kept."""
 MOST_POINTS: Final = 2_000_000
 MOST_FIELDS: Final = 8
 LARGE_BYTES: Final = 256_000
@@ -76,7 +78,7 @@ class SceneFile:
         """Read a file, which becomes the one that is saved.
 
         Raises:
-            RvizFileError: it is no configuration of rviz.
+            RvizFileError: it is not a configuration of rviz.
             OSError: it cannot be read.
         """
         most = process_limits().page_view_bytes
@@ -291,6 +293,7 @@ class SceneTopic:
         self._queues: list[PendingMessages] = []
         self._latched: dict[str, tuple[AnyMsg, float]] = {}
         self._recent = PendingMessages(LONGEST_QUEUE)
+        self._most_bytes = process_limits().page_message_bytes
 
     def add(self, message: AnyMsg, wall_s: float) -> None:
         """Pass a message to all browsers."""
@@ -300,14 +303,21 @@ class SceneTopic:
                 self._md5 = header.get("md5sum", "")
                 self.layout = _layout_of(header)
             if header.get("latching") == "1":
-                sender = header.get("callerid", "")
-                if sender in self._latched or len(self._latched) < LONGEST_QUEUE:
-                    self._latched[sender] = message, wall_s
+                self._keep_latched(header.get("callerid", ""), message, wall_s)
             elif self._history_s:
                 self._recent.add(message, wall_s)
                 self._recent.drop_before(wall_s - self._history_s)
             for queue in self._queues:
                 queue.add(message, wall_s)
+
+    def _keep_latched(self, sender: str, message: AnyMsg, wall_s: float) -> None:
+        """Keep a publisher's message. The oldest of others are dropped beyond `page_message_bytes`."""
+        self._latched.pop(sender, None)
+        self._latched[sender] = message, wall_s
+        size = sum(len(kept.body) for kept, _ in self._latched.values())
+        while len(self._latched) > 1 and (size > self._most_bytes or len(self._latched) > MOST_LATCHED):
+            oldest, _ = self._latched.pop(next(iter(self._latched)))
+            size -= len(oldest.body)
 
     @contextlib.contextmanager
     def queued(self, limit: int) -> Iterator[PendingMessages]:

@@ -89,6 +89,27 @@ export class Display {
     this.waiting = [];
   }
 
+  // Returns the names that can be switched one by one (frames, links, namespaces), and the key of their map in the file.
+  parts() {
+    return { key: "", names: [] };
+  }
+
+  // Returns whether a part is shown. `fallback` is that of parts which the file does not mention.
+  isPartShown(name, fallback) {
+    const all = this.config[this.parts().key];
+    const own = typeof all === "object" && all ? all[name] : undefined;
+    return truth(typeof own === "object" && own ? own.Value : own, fallback);
+  }
+
+  // Shows or hides a part.
+  switchPart(name, isShown) {
+    const { key } = this.parts();
+    if (typeof this.config[key] !== "object" || !this.config[key]) this.config[key] = {};
+    const all = this.config[key];
+    if (key === "Namespaces") all[name] = String(isShown);
+    else all[name] = { ...(typeof all[name] === "object" ? all[name] : {}), Value: String(isShown) };
+  }
+
   // Called before each picture.
   frame() {}
 

@@ -290,7 +290,7 @@ export class Scene {
 }
 
 // Returns the messages of a batch, which may be compressed.
-async function unpacked(data) {
+export async function unpacked(data) {
   const bytes = new Uint8Array(data.buffer, data.byteOffset + 1, data.byteLength - 1);
   if (!data.getUint8(0)) return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));

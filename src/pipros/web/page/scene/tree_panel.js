@@ -5,6 +5,7 @@ import { colourText, hexOf, parsedColour } from "./colours.js";
 import { DISPLAYS, GLOBAL, VIEWS, childrenOf, className } from "./properties.js";
 import { SUPPORTED, makeDisplay } from "./registry.js";
 
+const MOST_PARTS = 500;
 const SIGNS = { ok: "✓", warning: "!", error: "✗" };
 
 export class TreePanel {
@@ -97,14 +98,34 @@ export class TreePanel {
       h("button", { onclick: () => this.move(display, parent, -1), "aria-label": `Move ${display.name} up` }, "↑"),
       h("button", { onclick: () => this.move(display, parent, 1), "aria-label": `Move ${display.name} down` }, "↓"),
       h("button", { onclick: () => this.remove(display, parent) }, "Remove")));
+    const parts = h("div", { class: "scene-parts" });
     const children = display.displays ? h("div", { class: "scene-children" }, display.displays.map((each) => this.row(each, display))) : null;
     this.rows.set(display, { sign, statuses });
-    const element = this.details(display.config, [sign, box, name, h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, children, body]);
+    const element = this.details(display.config, [sign, box, name, h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, children, body, parts]);
+    const offerParts = () => element.open && this.offerParts(display, parts);
+    element.addEventListener("toggle", offerParts);
+    parts.addEventListener("scene-refresh", offerParts);
     element.dataset.name = `${display.name} ${kind}`.toLowerCase();
     return element;
   }
 
+  // Shows a switch for each frame, link or namespace of a display.
+  offerParts(display, parts) {
+    const { key, names } = display.parts();
+    const shown = `${key} ${names.join(" ")}`;
+    if (!names.length || parts.dataset.shown === shown) return;
+    parts.dataset.shown = shown;
+    replace(parts, h("div", { class: "pale" }, key), names.slice(0, MOST_PARTS).map((name) => {
+      const box = h("input", { type: "checkbox", checked: display.isPartShown(name, true), onchange: () => {
+        display.switchPart(name, box.checked);
+        this.scene.invalidate();
+      } });
+      return h("label", { class: "scene-field" }, h("span", {}, name || "(no name)"), box);
+    }));
+  }
+
   showStatus() {
+    for (const parts of this.list.querySelectorAll("details[open] > .scene-parts")) parts.dispatchEvent(new Event("scene-refresh"));
     for (const [display, { sign, statuses }] of this.rows) {
       const level = display.isOn ? display.level : "";
       sign.className = `scene-sign scene-${level}`;

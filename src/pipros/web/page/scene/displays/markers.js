@@ -5,7 +5,6 @@ import { Display, withoutSlash } from "../display.js";
 import { TransformError } from "../frames.js";
 import { points } from "../points.js";
 import { isFinitePose, normalized, poseOf } from "../pose.js";
-import { truth } from "../properties.js";
 import { BOX, CYLINDER, SPHERE, arrow, blended, dispose, lit, place, segments, textSprite, unlit, wideLines } from "../shapes.js";
 
 const [ADD, DELETE, DELETE_ALL] = [0, 2, 3];
@@ -73,8 +72,18 @@ class Markers extends Display {
 
   isShown(namespace) {
     if (!this.namespaces.has(namespace) && this.namespaces.size < 1000) this.namespaces.set(namespace, 0);
-    const own = this.config.Namespaces;
-    return truth(own && typeof own === "object" ? own[namespace] : undefined, true);
+    return this.isPartShown(namespace, true);
+  }
+
+  parts() {
+    return { key: "Namespaces", names: [...this.namespaces?.keys() ?? []] };
+  }
+
+  // The markers of a hidden namespace are dropped; they come back with the next message.
+  switchPart(name, isShown) {
+    super.switchPart(name, isShown);
+    if (isShown) return;
+    for (const [key, { message }] of [...this.shown]) if (message.ns === name) this.remove(key);
   }
 
   // Places a marker: once, at its stamp, or again and again if it is locked to its frame.

@@ -2,7 +2,6 @@
 
 import * as THREE from "three";
 import { Display } from "../display.js";
-import { truth } from "../properties.js";
 import { BOX, CYLINDER, SPHERE, blended, place } from "../shapes.js";
 
 const RED = [1, 0, 0, 1]; // of shapes without a material
@@ -27,6 +26,15 @@ export class RobotModel extends Display {
     if (this.properties.get("Robot Description") !== this.shownDescription) super.changed();
     else this.style();
     this.shownDescription = this.get("Robot Description");
+  }
+
+  parts() {
+    return { key: "Links", names: [...this.links?.keys() ?? []] };
+  }
+
+  switchPart(name, isShown) {
+    super.switchPart(name, isShown);
+    this.style();
   }
 
   show(data) {
@@ -102,7 +110,7 @@ export class RobotModel extends Display {
   style() {
     for (const [name, entry] of this.links) {
       const own = this.config.Links?.[name];
-      entry.isShown = truth(typeof own === "object" ? own?.Value : own, this.get("Links", "All Links Enabled"));
+      entry.isShown = this.isPartShown(name, this.get("Links", "All Links Enabled"));
       entry.alpha = this.get("Alpha") * (Number.isFinite(Number(own?.Alpha)) ? Number(own.Alpha) : 1);
       entry.visuals.visible = this.get("Visual Enabled");
       entry.collisions.visible = this.get("Collision Enabled");

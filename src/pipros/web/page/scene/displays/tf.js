@@ -2,7 +2,6 @@
 
 import * as THREE from "three";
 import { Display } from "../display.js";
-import { truth } from "../properties.js";
 import { arrow, axes, clear, lit, place, textSprite } from "../shapes.js";
 
 const MOST_DRAWN = 1000;
@@ -17,11 +16,12 @@ export class Tf extends Display {
     this.drawn = new Map();
   }
 
+  parts() {
+    return { key: "Frames", names: this.scene.frames.names() };
+  }
+
   isShown(name) {
-    const frames = this.config.Frames;
-    const own = typeof frames === "object" && frames ? frames[name] : undefined;
-    if (own !== undefined) return truth(typeof own === "object" && own ? own.Value : own, true);
-    return this.get("Frames", "All Enabled");
+    return this.isPartShown(name, this.get("Frames", "All Enabled"));
   }
 
   pattern(property) {
