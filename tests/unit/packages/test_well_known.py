@@ -26,7 +26,7 @@ def test_a_program_in_c_plus_plus_names_its_package() -> None:
 
 def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
     advice = str(why_missing("turtlebot3_slam"))
-    assert advice.startswith("turtlebot3_slam starts programs in C++, which are not part of pipros: gmapping.")
+    assert advice.startswith("turtlebot3_slam starts programs in C++, which are not part of pipros: gmapping")
     assert "On this machine, roslaunch pipros_sim localized.launch" in advice
 
 
