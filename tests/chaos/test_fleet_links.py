@@ -111,6 +111,25 @@ def test_a_router_that_is_restarted_joins_all_again(claimed_port: ClaimedPort) -
             router.close()
 
 
+def test_what_is_latched_during_a_short_cut_arrives(claimed_port: ClaimedPort) -> None:
+    """The link is back before the other members, or a look at it, can notice."""
+    address = f"tcp/127.0.0.1:{claimed_port.number}"
+    router = open_router([address])
+    with Member("robot1", address) as robot, Member("operator", address) as operator:
+        state = robot.node("map").advertise("/map", String, latch=True)
+        state.publish(String("old"))
+        operator.wait_for_topic("/robot1/map")
+        maps = operator.receive("/robot1/map")
+        wait_until(lambda: maps, 15, "the map")
+        router.close()
+        state.publish(String("new"))
+        router = open_router([address])
+        try:
+            wait_until(lambda: maps[-1].data == "new", 15, "the new map")
+        finally:
+            router.close()
+
+
 def test_a_member_that_returns_while_the_link_is_down_is_shown_again(claimed_port: ClaimedPort) -> None:
     port = claimed_port.number
     with (

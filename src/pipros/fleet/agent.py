@@ -162,6 +162,7 @@ class Agent:
             ),
             self._link.declare_token(keys.live(me, keys.VERSION, self.instance)),
             self._link.watch_tokens(keys.live("*"), self._on_token),
+            self._link.watch_connection(self._on_connection),
         ]
         trigger: Any = load_service_class("std_srvs/Trigger")
 
@@ -198,6 +199,16 @@ class Agent:
 
     def _on_token(self, key: str, is_present: bool) -> None:
         self._post("token", key, lambda: self._handle_token(key, is_present=is_present))
+
+    def _on_connection(self, is_up: bool) -> None:
+        if not is_up:
+            self.sender.is_up = False
+            self._was_connected = False
+            self._post("lost", "", self._report_loss)
+        self._post("tick", "", lambda: None)
+
+    def _report_loss(self) -> None:
+        self.log.warning("the link to the router is lost; local nodes are not affected")
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
         """Handle a directory or wishes. An answer (`kind`) may be older, so it does not replace a message."""
@@ -328,8 +339,11 @@ class Agent:
         if not is_present:
             self._leaving[key] = time.monotonic() + LEAVE_S
             return
-        self._leaving.pop(key, None)
+        has_returned = self._leaving.pop(key, None) is not None
         self._away.discard(key)
+        found = keys.read_live(key)
+        if has_returned and found is not None and found[0] in self.shown:
+            self.shown[found[0]].replay()
         token = self._members.update(key, is_present=True)
         if token is None:
             return
@@ -463,22 +477,29 @@ class Agent:
 
     def _check_link(self) -> None:
         is_connected = self._link.is_connected
-        self.sender.is_up = is_connected
         if is_connected == self._was_connected:
             return
         self._was_connected = is_connected
-        if is_connected:
-            self.log.info("connected to the router")
-            self._prune_at_s = time.monotonic() + RETURN_S
-            for shown in self.shown.values():
-                shown.replay()
-            self._link.put(keys.directory(self.member), to_json(self._directory), waits=True)
-            self._wishes_sent.clear()
-            for token in self._members.present().values():
-                if token.member != self.member:
-                    self._ask(token)
-        else:
-            self.log.warning("the link to the router is lost; local nodes are not affected")
+        if not is_connected:
+            self.sender.is_up = False
+            return
+        self.log.info("connected to the router")
+        self._send_latched_again()
+        self.sender.is_up = True
+        self._prune_at_s = time.monotonic() + RETURN_S
+        for shown in self.shown.values():
+            shown.replay()
+        self._link.put(keys.directory(self.member), to_json(self._directory), waits=True)
+        self._wishes_sent.clear()
+        for token in self._members.present().values():
+            if token.member != self.member:
+                self._ask(token)
+
+    def _send_latched_again(self) -> None:
+        """Send what was latched while the link was down. Receivers ignore what they know."""
+        for source in self._shared.values():
+            for kept in source.latched():
+                self._link.put(source.key, kept.body, kept.attachment)
 
     def _settle_shared(self) -> None:
         wanted = {name for wishes in self._wishes.values() for name in wishes.topics}

@@ -228,6 +228,15 @@ class Link:
         callback = zenoh.handlers.Callback(on_sample, indirect=False)
         return self._session.liveliness().declare_subscriber(pattern, callback, history=True)
 
+    def watch_connection(self, on_change: Callable[[bool], object]) -> Ends:
+        """Call `on_change` whenever a router was connected, or was lost."""
+
+        def on_event(event: zenoh.TransportEvent) -> None:
+            on_change(event.kind == zenoh.SampleKind.PUT)
+
+        callback = zenoh.handlers.Callback(on_event, indirect=False)
+        return self._session.info.declare_transport_events_listener(callback, history=False)
+
     def subscribe(self, pattern: str, on_message: OnMessage) -> Ends:
         """Call `on_message` with each sample from other sessions."""
 
