@@ -375,20 +375,26 @@ class Engine:
         peer = self.peers.get(prefix)
         if peer is not None:
             peer.data = announced
+            if not self._writers[PUBLICATIONS_WRITER].readers[prefix + PUBLICATIONS_READER].is_greeted:
+                self._answer(peer)  # it may have lost the first one
             return
         payload = bytes(data.payload)
         peer = self.peers.add(announced, cost_bytes(payload), host, now)
         if peer is None:
             return
         address = peer.discovery_address
-        answer = self._announcement(1, write_participant(self.settings.me), is_key=False)
-        self._outbox.send(address, answer)
+        self._answer(peer)
         for (writer, reader), (_, own_reader) in zip(_DISCOVERY, self._discovery_readers, strict=True):
             own = self._writers[writer]
             own.match(prefix + reader, address, _DISCOVERY_QOS, LOCAL_FRAGMENT_BYTES, now)
             self._connect_reader(own_reader, prefix + writer, address, peer, now, is_reliable=True)
             self._busy.add(own)
         self._events.append(PeerChanged(announced, True))
+
+    def _answer(self, peer: Peer) -> None:
+        """Announce ourselves to one peer."""
+        announcement = self._announcement(1, write_participant(self.settings.me), is_key=False)
+        self._outbox.send(peer.discovery_address, announcement)
 
     def _remove_peer(self, prefix: bytes) -> None:
         peer = self.peers.get(prefix)

@@ -312,3 +312,21 @@ def test_a_large_sample_that_is_no_longer_kept_is_skipped() -> None:
 
     assert listener.payloads(reader) == [b"new."]
     assert listener.engine.reader(reader).lost == 1
+
+
+def test_a_lost_answer_to_a_new_participant_is_repeated_soon() -> None:
+    """Otherwise the new one would wait for the next announcement, up to three seconds."""
+    network = SimulatedNetwork()
+    talker = network.host()
+    talker.engine.add_writer("rt/chatter", STRING, Qos(), network.now)
+    network.run(4.0)
+    listener = network.host()
+    listener.engine.add_reader("rt/chatter", STRING, Qos(), network.now)
+    from_talker = talker.engine.prefix
+    network.drops = lambda datagram: datagram[8:20] == from_talker
+    network.run(0.05)
+    assert talker.peers() == [True]
+    network.drops = lambda _: False
+    network.run(1.0)
+
+    assert listener.matches() == [True]
