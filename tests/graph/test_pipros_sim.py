@@ -20,7 +20,7 @@ from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
-READY = r"Simulating \d+ robots in a world of 10 x 8 m"
+READY = r"Simulating \d+ robots? in a world of 10 x 8 m"
 
 
 def start_sim(ros: RosSystem, *arguments: str) -> Process:
@@ -241,7 +241,7 @@ def test_an_initial_pose_shifts_the_fake_localization(ros: RosSystem, node: Node
 def test_turtlebot3_fake_follows_cmd_vel(ros: RosSystem, node: Node) -> None:
     ros.serve_master()
     launched = ros.pipros.start("roslaunch", "turtlebot3_fake", "turtlebot3_fake.launch", "model:=waffle_pi")
-    launched.wait_for("Simulating 1 robots")
+    launched.wait_for("Simulating 1 robot ")
     odometry = subscribe(node, "/odom", "nav_msgs/Odometry")
 
     drive(node, "/cmd_vel", 1.0)

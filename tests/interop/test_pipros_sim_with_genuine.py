@@ -38,7 +38,7 @@ print("tf", moving.header.frame_id, moving.child_frame_id, math.hypot(shift.x, s
 def test_genuine_nodes_and_tools_use_a_simulated_robot(ros: RosSystem) -> None:
     ros.genuine.start_master()
     sim = ros.pipros.start("rosrun", "pipros_sim", "sim", "_headless:=true")
-    sim.wait_for("Simulating 1 robots")
+    sim.wait_for("Simulating 1 robot ")
     driver = ros.genuine.home / "driver.py"
     driver.write_text(DRIVER)
     driven = ros.genuine.run("/usr/bin/python3", driver)

@@ -46,7 +46,9 @@ def run(node: Node, log: logging.Logger, make: Any) -> int:
             log.error("%s", error)
             return 1
         width, height = robots.simulation.world.size
-        log.info("Simulating %d robots in a world of %g x %g m", len(robots.simulation.robots), width, height)
+        count = len(robots.simulation.robots)
+        robots_text = "1 robot" if count == 1 else f"{count} robots"
+        log.info("Simulating %s in a world of %g x %g m", robots_text, width, height)
         if not is_on(node, "~headless"):
             from pipros.simulation.robots.sim_page import SimPage
             from pipros.web.node_page import served_page
