@@ -118,7 +118,7 @@ class Result:
         self.time = 0.0
 
     def accumulate(self, r: Result) -> None:
-        """Add the results of another run to these."""
+        """Add the results of another run to these results."""
         self.num_errors += r.num_errors
         self.num_failures += r.num_failures
         self.num_tests += r.num_tests

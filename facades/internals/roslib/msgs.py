@@ -44,12 +44,12 @@ class MsgSpecException(Exception):
 
 
 def is_verbose() -> bool:
-    """Return whether functions print their actions."""
+    """Return whether verbose output is enabled."""
     return _verbose[0]
 
 
 def set_verbose(v: bool) -> None:
-    """Set whether functions print their actions."""
+    """Enable or disable verbose output."""
     _verbose[0] = v
 
 
@@ -211,7 +211,7 @@ def msg_file(package: str, type_: str) -> str:
 def list_msg_types(package: str, include_depends: bool) -> list[str]:
     """Return the names of a package's messages.
 
-    If `include_depends` is true, include the messages of its dependencies.
+    If `include_depends` is true, include the messages of the package's dependencies.
 
     Raises:
         InvalidROSPkgException: the package does not exist.

@@ -25,7 +25,7 @@ USAGE = (
 
 
 def make_parser() -> OptionParser:
-    """Return a parser with all options of genuine `roslaunch --help`, and those specific to pipros."""
+    """Return a parser with all options of genuine `roslaunch --help`, and pipros's own options."""
     parser = OptionParser(usage=USAGE, prog="roslaunch")
     add, flag = parser.add_option, partial(add_flag, parser)
     files = "Print list files loaded by launch file, including launch file itself"

@@ -133,7 +133,9 @@ class ParameterAction(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class ParameterCommand:
-    """A `<rosparam>` that dumps or deletes parameters on the running server before any are set."""
+    """A `<rosparam>` that dumps or deletes parameters on the running server before the launch sets
+    parameters.
+    """
 
     action: ParameterAction
     key: str

@@ -1,8 +1,9 @@
 """Executes a `Launch`: sets the parameters, starts the nodes, watches them, and stops them.
 
-Theory of operation: the threads that wait for processes, signal handlers and other threads put events
+Theory of operation: signal handlers, the threads that wait for processes, and other threads put events
 (process exited, stop requested) into one queue. The thread that calls `wait` or `watch_once` takes these
-events and makes all decisions, such as restarting a node, giving it up, or stopping everything. Other threads
+events and makes all decisions, such as restarting a node, giving up on it, or stopping everything. Other
+threads
 may start and stop nodes in the meantime.
 """
 

@@ -6,10 +6,9 @@ could not be delivered to it. The result decides:
 - it answers: it is alive, and its process id is stored;
 - the connection is refused, or a different process answers although the node has not registered anything
   since: the node is a suspect and is probed again. After `CONFIRMATIONS` such results in a row, it is
-      considered to have ended;
+  considered to have ended;
 - it does not answer in time, or there is no route to its host: it stays registered and is listed as
-unreachable. A node that
-  hangs, is being debugged or has temporarily lost its network is not removed.
+  unreachable. A node that hangs, is being debugged or has temporarily lost its network is not removed.
 
 A node that has never answered stays registered and is listed as unreachable, whatever the result, because it
 may run in a container whose address is valid only there, and other nodes may well reach it.

@@ -157,7 +157,7 @@ class Store:
         self._changes.put((statement, (role.name, node, key)))
 
     def forget_registrations(self) -> None:
-        """Delete all registrations. Those that are still valid are restored afterwards."""
+        """Delete all registrations. The registrations that are still valid are restored afterwards."""
         self._changes.put(("DELETE FROM registrations", ()))
 
     def type_set(self, topic: str, type_name: str) -> None:

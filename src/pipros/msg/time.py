@@ -6,7 +6,7 @@ Arithmetic returns the class of the left operand, so adding to a `rospy.Time` gi
 
 from __future__ import annotations
 
-# This is true for type checkers. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of a first import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, ClassVar, TypeVar, overload
@@ -113,7 +113,7 @@ class TVal:
         """Return -1, 0 or 1.
 
         Raises:
-            TypeError: the value is of another kind. A point in time cannot be compared with a span.
+            TypeError: the value is of another kind. A point in time cannot be compared with a span of time.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")

@@ -63,7 +63,8 @@ class ConnectionTable:
     """One server's open connections, longest idle first.
 
     When a new connection exceeds a limit, the connection that has been idle longest is closed: a connection
-    from the same peer if that peer has too many, otherwise from any peer. So new connections always succeed,
+    from the same peer if that peer has too many, otherwise a connection from any peer. So new connections
+    always succeed,
     and a peer that hoards idle connections loses them. Busy connections (a call is being handled) and links
     are not closed to make room for new connections. If only those are left, a new link replaces the newest
     link of the peer with the most links, so that older links survive a flood of new ones.
@@ -118,9 +119,7 @@ class ConnectionTable:
             self._remove(connection)
 
     def reserve_outgoing(self, most: int) -> bool:
-        """Count a link that this node is about to open; return False if `most` or the limit has been
-        reached.
-        """
+        """Count a link that this node is about to open. Return False if `most` or the limit is reached."""
         evicted: TableEntry | None = None
         with self._lock:
             if self._outgoing >= min(most, self._outgoing_limit) or self._are_links_full():

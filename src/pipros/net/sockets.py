@@ -75,7 +75,7 @@ def listen(host: str, port: int | PortRange = 0, backlog: int = 128) -> socket.s
 def listen_all(hosts: Sequence[str], port: int | PortRange = 0, backlog: int = 128) -> list[socket.socket]:
     """Return listening sockets that use the same port on several addresses.
 
-    0 selects a port that is free on all of them; a range, its first such port.
+    Port 0 selects a port that is free on all addresses. A range selects its first such port.
 
     Raises:
         NoFreePort: no port of the range can be opened.

@@ -1,9 +1,9 @@
 """Opening TCPROS connections, from either end: connect or accept, then exchange headers.
 
 `wire/handshake.py` determines the content of the headers. A node may serve HTTP on the same port, so that a
-firewall or a container needs to open only one port for each node. The first four bytes distinguish the two:
-TCPROS begins with the length of the header, whose last byte is zero below 16 MiB; HTTP begins with a method
-in capital letters, which would be a length of 512 MiB or more.
+firewall or a container needs to open only one port for each node. The first four bytes distinguish the two.
+TCPROS begins with the length of the header, and the last byte of a length below 16 MiB is zero. HTTP begins
+with a method in capital letters; as a length, these would mean 512 MiB or more.
 """
 
 from __future__ import annotations
@@ -156,7 +156,7 @@ class TcprosServer:
                 return
 
     def _accept_one(self) -> bool:
-        """Accept a connection; return False if none waits."""
+        """Accept a connection. Return False if no connection is waiting."""
         try:
             sock, address = self._server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
@@ -259,7 +259,7 @@ class _Handshake:
 
 
 def _is_http(start: bytes) -> bool:
-    """Return whether four bytes are the beginning of a method, as `POST` or `GET `."""
+    """Return whether four bytes are the beginning of a method, such as `POST` or `GET `."""
     return start.isupper() and start.rstrip(b" ").isalpha()
 
 

@@ -132,7 +132,8 @@ def is_this_machine(host: str) -> bool:
 
 
 def own_addresses() -> list[str]:
-    """Return this machine's IPv4 addresses: loopback, those of its host name, and that of the default route.
+    """Return this machine's IPv4 addresses: loopback, the host name's addresses, and the default route's
+    address.
 
     Blocks like `addresses_of`.
     """

@@ -35,7 +35,7 @@ CLOSE_FLUSH_S = 0.2
 a node's shutdown.
 """
 
-_IDLE = State.IDLE  # looked up for each message
+_IDLE = State.IDLE  # aliases: enum lookups per message are slow
 _pack_length = struct.Struct("<I").pack
 
 
@@ -101,9 +101,8 @@ class Publication:
     def publish(self, message: Message) -> None:
         """Send a message to every subscriber.
 
-        It is serialized once, or not at all if there are no subscribers.
-
-        Blocks for at most `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
+        The message is serialized once, or not at all if there are no subscribers. Blocks for at most
+        `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
         `pipros.net.outgoing`). A subscriber that does not catch up in that time has stalled: until it has
         caught up, `publish` does not wait for it, and it gets only the newest message.
 

@@ -210,7 +210,7 @@ def _guarded_math() -> dict[str, Any]:
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     names.update({name: _bounded_count(names[name]) for name in ("factorial", "comb", "perm")})
     names.update(lcm=_bounded_count(math.lcm))
-    del names["prod"], names["pow"]  # `Budget` provides them
+    del names["prod"], names["pow"]  # `Budget` provides these functions
     return names
 
 

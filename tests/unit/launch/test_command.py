@@ -93,7 +93,7 @@ def test_nodes_that_cannot_be_launched_are_explained(maker: CommandMaker, node: 
 @pytest.mark.parametrize(
     ("node", "complaint"),
     [
-        (Node("rviz", "rviz", "view"), "rviz.*The programs of rviz are C.* ros-noetic-rviz"),
+        (Node("rviz", "rviz", "view"), "rviz.*The programs of rviz are written in C.* ros-noetic-rviz"),
         (
             Node("nodelet", "nodelet", "cloud", arguments="load depth_image_proc/point_cloud_xyz manager"),
             "The nodelet depth_image_proc/point_cloud_xyz .*-nodelet ros-noetic-depth-image-proc",

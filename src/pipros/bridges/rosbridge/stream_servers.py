@@ -90,7 +90,7 @@ class _Server:
 
 
 class TcpServer(_Server):
-    """A rosbridge server for TCP on a node."""
+    """A rosbridge server that accepts TCP connections, running on a node."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
         super().__init__(node, options)

@@ -41,7 +41,7 @@ class Aggregation:
         if owner in self._added:
             raise BadAnalyzer(f"{owner} has already added analyzers")
         if len(self._added) >= OWNER_LIMIT:
-            raise BadAnalyzer(f"{OWNER_LIMIT} nodes have already added analyzers")
+            raise BadAnalyzer(f"the number of nodes that add analyzers must be <= {OWNER_LIMIT}")
         group = AnalyzerGroup("", self.base, analyzers)
         problems = _problems(group)
         if problems:

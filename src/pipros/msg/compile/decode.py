@@ -61,7 +61,7 @@ class _Decoder(Emitter):
     def begin(self, layout: TypeLayout) -> None:
         """Emit the start of the body.
 
-        Octets are sliced from a view without a copy; all else is read faster from `bytes`.
+        Octets are sliced from a view without a copy; everything else can be read faster from `bytes`.
         """
         self._keeps_view = layout.has_octets or self._is_numpy
         self.emit(

@@ -54,7 +54,8 @@ def read_project(
         name: the package's name in its manifest.
         settings: `-D` settings from the command line, and the folders of the workspace.
         environment: the values of `$ENV{NAME}`; `ROS_DISTRO` and similar variables default to Noetic's
-            values. find_package: function that finds the packages that the file needs.
+            values.
+        find_package: function that finds the packages that the file needs.
         version: the package's version in its manifest.
         limits: defaults to the process-wide limits.
         status_lines: receives the output of `message()`, even if an error follows.
