@@ -42,7 +42,7 @@ class SubscribeListener:
     ) -> None:
         """Handle a new subscriber.
 
-        `topic_publish` sends to all subscribers, `peer_publish` only to the new one.
+        `topic_publish` sends to all subscribers, `peer_publish` only to the new subscriber.
         """
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:

@@ -244,7 +244,7 @@ def print_summary(junit_results: Result, runner_name: str = "ROSUNIT") -> None:
 
 
 def read_all(filter_: Sequence[str] = ()) -> Result:
-    """Return all results in the test results folder, or only those of the packages in `filter_`."""
+    """Return all results in the test results folder, or only the results of the packages in `filter_`."""
     total = Result("ros")
     folder = Environment.from_os().test_results_dir
     for package in sorted(path for path in folder.glob("*") if path.is_dir()):

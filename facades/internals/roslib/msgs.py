@@ -140,7 +140,7 @@ class MsgSpec(genmsg.msgs.MsgSpec):
     __hash__ = None
 
     def __str__(self) -> str:
-        """Return the fields and constants, including those of embedded messages, which must be registered."""
+        """Return the fields and constants, also of embedded messages, which must be registered."""
         return "".join(f"{line}\n" for line in self._lines(""))
 
     def _lines(self, indent: str) -> Iterator[str]:

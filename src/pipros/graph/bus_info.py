@@ -21,7 +21,7 @@ class BusConnection(NamedTuple):
         id: identifier of the connection in `getBusStats`.
         transport: `TCPROS` or `UDPROS`.
         is_established: False while the node is still trying to connect.
-        remark: description of the sockets; empty if the node does not send one.
+        remark: description of the sockets; empty if the node does not send a description.
     """
 
     peer: str

@@ -165,7 +165,7 @@ class Launch:
         includes: pairs (file, included file).
         params: values by full name, in the order in which they were set.
         clear_params: namespaces to delete first, each with a trailing slash.
-        arguments: the `<arg>`s of the files themselves, excluding those of includes.
+        arguments: the `<arg>`s of the files themselves, excluding `<arg>`s of included files.
         warnings: errors that do not prevent the launch.
     """
 

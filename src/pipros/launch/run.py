@@ -181,7 +181,7 @@ class LaunchRun:
             return managed
 
     def wait(self, *, until_all_ended: bool = True) -> None:
-        """Watch the nodes, and restart those with `respawn`, until the launch stops.
+        """Watch the nodes, and restart nodes with `respawn`, until the launch stops.
 
         Return when a stop is requested, a required node exits or, if `until_all_ended` is set, all nodes have
         exited.

@@ -54,7 +54,7 @@ class Substitution:
     """The substitutions in one file, and the values to which they may refer.
 
     Attributes:
-        arguments: values of `<arg>`s; None for those that have no value.
+        arguments: values of `<arg>`s; None for an `<arg>` that has no value.
         folder: the file's folder, for `$(dirname)`; None for text from standard input.
         anonymous: names generated for `$(anon x)` so far in this file.
         unset_as: the value to use for unset arguments; None to reject them.

@@ -261,7 +261,7 @@ async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask =
     """Return the names of the nodes to keep from the master's previous run, given each node's API URI.
 
     Drop nodes that answer with another name, violate the protocol or refuse the connection. Keep all others,
-    including those that time out or cannot be reached for another reason.
+    including nodes that time out or cannot be reached for another reason.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 

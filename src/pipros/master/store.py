@@ -299,7 +299,7 @@ def _move_aside(file: Path) -> Path:
 
 
 def restore_params(params: ParamTree, state: StoredState) -> None:
-    """Set the stored parameters in their order; log those that exceed the limit."""
+    """Set the stored parameters in their order. Log each parameter that exceeds the limit."""
     for key, value in state.parameters:
         try:
             _restore(params, key, value)

@@ -28,7 +28,7 @@ def _is_integral(value: object) -> bool:
 
 
 def _is_real(value: object) -> bool:
-    """Return True for real numbers, including those of numpy and `fractions`."""
+    """Return True for real numbers, including the types of numpy and `fractions`."""
     if isinstance(value, int | float):
         return True
     import numbers
@@ -39,7 +39,7 @@ def _is_real(value: object) -> bool:
 class TVal:
     """Common base class of points in time and spans of time."""
 
-    __module__ = "genpy.rostime"  # the module that pickles refer to, including those of genuine ROS
+    __module__ = "genpy.rostime"  # the module that pickles refer to, including pickles from genuine ROS
 
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]

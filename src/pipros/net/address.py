@@ -99,7 +99,7 @@ def advertised_host(environment: Environment) -> str:
 
 
 def problem_of(configured: str, *, is_address: bool) -> str | None:
-    """Describe the error in the form of a `ROS_IP` (`is_address`) or `ROS_HOSTNAME`; None if it is valid.
+    """Describe the error in a value of `ROS_IP` (`is_address`) or `ROS_HOSTNAME`; None if the value is valid.
 
     >>> problem_of("http://robot", is_address=False), problem_of("robot", is_address=True)
     ('protocol should not be included', 'must be a valid IPv4 or IPv6 address')

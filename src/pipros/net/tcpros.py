@@ -78,7 +78,8 @@ class TcprosServer:
 
     Connections of peers that are silent, send malformed data or announce too large a header are closed
     without an answer, as in genuine nodes. If too many connections are in their handshake, the oldest of them
-    is closed for a new one, so that silent peers do not lock others out. The server uses callbacks of the
+    is closed for a new connection, so that silent peers do not lock other peers out. The server uses
+    callbacks of the
     event loop, not coroutines, because every service call that is not persistent opens a connection.
 
     Attributes:

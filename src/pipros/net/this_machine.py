@@ -117,7 +117,7 @@ def has_address(host: str) -> bool:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         socket.inet_pton(family, host)
-    except (OSError, ValueError):  # a name
+    except (OSError, ValueError):  # the host is a name, not an address
         return False
     # The source address on the route to one of this machine's addresses is that same address, except for an
     # interface's second address.

@@ -331,7 +331,7 @@ class Publisher(Generic[AnyMessage]):
         return self.publication.statistics()
 
     def unregister(self) -> None:
-        """Release the handle; releasing the last one unregisters the topic. May be called repeatedly."""
+        """Release the handle; releasing the last handle unregisters the topic. May be called repeatedly."""
         release, self._release = self._release, None
         if release is not None:
             release(self.publication)

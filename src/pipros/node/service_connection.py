@@ -165,7 +165,7 @@ class ServiceConnection:
     def _serve(self, *, waits: bool = False) -> None:
         """Answer calls for as long as they follow each other closely.
 
-        If `waits` is true, wait for the first one; a slot of `waiting_threads` was acquired for this.
+        If `waits` is true, wait for the first call; a slot of `waiting_threads` was acquired for this wait.
         """
         server = self._server
         is_held = is_handed_over = False

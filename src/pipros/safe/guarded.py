@@ -1,4 +1,6 @@
-"""The operations and functions of safe expressions, with bounds for those that could grow without limit."""
+"""The operations and functions of safe expressions, with bounds on results that could otherwise grow without
+limit.
+"""
 
 from __future__ import annotations
 

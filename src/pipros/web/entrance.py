@@ -1,4 +1,4 @@
-"""Accept connections from browsers, and limit those that have not authenticated yet.
+"""Accept connections from browsers, and limit connections that have not been authenticated yet.
 
 Theory of operation. The listening socket counts each connection when it is accepted, before a TLS handshake,
 in a table like the ones that a node's servers use. Until `Visitor.admit` is called, a connection may be
@@ -90,7 +90,7 @@ class Entrance:
 
     Attributes:
         limit: maximum number of connections.
-        table: all connections; those that may be closed in favour of new ones are idle.
+        table: all connections. Connections that may be closed in favour of new connections are idle.
         visitors: connections by file descriptor.
     """
 

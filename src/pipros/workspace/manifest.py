@@ -76,7 +76,7 @@ def read_manifest(package: Path) -> Manifest:
         file = package / DRY_MANIFEST
     root = parse(read_file(file), str(file))
     if root.tag != "package":
-        raise XmlError(str(file), root.line, root.column, "the root element is not <package>")
+        raise XmlError(str(file), root.line, root.column, "the root element must be <package>")
     dependencies = []
     for tag, kinds in _MEANING.items():
         for child in root.children:

@@ -39,7 +39,7 @@ _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
 CHANGING = ("clientPublish", "services")
-"""Capabilities of the protocol: those that every server has, and those that require control."""
+"""Capabilities of the protocol: for every server, and only for servers that allow control."""
 CAPABILITIES: Final = (*READING, *CHANGING)
 
 

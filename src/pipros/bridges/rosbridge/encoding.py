@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Encoding(IntEnum):
     """Encodings of a topic's messages.
 
-    If a client requests several, the one with the highest value is used.
+    If a client requests several encodings, the encoding with the highest value is used.
     """
 
     JSON = 0

@@ -13,7 +13,7 @@ OWNER_LIMIT = 100
 
 
 class Aggregation:
-    """The analyzers of one aggregator, including those added by other nodes. Not thread-safe."""
+    """The analyzers of one aggregator, including analyzers added by other nodes. Not thread-safe."""
 
     def __init__(self, base: str, analyzers: Mapping[str, Any], *, other_as_errors: bool = False) -> None:
         """Create the analyzers.

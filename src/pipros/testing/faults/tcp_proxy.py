@@ -54,7 +54,7 @@ class Switch:
         self.links: set[Link] = set()
 
     def inject(self, faults: Faults) -> None:
-        """Replace the faults, including those for open connections."""
+        """Replace the faults, also for open connections."""
         self.faults = faults
         for link in self.links:
             link.use(faults)

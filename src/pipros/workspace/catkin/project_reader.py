@@ -77,7 +77,7 @@ def read_project(
 
 
 def _check_known(context: ReadContext, command: Command, _words: list[str]) -> None:
-    """Reject commands that CMake does not have, and record those that only CMake can run."""
+    """Reject commands that CMake does not have, and record commands that only CMake can run."""
     name = command.name
     if name in BEYOND_COMMANDS:
         context.need_cmake(command, f"{command.written_name}()")
