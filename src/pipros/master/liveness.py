@@ -201,7 +201,7 @@ class Liveness:
             return ProbeResult.SILENT
         except Fault:
             self._met.add((node, api))
-            return ProbeResult.THERE  # a node without this method
+            return ProbeResult.THERE  # the node lacks this method
         except PiprosError:
             return ProbeResult.REPLACED  # the server there is not a ROS node
         self._unreachable.discard(node)

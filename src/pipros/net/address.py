@@ -76,7 +76,7 @@ def bind_host(environment: Environment) -> str:
     if not configured:
         is_ipv6 = environment.ipv6
     elif _is_address(configured):
-        return configured.strip("[]")  # bind the loopback address that is advertised
+        return configured.strip("[]")  # bind the advertised loopback address
     else:
         is_ipv6 = environment.ipv6 and _means_ipv6_loopback(configured)
     return LOOPBACK_IPV6 if is_ipv6 else LOOPBACK

@@ -183,7 +183,7 @@ class OutgoingLink:
         """Send queued messages, blocking for at most `limit_s`."""
         end = time.monotonic() + limit_s
         while self.is_behind and (left_s := end - time.monotonic()) > 0:
-            with contextlib.suppress(OSError, ValueError):  # closed in the meantime
+            with contextlib.suppress(OSError, ValueError):  # the link was closed in the meantime
                 sockets.wait_writable(self.sock, left_s)
             self.flush()
 

@@ -180,7 +180,7 @@ class _AsyncConnection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         if self._answer is None or self._answer.done():
-            self.close()  # unexpected bytes
+            self.close()  # the server sent unexpected bytes
             return
         self.has_answer_begun = True
         try:

@@ -127,7 +127,7 @@ class TcprosServer:
             spares_loopback=not limits.tcpros_connections_per_peer,
             refusals=self.refusals,
         )
-        self._handshakes: dict[_Handshake, None] = {}  # in the order of arrival
+        self._handshakes: dict[_Handshake, None] = {}  # handshakes in the order of arrival
         self._overdue_timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop
 

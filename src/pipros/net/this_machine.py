@@ -177,7 +177,7 @@ def _socket_table() -> Iterator[_SocketEnd]:
     for table in _SOCKET_TABLES:
         try:
             lines = table.read_text().splitlines()[1:]
-        except OSError:  # no IPv6, or no /proc
+        except OSError:  # the system has no IPv6, or no /proc
             continue
         for line in lines:
             _, local, remote, state, _, _, _, user, _, inode, *_ = line.split()

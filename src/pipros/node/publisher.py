@@ -84,7 +84,7 @@ class Publication:
         self.listeners: list[PeerListener] = []
         self._listeners_thread = Workers(f"subscribe listeners of {topic}", limit=1, kept_idle=0)
         self._join_thread = Workers(f"new subscribers of {topic}", limit=1, kept_idle=0)
-        self.only_thread: int | None = None  # during shutdown, the only thread that may publish
+        self.only_thread: int | None = None  # the only thread that may publish during shutdown
         self.links_ended = 0
         self._sent = SendStatistics()  # totals of closed links
         self._context = context

@@ -55,7 +55,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
     try:
         while (event := next_event()) is not None:
             if event.__class__ is yaml.ScalarEvent and event.anchor is None:
-                outline.values += 1  # the most frequent event
+                outline.values += 1  # this is the most frequent event
             else:
                 outline.count(event)
     finally:

@@ -68,7 +68,7 @@ class Visitor(socket.socket):
         """Close immediately, discarding unsent data."""
         if isinstance(self._transport, asyncio.WriteTransport):
             self._transport.abort()
-        else:  # during the TLS handshake
+        else:  # the TLS handshake is not complete
             sockets.abort(self)
 
     def close(self) -> None:
@@ -150,5 +150,5 @@ class _Listener(socket.socket):
         visitor = Visitor(fileno=sock.detach())
         if not self._entrance.welcome(visitor, address):
             visitor.close()
-            raise BlockingIOError("too many connections")  # for asyncio: no connection is pending
+            raise BlockingIOError("too many connections")  # tells asyncio that no connection is pending
         return visitor, address

@@ -82,7 +82,7 @@ class MessageReader:
     def space(self) -> memoryview:
         """Return memory to receive into, which is never empty. Previously yielded messages become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
-            self._grow()  # the peer sent more than fits
+            self._grow()  # the peer sent more than fits into the buffer
         pending = self._end - self._start
         if not pending:
             if self.is_large:

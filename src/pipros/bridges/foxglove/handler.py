@@ -122,7 +122,7 @@ class FoxgloveHandler:
         return session
 
     def is_login(self, first: str | bytes) -> bool:  # noqa: ARG002
-        """Return False: the protocol has no login of its own."""
+        """Return False, because the protocol does not define a login."""
         return False
 
     def leave(self, session: ClientSession) -> None:

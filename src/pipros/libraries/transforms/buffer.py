@@ -185,9 +185,7 @@ class TransformBuffer:
                     reasons.append(f"canTransform: target_frame {target} does not exist.")
                 if source in unknown:
                     reasons.append(f"canTransform: source_frame {source} does not exist.")
-                    reasons.append(
-                        f"fixed_frame: {fixed}does not exist."
-                    )  # as in tf2, even if the frame exists
+                    reasons.append(f"fixed_frame: {fixed}does not exist.")  # as in tf2, even if it exists
                 return " ".join(reasons)
             try:
                 find_path(self._frames, target, fixed, target_time)

@@ -153,7 +153,7 @@ class _Decoder(Emitter):
 
     def _array(self, kind: FieldType, target: str, within: TypeLayout) -> None:
         """Emit the reading of an array of strings, times or messages."""
-        inner = within.members.get(kind.base)  # this is None for times and strings
+        inner = within.members.get(kind.base)  # None for times and strings
         count = self._count(kind, inner)
         self._flush()
         if kind.base == "string":

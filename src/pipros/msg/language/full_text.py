@@ -26,7 +26,7 @@ def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None
     where = f"<definition of {type_name}>"
     if len(full_text) > limits.definition_bytes:
         raise DefinitionError(f"the text is longer than {limits.definition_bytes} characters", file=where)
-    full_text = full_text.replace("\r\n", "\n")  # files have the same limit
+    full_text = full_text.replace("\r\n", "\n")  # as in files
     parts: dict[str, list[str]] = {}
     current = parts[type_name] = []
     expects_name = False
