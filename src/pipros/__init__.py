@@ -30,7 +30,7 @@ __all__ = [
     "load_service_class",
 ]
 
-TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
     from pipros.basics.env import Environment
     from pipros.basics.errors import NotFound, PiprosError, Refused, Unreachable

@@ -104,5 +104,5 @@ def test_a_map_without_the_right_number_of_cells_is_not_saved(
         grid.info.width, grid.info.height = size
         node.advertise("/map", OccupancyGrid, latch=True).publish(grid)
         assert saver.wait() == 1, saver.output
-    assert f"a {size[0]} X {size[1]} map has no {cells} cells" in saver.output
+    assert f"the map must have {size[0]} X {size[1]} cells, got {cells}" in saver.output
     assert list(ros.home.glob("saved*")) == []

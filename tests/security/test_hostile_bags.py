@@ -91,7 +91,7 @@ def test_repeated_entries_of_one_message_are_refused() -> None:
     data = appended(chunk_of(content), entries, chunks=[0], counts={0: 1000})
 
     read: list[object] = []
-    with pytest.raises(BagFormatError, match="its messages are larger than the chunk"):
+    with pytest.raises(BagFormatError, match="the messages are larger than their chunk"):
         read.extend(BagReader(io.BytesIO(data)).raw_messages())
     assert len(read) == 2
 

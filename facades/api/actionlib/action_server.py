@@ -204,7 +204,11 @@ class ActionServer:
                 self.goal_callback(handle)
 
     def _accept_new(self, goal: Any) -> ServerGoalHandle | None:
-        """Return a handle for a goal, or None if it is a duplicate or already cancelled."""
+        """Return a handle for a new goal.
+
+        Return None if the goal is a duplicate, is already cancelled or was rejected, or if the server is not
+        started.
+        """
         with self.lock:
             if not self.started:
                 return None

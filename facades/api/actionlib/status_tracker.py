@@ -17,7 +17,7 @@ class StatusTracker:
     """A goal and its status.
 
     Args:
-        goal_id, status: for a goal that was cancelled before it was received.
+        goal_id, status: the ID and status of a goal that was cancelled before it was received.
         goal: the ActionGoal message of a received goal. A missing ID or stamp is filled in.
     """
 

@@ -43,7 +43,7 @@ def type_of_action(name: str) -> str:
 
 
 class Client:
-    """Client of one action that prints feedback and results."""
+    """Client of one action. It prints feedback and results."""
 
     def __init__(self, name: str, action: DynamicAction) -> None:
         self.action = action

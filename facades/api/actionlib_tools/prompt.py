@@ -25,7 +25,8 @@ class Prompt:
         rospy.on_shutdown(self._wake)
 
     def read(self) -> str | None:
-        """Block for the next line. Return None at the end of the input, or once the node is shut down.
+        """Wait for the next line and return it. Return None at the end of the input, or once the node is shut
+        down.
 
         Raises:
             KeyboardInterrupt: Ctrl-C was pressed and the node is not shut down.
@@ -49,7 +50,9 @@ class Prompt:
             interrupt_main_thread()
 
     def run(self, do: Callable[[str, str], object]) -> None:
-        """Call `do(word, rest)` for each line until `quit` or shutdown; print its ValueErrors."""
+        """Call `do(word, rest)` for each line until `quit` or shutdown. Print the ValueErrors that `do`
+        raises.
+        """
         while (line := self.read()) is not None:
             word, _, rest = line.partition(" ")
             if word == "quit":
@@ -75,5 +78,5 @@ def read_message(wanted: Any, text: str) -> Any:
         message = yaml_msg_str(wanted, text)
         message._check_types()
     except Exception as error:  # Parsing YAML and filling messages raise various exceptions.
-        raise ValueError(f"not a valid {wanted._type}: {error}") from None
+        raise ValueError(f"the text is not a valid {wanted._type}: {error}") from None
     return message

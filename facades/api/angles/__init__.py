@@ -75,7 +75,7 @@ def shortest_angular_distance_with_large_limits(
     """Like `shortest_angular_distance_with_limits`, for joints with a range beyond -pi to pi.
 
     Args:
-        left_limit, right_limit: limits of any size; the left one must be less than the right one.
+        left_limit, right_limit: limits of any size; the left limit must be less than the right limit.
 
     Returns:
         True and the rotation. If both rotations violate the limits, `from_angle` is outside the range, or the

@@ -1,1 +1,1 @@
-"""Drop-in replacement for Noetic's bondpy: bonds, with which two processes detect each other's exit."""
+"""Drop-in replacement for Noetic's bondpy: bonds, which let two processes detect each other's exit."""

@@ -22,7 +22,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
         self.level, self.message = level, str(message)
 
     def clearSummary(self) -> None:
-        """Set the level to OK and the message to an empty text."""
+        """Set the level to OK and the message to an empty string."""
         self.summary(0, "")
 
     def mergeSummary(self, *args: Any) -> None:

@@ -63,7 +63,7 @@ class Client:
     def get_configuration(self, timeout: float | None = None) -> Any:
         """Return the configuration, or None if it does not arrive within `timeout` seconds.
 
-        None waits forever.
+        If `timeout` is None, wait forever.
         """
         return self._wait("config", timeout)
 
@@ -139,7 +139,7 @@ class Client:
         return self._config_callback
 
     def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set the function, and call it with the current configuration (or None)."""
+        """Set the function to call with each new configuration, and call it with the current one or None."""
         self._config_callback = value
         if value is not None:
             value(self.config)
@@ -151,7 +151,7 @@ class Client:
         return self._description_callback
 
     def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set the function, and call it with the current list of parameters (or None)."""
+        """Set the function to call with each list of parameters, and call it with the current one or None."""
         self._description_callback = value
         if value is not None:
             value(self.param_description)

@@ -14,7 +14,7 @@ from pipros.web.sliders.slider_page import Slider, SliderPage
 
 
 class JointStatePublisherGui:
-    """The page of a JointStatePublisher: one slider per joint that does not follow another one."""
+    """The page of a JointStatePublisher: one slider per joint that does not follow another joint."""
 
     def __init__(self, title: str, jsp: JointStatePublisher) -> None:
         self.jsp = jsp

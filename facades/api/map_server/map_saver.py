@@ -65,7 +65,7 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
     info = message.info
     rospy.loginfo("Received a %d X %d map @ %.3f m/pix", info.width, info.height, info.resolution)
     if len(message.data) != info.width * info.height:
-        raise MapError(f"a {info.width} X {info.height} map has no {len(message.data)} cells")
+        raise MapError(f"the map must have {info.width} X {info.height} cells, got {len(message.data)}")
     rospy.loginfo("Writing map occupancy data to %s.pgm", name)
     pixels = grid_pixels(info.width, message.data, free, occupied)
     with open(f"{name}.pgm", "wb") as file:

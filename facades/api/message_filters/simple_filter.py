@@ -47,7 +47,7 @@ class Subscriber(SimpleFilter):
         return str(self.topic)
 
     def __getattr__(self, key: str) -> Any:
-        if key == "sub":  # before the constructor has set the attribute
+        if key == "sub":  # the constructor has not set the attribute yet
             raise AttributeError(key)
         return getattr(self.sub, key)
 

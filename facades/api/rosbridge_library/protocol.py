@@ -63,7 +63,7 @@ class Protocol:
         return json.dumps(msg)
 
     def deserialize(self, msg: str | bytes, cid: Any = None) -> Any:
-        """Return the operation in a JSON text."""
+        """Return the operation that a JSON text contains."""
         del cid
         return json_object(msg)
 

@@ -15,7 +15,7 @@ from rospy.session import session
 
 
 class RosbridgeProtocol(Protocol):
-    """All rosbridge operations on rospy's node, and those registered by capabilities.
+    """The rosbridge operations, performed by rospy's node, and the operations that capabilities register.
 
     The server passes received text to `incoming`, and assigns a function to `outgoing`.
     """
@@ -29,7 +29,7 @@ class RosbridgeProtocol(Protocol):
         self._session = bridge.connect(self._outbox)
 
     def incoming(self, message_string: str | bytes = "") -> None:
-        """Handle text from the client: an operation, or a part of one."""
+        """Handle text from the client: an operation, or a part of an operation."""
         if self.operations and self._is_registered(message_string):
             super().incoming(message_string)
         else:

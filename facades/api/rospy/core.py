@@ -87,7 +87,7 @@ def set_initialized(initialized: bool) -> None:
 
 
 def is_shutdown() -> bool:
-    """Return True once the node has started to shut down, but not yet within its shutdown hooks."""
+    """Return True once the node has started to shut down. Within shutdown hooks, return False."""
     return session.is_shutdown
 
 

@@ -130,7 +130,7 @@ def get_resolved_mappings() -> dict[str, str]:
 
 
 def reload_mappings(argv: Sequence[str]) -> None:
-    """Replace the remappings with those from another command line.
+    """Replace the remappings with the remappings from another command line.
 
     They take effect when `initialize_mappings` is called.
     """

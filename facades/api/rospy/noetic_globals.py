@@ -64,11 +64,13 @@ class NoeticGlobals:
 
     @is_ending.setter
     def is_ending(self, value: bool) -> None:
-        """Ignore the value: packages that set it to False also set `is_shutdown`, which has the effect."""
+        """Ignore the value: packages that set it to False also set `is_shutdown`, and that assignment takes
+        effect.
+        """
 
     @property
     def node_uri(self) -> str | None:
-        """The assigned URI, or else that of the node's slave API; None before `init_node`."""
+        """The assigned URI, or else the URI of the node's slave API; None before `init_node`."""
         node = self._session.node
         return self._node_uri if self._node_uri is not None or node is None else node.uri
 

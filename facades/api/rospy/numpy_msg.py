@@ -13,7 +13,8 @@ _star_names(__name__, "numpy")
 
 @cache
 def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
-    """Return the class to publish or subscribe with instead of `msg_type`. Every call returns the same class.
+    """Return the class to publish or subscribe with instead of `msg_type`. Calls with the same type return
+    the same class.
 
     Numpy arrays can be published with either class, but only this class also receives them.
 

@@ -44,7 +44,7 @@ class Service:
     """A service that calls `handler(request)` for each call, in a thread of the connection.
 
     The handler may return the response, its only field, its fields as a list, tuple or dictionary, or `[]` or
-    `{}` if it has none.
+    `{}` for a response without fields.
     """
 
     def __init__(
@@ -225,9 +225,8 @@ class ServiceProxy:
     def call(self, *args: Any, **kwds: Any) -> Any:
         """Call the service and return its response.
 
-        The arguments are the request, all its fields in order, or some of its fields by name. `timeout=`
-        limits this
-        call, unless the request has a field named `timeout`.
+        The arguments are the request, all its fields in order, or some of its fields by name. The keyword
+        `timeout` limits the duration of this call, unless the request has a field of that name.
 
         Raises:
             ServiceException: no node provides the service, it replied with an error, or the timeout expired.

@@ -64,7 +64,7 @@ class Session:
         self.calls = OpenCalls()
         self.hooks = ShutdownHooks(self.logger)
         self.services: dict[str, Any] = {}  # contains every rospy.Service, by name
-        self._is_over = False  # true if shut down without a node, or if a package set it
+        self._is_over = False  # true after a shutdown without a node, or if a package set it
         self.before.reset()
         self.globals.reset()
 
@@ -79,7 +79,7 @@ class Session:
 
     @property
     def identity(self) -> Identity:
-        """The node's names; before `init_node`, those of a process without a node."""
+        """The node's names; before `init_node`, the names of a process without a node."""
         return self.before.identity_of(self.node)
 
     @property

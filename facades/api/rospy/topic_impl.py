@@ -38,7 +38,7 @@ class TopicConnection:
 
 
 class TopicImpl:
-    """Common part of publishers and subscribers.
+    """Base class of the publishing and the receiving side of a topic.
 
     Attributes:
         resolved_name: the topic's global name; `name` is the same.

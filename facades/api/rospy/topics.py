@@ -42,7 +42,7 @@ class SubscribeListener:
     ) -> None:
         """Handle a new subscriber.
 
-        `topic_publish` sends to all subscribers, `peer_publish` only to the new one.
+        `topic_publish` sends to all subscribers, `peer_publish` only to the new subscriber.
         """
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
@@ -50,7 +50,7 @@ class SubscribeListener:
 
 
 class Topic(Generic[AnyMessage]):
-    """Common part of publishers and subscribers.
+    """Base class of `Publisher` and `Subscriber`.
 
     Attributes:
         name: the topic as passed in; `resolved_name` is the global name.
@@ -157,13 +157,11 @@ class Publisher(Topic[AnyMessage]):
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as an object or as field values: all positionally, or some by keyword.
 
-        If `queue_size` is None, this method blocks for at most `pipros.Limits.stall_s` (2 s), for all
-        subscribers
-        together; otherwise it does not wait for slow subscribers.
+        If `queue_size` is None, this method blocks for at most `pipros.Limits.stall_s` (2 s) in total for all
+        subscribers; otherwise it does not wait for slow subscribers.
 
-        If there are no subscribers, the message is not serialised, so invalid values are not detected. Does
-        nothing
-        after the node has shut down.
+        If there are no subscribers, the message is not serialised, so invalid values are not detected. After
+        the node has shut down, do nothing.
 
         Raises:
             ROSException: init_node has not been called, or the topic was unregistered.

@@ -52,7 +52,7 @@ class ROSTestLaunchParent(ROSLaunchParent):
         """Do nothing: the constructor received the configuration."""
 
     def setUp(self) -> None:  # unittest requires this name
-        """Start the master, or find the existing one.
+        """Start the master, or find the existing master.
 
         Raises:
             RLException: the existing master does not respond, or no port is available.

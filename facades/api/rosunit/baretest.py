@@ -91,7 +91,7 @@ class BareTestCase(unittest.TestCase):
         self._arguments = list(args)
 
     def runTest(self) -> None:  # unittest requires this name
-        """Run the program. Repeat this while it fails and retries are left."""
+        """Run the program. While it fails and retries are left, run it again."""
         if self.package is None:
             self.fail("unable to determine package of executable")
         test = BareTest(

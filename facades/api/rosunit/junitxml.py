@@ -118,7 +118,7 @@ class Result:
         self.time = 0.0
 
     def accumulate(self, r: Result) -> None:
-        """Add the results of another run to these."""
+        """Add the results of another run to these results."""
         self.num_errors += r.num_errors
         self.num_failures += r.num_failures
         self.num_tests += r.num_tests
@@ -244,7 +244,7 @@ def print_summary(junit_results: Result, runner_name: str = "ROSUNIT") -> None:
 
 
 def read_all(filter_: Sequence[str] = ()) -> Result:
-    """Return all results in the test results folder, or only those of the packages in `filter_`."""
+    """Return all results in the test results folder, or only the results of the packages in `filter_`."""
     total = Result("ros")
     folder = Environment.from_os().test_results_dir
     for package in sorted(path for path in folder.glob("*") if path.is_dir()):

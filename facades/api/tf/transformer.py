@@ -131,7 +131,7 @@ class Transformer:
     ) -> PositionAndRotation:
         """Like `lookupTransform`, but with the source at `source_time` and the target at `target_time`.
 
-        `fixed_frame` does not move between these times.
+        `fixed_frame` must not move between these times.
         """
         arguments = _without_slashes(target_frame, target_time, source_frame, source_time, fixed_frame)
         return _as_lists(self._buffer._lookup_full(*arguments))

@@ -22,7 +22,7 @@ _star_names(__name__, "PyKDL rospy")
 def do_transform_cloud(cloud: PointCloud2, transform: Any) -> PointCloud2:
     """Apply the transform to a cloud whose first three fields are x, y and z.
 
-    Other fields keep their values. The result is unorganised (one row of points), like those of
+    Other fields keep their values. The result is unorganised (one row of points), like the results of
     `create_cloud`.
     """
     frame = pose_of_transform(transform.transform)

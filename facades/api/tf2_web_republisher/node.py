@@ -38,7 +38,7 @@ DEFAULT_TIMEOUT_S = 10.0
 
 
 class Watched:
-    """The frames of one request: a goal, or a call of the service."""
+    """The frames that one request (a goal or a service call) lists."""
 
     def __init__(self, request: Any, buffer: Any) -> None:
         """`request` has the fields of a goal."""
@@ -86,7 +86,7 @@ class Republisher:
 
     def _on_goal(self, goal: Any) -> None:
         if not self._slots.acquire(blocking=False):
-            goal.set_rejected(text=f"{MOST_REQUESTS} requests are served already")
+            goal.set_rejected(text=f"the number of simultaneous requests must be <= {MOST_REQUESTS}")
             return
         goal.set_accepted()
         unused = Unused(self._server.feedback_pub, DEFAULT_TIMEOUT_S)
@@ -106,7 +106,7 @@ class Republisher:
 
     def _republish(self, request: Any) -> Any:
         if not self._slots.acquire(blocking=False):
-            raise rospy.ServiceException(f"{MOST_REQUESTS} requests are served already")
+            raise rospy.ServiceException(f"the number of simultaneous requests must be <= {MOST_REQUESTS}")
         topic = f"tf_repub_{next(self._numbers)}"
         publisher = rospy.Publisher(topic, ARRAY, queue_size=10, latch=True)
         unused = Unused(publisher, request.timeout.to_sec() or DEFAULT_TIMEOUT_S)
@@ -140,7 +140,7 @@ class Republisher:
 
 
 class Unused:
-    """Detects that a publisher has had no subscribers for a time."""
+    """Detects that a publisher has had no subscribers for some time."""
 
     def __init__(self, publisher: Any, timeout_s: float) -> None:
         self._publisher = publisher
@@ -148,7 +148,7 @@ class Unused:
         self._last_used_s = time.monotonic()
 
     def is_over(self) -> bool:
-        """Return whether the publisher has not been used for the timeout, by calls of this method."""
+        """Return whether all calls within the timeout, including this one, found no subscribers."""
         if self._publisher.get_num_connections():
             self._last_used_s = time.monotonic()
         return time.monotonic() - self._last_used_s >= self._timeout_s

@@ -20,7 +20,7 @@ def _kdl() -> Any:
     if _PyKDL is None:
         raise ImportError(
             "tf_conversions needs PyKDL, which is not on PyPI: install your system's package "
-            "python3-pykdl, or one such as conda-forge's python-orocos-kdl",
+            "python3-pykdl, or a package such as conda-forge's python-orocos-kdl",
             name="PyKDL",
         )
     return _PyKDL

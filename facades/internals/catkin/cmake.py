@@ -10,7 +10,7 @@ def get_cmake_path() -> str:
     """Return the folder of genuine catkin's CMake modules, which pipros itself does not use.
 
     Raises:
-        RuntimeError: no workspace of `CMAKE_PREFIX_PATH` contains a genuine catkin.
+        RuntimeError: no workspace in `CMAKE_PREFIX_PATH` contains a genuine catkin.
     """
     found = find_in_workspaces(["share"], "catkin", "cmake")
     if not found:

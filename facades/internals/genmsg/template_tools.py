@@ -1,4 +1,4 @@
-"""`genmsg.template_tools`, which in Noetic generates code in other languages from empy templates.
+"""`genmsg.template_tools`, which in Noetic generates code in other languages from EmPy templates.
 
 pipros neither needs generated code nor runs templates, so these functions only raise an error that says so.
 """

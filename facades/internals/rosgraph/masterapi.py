@@ -116,7 +116,7 @@ class Master:
             return False
         return True
 
-    def getPid(self) -> int:  # the method names are those of the API
+    def getPid(self) -> int:  # the methods have the same names as in the API
         return cast(int, self._call("getPid"))
 
     def getUri(self) -> str:

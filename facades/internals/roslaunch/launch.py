@@ -92,7 +92,7 @@ class ROSRemoteRunnerIF:
         """Add a listener that is called when processes on other machines exit."""
 
     def launch_remote_nodes(self) -> tuple[list[str], list[str]]:
-        """Start the nodes. Return the names of the nodes that started and of those that did not."""
+        """Start the nodes. Return the names of the nodes that started and of the nodes that did not start."""
         return [], []
 
 

@@ -210,7 +210,7 @@ class Loader:
         binfile: str | None,
         command: str | None,
     ) -> Any:
-        """Return the value of a `<param>` with these attributes, of which all but one are None.
+        """Return the value of a `<param>` from the one source (`value` to `command`) that is not None.
 
         Raises:
             ValueError: the text is invalid for the type, or the command fails.

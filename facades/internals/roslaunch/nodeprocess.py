@@ -1,4 +1,4 @@
-"""Processes on this computer, which are created by scripts or belong to a launch's nodes."""
+"""Processes on this computer that scripts create or that belong to a launch's nodes."""
 
 from __future__ import annotations
 

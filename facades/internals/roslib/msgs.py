@@ -44,12 +44,12 @@ class MsgSpecException(Exception):
 
 
 def is_verbose() -> bool:
-    """Return whether functions print their actions."""
+    """Return whether verbose output is enabled."""
     return _verbose[0]
 
 
 def set_verbose(v: bool) -> None:
-    """Set whether functions print their actions."""
+    """Enable or disable verbose output."""
     _verbose[0] = v
 
 
@@ -140,7 +140,7 @@ class MsgSpec(genmsg.msgs.MsgSpec):
     __hash__ = None
 
     def __str__(self) -> str:
-        """Return the fields and constants, including those of embedded messages, which must be registered."""
+        """Return the fields and constants, also of embedded messages, which must be registered."""
         return "".join(f"{line}\n" for line in self._lines(""))
 
     def _lines(self, indent: str) -> Iterator[str]:
@@ -211,7 +211,7 @@ def msg_file(package: str, type_: str) -> str:
 def list_msg_types(package: str, include_depends: bool) -> list[str]:
     """Return the names of a package's messages.
 
-    If `include_depends` is true, include the messages of its dependencies.
+    If `include_depends` is true, include the messages of the package's dependencies.
 
     Raises:
         InvalidROSPkgException: the package does not exist.

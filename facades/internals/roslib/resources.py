@@ -18,7 +18,8 @@ def list_package_resources(
 ) -> list[str]:
     """Return the names of the files in one of a package's folders.
 
-    If `include_depends` is true, include those in its dependencies. `rfilter` is called with the path of each
+    If `include_depends` is true, include the files in the package's dependencies. `rfilter` is called with
+    the path of each
     file and returns whether to include it.
 
     Raises:

@@ -29,12 +29,12 @@ class SrvSpecException(Exception):
 
 
 def is_verbose() -> bool:
-    """Return whether functions print their actions."""
+    """Return whether verbose output is enabled."""
     return _verbose[0]
 
 
 def set_verbose(v: bool) -> None:
-    """Set whether functions print their actions."""
+    """Enable or disable verbose output."""
     _verbose[0] = v
 
 
@@ -70,7 +70,7 @@ def srv_file(package: str, type_: str) -> str:
 def list_srv_types(package: str, include_depends: bool) -> list[str]:
     """Return the names of a package's services.
 
-    If `include_depends` is true, include the services of its dependencies.
+    If `include_depends` is true, include the services of the package's dependencies.
 
     Raises:
         InvalidROSPkgException: the package does not exist.

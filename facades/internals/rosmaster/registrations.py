@@ -154,7 +154,7 @@ class Registrations:
         """Register a node, and return the notifications for other nodes; see `register`. (Not in Noetic.)"""
         if (self._role is Role.SERVICE) != bool(service_api):
             raise InternalException(
-                f"service_api must be given for services, and only for these, got {service_api!r} for {key}"
+                f"service_api must be given if and only if this is a service, got {service_api!r} for {key}"
             )
         match self._role:
             case Role.SERVICE:

@@ -82,7 +82,7 @@ class RosMsgProtoArgsException(Exception):
 
 
 def get_msg_text(type_: str, raw: bool = False, rospack: object = None) -> str:  # noqa: ARG001
-    """Return a message's definition. If `raw` is true, it is as in the file, otherwise with embedded types.
+    """Return a message's definition. Unless `raw` is true, include the embedded types.
 
     Raises:
         ROSMsgException: the type does not exist, or its definition is invalid.
@@ -103,7 +103,7 @@ def _text(interfaces: TypeCatalogue, type_name: str, raw: bool) -> str:
 
 
 def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> list[str]:  # noqa: ARG001
-    """Return the types in a package as `package/Name`, sorted. ValueError: `mode` is unknown.
+    """Return the types in a package as `package/Name`, sorted. Raise ValueError if `mode` is unknown.
 
     Raises:
         ROSMsgException: the package does not exist.

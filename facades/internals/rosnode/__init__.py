@@ -85,7 +85,7 @@ def _graph() -> Iterator[GraphClient]:
 
 
 def get_node_names(namespace: str | None = None) -> list[str]:
-    """Return the registered nodes, optionally only those in one namespace.
+    """Return the registered nodes, optionally only the nodes in one namespace.
 
     Raises:
         ROSNodeIOException: the master cannot be reached.

@@ -118,7 +118,7 @@ def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
 
 
 def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
-    """Set all parameters from a dictionary in a namespace.
+    """Set all parameters in the dictionary `values`. Their names are relative to the namespace `ns`.
 
     Raises:
         RosParamException: `ns` is `/` and `values` is not a dictionary.

@@ -65,7 +65,7 @@ def _graph() -> Iterator[GraphClient]:
 def get_service_list(
     node: str | None = None, namespace: str | None = None, include_nodes: bool = False
 ) -> list[str] | list[list[Any]]:
-    """Return the services, optionally only those of one node or in one namespace.
+    """Return the services, optionally only the services of one node or in one namespace.
 
     If `include_nodes` is true, return `[[service, [node]], …]`.
     """

@@ -27,9 +27,8 @@ def _figures(values: Sequence[float]) -> Figures | None:
 class ROSTopicHz:
     """Message rates of topics. Subscribe with `callback_hz`, passing the topic as `callback_args`.
 
-    Times are in seconds on the node's clock, or in wall time if `use_wtime` is set. Methods without a topic
-    refer
-    to a single, unnamed topic.
+    Times are in seconds on the node's clock, or in wall time if `use_wtime` is set. Methods called without a
+    topic refer to a single, unnamed topic.
 
     Attributes:
         times: intervals between messages; `msg_t0` and `msg_tn` are the times of the first and last arrival.
@@ -106,7 +105,8 @@ class ROSTopicHz:
             self.set_msg_tn(now, topic)
 
     def get_hz(self, topic: str | None = None) -> tuple[float, float, float, float, int] | None:
-        """Return the rate (Hz), the minimum, maximum and standard deviation of the intervals, and the window.
+        """Return the rate (Hz), the minimum, maximum and standard deviation of the intervals, and the window
+        size.
 
         Return None if no message has arrived since the last call.
         """
@@ -210,7 +210,7 @@ class ROSTopicDelay:
             del self.delays[: max(len(self.delays) - self.window_size, 0)]
 
     def get_delay(self) -> tuple[float, float, float, float, int] | None:
-        """Return the mean, minimum, maximum and standard deviation of delays in seconds, and the window.
+        """Return the mean, minimum, maximum and standard deviation of delays in seconds, and the window size.
 
         Return None if no message has arrived since the last call.
         """

@@ -13,5 +13,5 @@ _star_names(__name__, "os roslib rospkg sys")
 
 
 def load_plugins() -> tuple[list[_plugins.Check], list[_plugins.Check]]:
-    """Return the checks of all plugins: the static checks, and those that need a running system."""
+    """Return the checks of all plugins: the static checks, and the checks that need a running system."""
     return _plugins.load_plugins(say=print, complain=lambda text: print(text, file=sys.stderr))

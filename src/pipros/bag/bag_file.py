@@ -16,7 +16,7 @@ from pipros.basics.limits import process_limits
 
 
 class BagFile:
-    """A bag in an open file, which it does not close. Not thread-safe.
+    """A bag in an open file, which the caller must close. Not thread-safe.
 
     Args:
         file: a seekable binary file, readable, and writable unless `mode` is `r`.

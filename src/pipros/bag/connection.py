@@ -18,7 +18,7 @@ class Connection:
         id: the connection's number in the file.
         topic: the topic on which the messages are played.
         header: the fields of the connection header, as bytes: `type`, `md5sum`, `message_definition`, and
-            optionally `callerid`, `latching`, and `topic` as the publisher named it.
+            optionally `callerid`, `latching`, and `topic` (the publisher's name for the topic).
         type, md5sum, definition: the corresponding header fields as text.
     """
 

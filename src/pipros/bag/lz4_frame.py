@@ -1,7 +1,8 @@
 """Pure Python decoder for LZ4 frames, for machines without the `lz4` library. It decodes 20 to 35 MB/s.
 
-If installed, the library (`pipros[lz4]`) is used instead, which decodes several GB/s. It does not provide
-wheels for musl or 32-bit ARM, where it needs a compiler. This module can read bags on those machines, too.
+If installed, the library (`pipros[lz4]`) is used instead, which decodes several GB/s. There are no wheels of
+the library for musl or 32-bit ARM, so installing it there requires a compiler. This module can read bags on
+those machines, too.
 The format is https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md; checksums are verified.
 """
 
@@ -36,13 +37,13 @@ def _frame(data: bytes, limit: int) -> bytes:
     if flags >> 6 != 1:
         raise ValueError(f"the version of an lz4 frame must be 1, got {flags >> 6}")
     if flags & 1:
-        raise ValueError("dictionaries are not supported")
+        raise ValueError("lz4 frames with dictionaries are not supported")
     if not 4 <= block_byte >> 4 & 7 <= 7:
-        raise ValueError("undefined block size")
+        raise ValueError("the block size must be defined")
     block_limit = 1 << (8 + 2 * (block_byte >> 4 & 7))
     position = 6 + (8 if flags & 8 else 0)
     if xxh32(data[4:position]) >> 8 & 0xFF != data[position]:
-        raise ValueError("wrong header checksum")
+        raise ValueError("the header checksum is wrong")
     position += 1
     out = bytearray()
     while size := _u32(data, position):
@@ -54,7 +55,7 @@ def _frame(data: bytes, limit: int) -> bytes:
         position += size
         if flags & 16:
             if xxh32(block) != _u32(data, position):
-                raise ValueError("wrong block checksum")
+                raise ValueError("a block checksum is wrong")
             position += 4
         begin = 0 if not flags & 32 else len(out)  # linked blocks may copy from earlier blocks
         room = min(block_limit, limit - len(out))
@@ -63,10 +64,10 @@ def _frame(data: bytes, limit: int) -> bytes:
         else:
             _block(block, out, begin, len(out) + room)
         if len(out) > limit:
-            raise ValueError(f"more than {limit} bytes")
+            raise ValueError(f"the content must have <= {limit} bytes")
     position += 4
     if flags & 4 and xxh32(out) != _u32(data, position):
-        raise ValueError("wrong content checksum")
+        raise ValueError("the content checksum is wrong")
     return bytes(out)
 
 
@@ -108,7 +109,7 @@ def _block(block: bytes, out: bytearray, begin: int, end: int) -> None:
                     break
         start = len(out) - distance
         if not distance or start < begin:
-            raise ValueError("copy from before the start")
+            raise ValueError("a block must not copy from before the start")
         if len(out) + length > end:
             raise ValueError("a block has more bytes than allowed")
         if distance >= length:

@@ -197,7 +197,7 @@ def check_content(source: Source, chunk: McapChunk, data: bytes | bytearray) -> 
     """Raise `BagFormatError` if the content of a chunk does not match its checksum."""
     if chunk.checksum and zlib.crc32(data) != chunk.checksum:
         where = source.at(chunk.header.data_position)
-        raise BagFormatError(f"{where}: the chunk is damaged: wrong checksum")
+        raise BagFormatError(f"{where}: the chunk is damaged: its checksum is wrong")
 
 
 def message_entries(

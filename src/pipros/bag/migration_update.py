@@ -151,7 +151,9 @@ class Update:
         for node in body:
             self._left -= 1
             if self._left < 0:
-                raise self._error(node, f"more than {_STATEMENT_LIMIT} statements for one message")
+                raise self._error(
+                    node, f"a rule must execute <= {_STATEMENT_LIMIT} statements for each message"
+                )
             self._do(node, names)
 
     def _do(self, node: ast.stmt, names: dict[str, Any]) -> None:

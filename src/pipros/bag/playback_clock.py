@@ -51,7 +51,7 @@ class PlaybackClock:
             self._paused_at = None
 
     def jump(self, bag_ns: int, now_ns: int) -> None:
-        """Continue at another bag time. If paused, stay paused."""
+        """Continue at another bag time. A paused clock stays paused."""
         self._bag, self._now = bag_ns, now_ns
         if self._paused_at is not None:
             self._paused_at = now_ns

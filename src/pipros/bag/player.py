@@ -39,7 +39,7 @@ class PlayOptions:
     Attributes:
         duration_s, skip_empty_s: durations in seconds; None for no limit.
         topics: topics to play; empty for all.
-        pause_topics: topics after whose messages to pause.
+        pause_topics: topics; playback pauses after each of their messages.
         rate_control_topic: topic on which to pause while the last message is older than
             `rate_control_delay_s`.
     """

@@ -234,7 +234,7 @@ class BagReader:
             return self._classes.find(kind, connection.md5sum, connection.definition)
         except MissingDefinition:
             raise BagError(
-                f"the bag has no definition of {kind} (topic {topic}), and no package has the same one"
+                f"the bag has no definition of {kind} (topic {topic}), and no package has the same definition"
             ) from None
         except DefinitionError as error:
             raise BagError(f"the bag's definition of {kind} (topic {topic}) is broken: {error}") from error
@@ -334,7 +334,7 @@ class BagReader:
                         body = self._message_at(number, data, offset, connection)
                         room -= len(body)
                     if room < 0:
-                        raise self._misplaced(number, offset, "its messages are larger than the chunk")
+                        raise self._misplaced(number, offset, "the messages are larger than their chunk")
                     yield connection, time_ns, body, chunk_position, offset
                 left[number] = room
                 if run.is_last:
@@ -441,7 +441,7 @@ class BagReader:
 
 
 def _usual_headers(connection: int) -> tuple[bytes, bytes]:
-    """Return the bytes before the timestamp in a message record, as rosbag and rosbag_storage write them."""
+    """Return the bytes before a message record's timestamp, as rosbag and as rosbag_storage write them."""
     op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
     start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
     return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time

@@ -241,7 +241,7 @@ class Recorder:
             header = message.header
             known = connections.get(id(header))
             if known is None:
-                # most of these belong to publishers that no longer exist
+                # most of these headers belong to publishers that no longer exist
                 if len(connections) >= KEPT_CONNECTIONS:
                     connections.clear()
                 known = connections[id(header)] = received_connection(topic, header), header

@@ -36,7 +36,7 @@ def replaced_file(path: Path) -> Iterator[Any]:
     """Context manager that opens a new binary file, which atomically replaces `path` at the end.
 
     If the block raises, the new file is removed and `path` stays unchanged. If an OSError does not have a
-    file name, as when the disk is full, its file name is set to `path`.
+    file name (for example, if the disk is full), its file name is set to `path`.
     """
     unfinished = path.with_name(path.name + ".active")
     try:

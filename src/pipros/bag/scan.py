@@ -85,7 +85,7 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
             layout.damage.append(f"{where}: the chunk is damaged after byte {contents.size} of its content")
         layout.end = after
     elif op == Op.MESSAGE:
-        raise BagFormatError(f"{where}: a message outside of a chunk")
+        raise BagFormatError(f"{where}: a message must be in a chunk")
     elif op == Op.CONNECTION:
         connection = parse_connection(fields, source.data(data_position, data_size), where)
         layout.connections.setdefault(connection.id, connection)
@@ -93,7 +93,7 @@ def _scan_record(source: Source, layout: BagLayout, position: int, limits: Limit
         if op != Op.CHUNK_INFO:
             layout.end = min(after, source.size)
     else:
-        raise BagFormatError(f"{where}: unknown op {op}")
+        raise BagFormatError(f"{where}: the op {op} is unknown")
     return after
 
 

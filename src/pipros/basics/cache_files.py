@@ -26,10 +26,11 @@ class CacheFolder:
     """A folder of cache files without subfolders.
 
     The folder and its parent must belong to this user, must not be writable by others, and must not be
-    symbolic links. The same applies to a file that is read, which must also have only one name. Folders
+    symbolic links. The same applies to a file that is read, which must also have no additional hard links.
+    Folders
     further up may be links and may belong to other users, who could replace them but cannot create folders
     that belong to this user. If a check fails, the cache is not used, and a warning is printed once. A
-    missing, full or read-only cache is ignored, except by the methods that say that they raise.
+    missing, full or read-only cache is ignored, except by methods that document errors.
 
     Files are replaced atomically, so any number of processes may share the folder.
     """
@@ -92,7 +93,7 @@ class CacheFolder:
             os.close(folder)
 
     def names(self) -> list[str]:
-        """Return the names of the files, without unfinished ones.
+        """Return the names of all files, except unfinished files.
 
         Raises:
             Untrusted: another user could write to the folder.
@@ -128,7 +129,7 @@ class CacheFolder:
         """Return a file descriptor for the folder.
 
         Raises:
-            Untrusted: another user could have created it or its parent.
+            Untrusted: another user could have created the folder or its parent.
             OSError: the folder does not exist.
         """
         above_path, name = os.path.split(self._path)
@@ -186,7 +187,7 @@ def _read_own(name: str, folder: int, folder_path: str) -> bytes:
         if not S_ISREG(status.st_mode):
             raise Untrusted(f"{path} is not a regular file")
         if status.st_nlink > 1:  # a link count of 0 means that another process has just replaced the file
-            raise Untrusted(f"{path} has a second name elsewhere (a hard link)")
+            raise Untrusted(f"{path} must not have additional hard links")
         check_owner(status, path)
         return file.readall()
 

@@ -36,7 +36,7 @@ DISTRIBUTION: Mapping[str, str] = {"ROS_DISTRO": "noetic", "ROS_VERSION": "1", "
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """The ROS environment variables of a process, and those of pipros about addresses.
+    """The ROS environment variables of a process, and pipros's own variables for ports and addresses.
 
     Attributes:
         master_uri: `ROS_MASTER_URI`.
@@ -94,17 +94,17 @@ class Environment:
 
     @property
     def port_range(self) -> PortRange | None:
-        """The ports that nodes may open; None if any.
+        """The ports that nodes may open; None if nodes may open any port.
 
         Raises:
             InvalidEnvironment: see `PortRange.parse`.
         """
-        from pipros.basics.ports import PortRange  # few programs have it set
+        from pipros.basics.ports import PortRange  # the variable is rarely set
 
         return PortRange.parse(self.ports) if self.ports else None
 
     def advertised_address(self, ports: PortRange | None = None) -> AdvertisedAddress | None:
-        """Return the address at which peers reach this process; None if it is the one that is bound.
+        """Return the address at which peers reach this process; None if it is the address that is bound.
 
         `ports` are the ports that nodes may open; defaults to `port_range`.
 

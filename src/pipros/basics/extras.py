@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# Modules that only hints need are imported when a hint is given, because nodes and commands import this
+# Modules that only hints need are imported when a hint is given, because all nodes and commands import this
 # module.
 
 

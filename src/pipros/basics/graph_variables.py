@@ -1,8 +1,8 @@
 """The two variables that every tool reads: `ROS_MASTER_URI` and `ROS_NAMESPACE`. `env.py` reads all
 variables.
 
-This module is separate because importing `env.py` takes as long as a complete run of a tool that only lists
-something.
+This module is separate because importing `env.py` takes as long as a complete run of a tool such as `rosnode
+list`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""This user's home folder, with a fallback for users without one, such as a mere user id in a container.
+"""The current user's home folder, with a fallback for users that have none.
 
-In that case genuine ROS creates a folder named `~` in the working folder.
+An example is a container user whose ID has no entry in `/etc/passwd`.
+
+For users without a home folder, genuine ROS creates a folder named `~` in the working folder.
 """
 
 from __future__ import annotations

@@ -23,14 +23,16 @@ class InvalidLimits(PiprosError, ValueError):
 # Every command imports this module. Importing dataclasses would take longer than a call to the master, and so
 # would string annotations, which a NamedTuple compiles one by one.
 class Limits(NamedTuple):
-    """The limits for one process, one node or one master. `limits._replace(stall_s=1.0)` changes some.
+    """The limits for one process, one node or one master. `limits._replace(stall_s=1.0)` returns a changed
+    copy.
 
     Attributes:
         header_bytes: size of a TCPROS connection header.
         frame_bytes: a message, a service request, a service reply.
         handshakes: concurrent connections to a node on which neither a TCPROS header nor the beginning of an
             HTTP request has arrived yet.
-        handshake_s: the time for either of these, and for the header of a peer that the node connects to.
+        handshake_s: the time in which a TCPROS header or the beginning of an HTTP request must arrive; also
+            for the header of a peer that the node connects to.
         body_bytes: an XML-RPC request.
         answer_bytes: an XML-RPC response from a server that the user chose: the master, or a node that a tool
             queries.
@@ -117,7 +119,7 @@ class Limits(NamedTuple):
         ros2_graph_bytes: the endpoints of other processes that a gateway to ROS 2 remembers.
         ros2_sample_bytes: a message from ROS 2.
         ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
-        ros2_incomplete_total_bytes: those of all participants.
+        ros2_incomplete_total_bytes: fragments and early messages of all participants together.
         ros2_history_bytes: the messages that one writer keeps for readers of ROS 2.
         ros2_inbox_bytes: messages of ROS 2 that wait for one callback, or for a service's answer.
         fleet_members: other members of a fleet that a member shows.

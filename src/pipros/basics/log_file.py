@@ -31,7 +31,8 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
     """Open a file for writing and return its descriptor. A new file gets the usual permissions (umask).
 
     Links that belong to this user or to root are followed; other users' links are not. The file must be a
-    regular file without a second name, or a device such as `/dev/null`. It may belong to another user, so
+    regular file without additional hard links, or a device such as `/dev/null`. It may belong to another
+    user, so
     that users can share a log file.
 
     Args:
@@ -76,7 +77,7 @@ def _check(descriptor: int, path: str) -> None:
     if not S_ISREG(status.st_mode):
         raise Planted(errno.EPERM, "it is not a regular file", path)
     if HAS_OWNERS and status.st_nlink > 1:
-        raise Planted(errno.EPERM, "it has a second name elsewhere (a hard link)", path)
+        raise Planted(errno.EPERM, "the file must not have additional hard links", path)
 
 
 def refuse_planted_link(path: str | os.PathLike[str]) -> None:
@@ -109,7 +110,7 @@ class LogFile:
 
     When a line cannot be written, for example because the disk is full, a warning is printed once. Further
     lines are lost silently until writing succeeds again; a line with the number of lost lines then precedes
-    the next one.
+    the next line.
     """
 
     def __init__(self, path: str | os.PathLike[str], limits: Limits | None = None) -> None:

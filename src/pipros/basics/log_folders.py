@@ -37,7 +37,7 @@ def _entries(folder: Path) -> Iterator[os.stat_result]:
             try:
                 yield os.lstat(path)
             except OSError:
-                continue  # it has just been deleted
+                continue  # the entry has just been deleted
 
 
 def readable(size: int) -> str:

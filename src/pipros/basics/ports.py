@@ -1,7 +1,7 @@
 """The ports that the nodes of a process may open, and the address at which peers reach them.
 
 `PIPROS_PORTS=11400-11420` limits the nodes to a range. `PIPROS_ADVERTISE` is for nodes in a container or
-behind a router, which peers reach at another address than the one that is bound: `HOST` if the ports are the
+behind a router, which peers reach at an address other than the bound address: `HOST` if the ports are the
 same, `HOST:31400-31420` for the ports of `PIPROS_PORTS` in their order, and
 `HOST:31400-31420=11400-11420,21311=11311` for ports outside and inside.
 """
@@ -32,8 +32,8 @@ class PortRange:
         """Read `11400-11420`, or a single port.
 
         Raises:
-            InvalidEnvironment: another form, a port that is not in 1 to 65535, or an empty range; the text
-                names `source`.
+            InvalidEnvironment: the text has another form, a port is not in 1 to 65535, or the range is empty.
+                The error names `source`.
 
         >>> PortRange.parse("11400-11420")
         PortRange(first=11400, last=11420)
@@ -66,7 +66,7 @@ class PortRange:
 
 @dataclass(frozen=True, slots=True)
 class AdvertisedAddress:
-    """The host at which peers reach the ports of a process, and which ports lead to which.
+    """The host at which peers reach a process, and the mapping of its ports to the ports of the process.
 
     Attributes:
         host: a host name or an IP address.
@@ -82,11 +82,11 @@ class AdvertisedAddress:
 
         Args:
             text: see the head of this module.
-            ports: the ports that nodes may open; None if any.
+            ports: the ports that nodes may open; None if nodes may open any port.
 
         Raises:
-            InvalidEnvironment: another form, ports outside without ports inside, or ranges of different
-                length.
+            InvalidEnvironment: the text has another form, lists ports outside without ports inside, or
+                contains ranges of different lengths.
         """
         host, entries = _split_host(text.strip())
         try:

@@ -60,7 +60,9 @@ def host_and_port(host: str, port: int) -> str:
 
 
 def _can_be_host(host: str) -> bool:
-    """Return False for a host whose look-up would raise an error other than that for an unknown name."""
+    """Return False for a host whose look-up would raise a different error than the look-up of an unknown
+    name.
+    """
     try:
         ascii_host = host if host.isascii() else host.encode("idna").decode("ascii")
     except UnicodeError:

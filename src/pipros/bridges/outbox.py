@@ -83,7 +83,7 @@ class Outbox:
         self._wake = wake
         self._bytes = 0
         self._next = 0
-        self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # by number; so are the answers
+        self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # keyed by number, like the answers
         self._answers: deque[_Waiting] = deque()
         self._subscriptions: dict[Hashable, _Subscription] = {}
         self._is_closed = False

@@ -37,7 +37,7 @@ class AllProtocols:
         *,
         has_control: bool,
     ) -> None:
-        """`secret` is the page's secret; None creates a new one."""
+        """`secret` is the page's secret; None creates a new secret."""
         self._node = node
         self._loop = loop
         self._system = WatchedSystem(graph, node)

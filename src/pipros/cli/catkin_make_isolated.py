@@ -132,7 +132,7 @@ def _parse(arguments: Sequence[str]) -> Namespace:
 
 
 def _split(arguments: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
-    """Return the command's own arguments, and those that follow each of the collecting options."""
+    """Return the command's own arguments, and the arguments that follow each of the collecting options."""
     own: list[str] = []
     collected: dict[str, list[str]] = {option: [] for option in _COLLECTING}
     current = own

@@ -95,7 +95,7 @@ def installed_commands() -> set[str]:
     """Return the commands that the distribution installs."""
     try:
         points = importlib.metadata.distribution("pipros").entry_points
-    except importlib.metadata.PackageNotFoundError:  # run from a source tree
+    except importlib.metadata.PackageNotFoundError:  # the command runs from a source tree
         return {name for commands in COMMANDS.values() for name in commands}
     return {point.name for point in points if point.group == "console_scripts"}
 

@@ -1,4 +1,4 @@
-"""`roslaunch-deps`: prints the packages that launch files need, and those missing from the manifest."""
+"""`roslaunch-deps`: prints the packages that launch files need and the packages missing from the manifest."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pipros.workspace.manifest import read_manifest
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the packages and, if `-w` is given, those that are not declared. Return 0 in either case."""
+    """Print the packages and, if `-w` is given, the undeclared packages. Return 0 in either case."""
     parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
     add_flag(parser, "-v", "--verbose", help="Verbose output")
     add_flag(parser, "-w", "--warn", help="Warn about missing manifest dependencies")

@@ -25,7 +25,7 @@ USAGE = (
 
 
 def make_parser() -> OptionParser:
-    """Return a parser with all options of genuine `roslaunch --help`, and those specific to pipros."""
+    """Return a parser with all options of genuine `roslaunch --help`, and pipros's own options."""
     parser = OptionParser(usage=USAGE, prog="roslaunch")
     add, flag = parser.add_option, partial(add_flag, parser)
     files = "Print list files loaded by launch file, including launch file itself"
@@ -133,7 +133,7 @@ def session_options(options: Values) -> SessionOptions:
 
     if options.ports:
         PortRange.parse(options.ports, "--ports")
-        os.environ[PORTS] = options.ports  # for this process and its nodes
+        os.environ[PORTS] = options.ports  # this process and its nodes use these ports
     if options.port is not None and not 0 <= options.port <= 65535:
         raise LaunchError(f"port must be between 0 and 65535, got {options.port}")
     return SessionOptions(

@@ -22,7 +22,7 @@ UNKNOWN_VERSION = "<unversioned>"
 def main(argv: Sequence[str] | None = None) -> int:
     parser = ArgumentParser(
         prog="rosversion",
-        usage="rosversion [-h] [-s] [-d] [-a] [package]",  # Python 3.14 would format it differently
+        usage="rosversion [-h] [-s] [-d] [-a] [package]",  # Python 3.14 would format the usage differently
         formatter_class=RawDescriptionHelpFormatter,
         description="rosversion -d: Output the version of the given package\n"
         "rosversion package: Output the ROS distribution name",

@@ -124,7 +124,7 @@ def _show_layout(arguments: list[str]) -> int:
 
 
 def _panels(name: str | None, file: str | None) -> str:
-    """Return the text of a stored layout or of one in a file; empty without either."""
+    """Return the text of a stored layout or of a layout in a file; empty if neither is given."""
     from pipros.web.layouts import StoredLayouts, open_layout
 
     try:

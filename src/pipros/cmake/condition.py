@@ -61,7 +61,7 @@ def is_on(value: str) -> bool:
 class _Condition:
     """Recursive descent parser.
 
-    AND and OR, evaluated from left to right, bind loosest, then NOT, tests and parentheses.
+    AND and OR, evaluated from left to right, bind least tightly, followed by NOT, tests and parentheses.
     """
 
     def __init__(

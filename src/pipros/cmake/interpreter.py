@@ -108,7 +108,7 @@ class Interpreter:
         try:
             text = read_text(file, self.scope.limits.file_bytes, errors="replace")
         except OSError as error:
-            raise CMakeError(file, 0, "", f"cannot be read: {error.strerror}") from None
+            raise CMakeError(file, 0, "", f"the file cannot be read: {error.strerror}") from None
         self.run_text(text, file)
 
     def run_text(self, text: str, file: str) -> None:

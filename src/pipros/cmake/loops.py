@@ -45,7 +45,7 @@ def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
 def _range(numbers: list[int]) -> range:
     """Return the numbers in a range that includes the last number, as in CMake.
 
-    Without a step, it may count down.
+    If no step is given, the range may count down.
     """
     first, last = (0, *numbers, 0)[:2] if len(numbers) < 2 else numbers[:2]
     direction = 1 if last >= first else -1

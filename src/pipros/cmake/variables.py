@@ -1,4 +1,4 @@
-"""The commands `set()`, `unset()`, `option()`, `cmake_parse_arguments()`, and those for properties."""
+"""The commands `set()`, `unset()`, `option()` and `cmake_parse_arguments()`, and commands for properties."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
         raise ValueError("must be called with at least 4 arguments")
     switches = split_list(options)
     one, many = split_list(single), split_list(multiple)
-    # Unlike in the other form, a word that is a list is kept as one element.
+    # Unlike in the form without PARSE_ARGV, a word that is a list is kept as one element.
     keeps_lists = words[0] == "PARSE_ARGV"
     found: dict[str, list[str]] = {}
     given: set[str] = set()

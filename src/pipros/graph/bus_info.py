@@ -1,6 +1,6 @@
 """Parses a node's responses to `getBusInfo` and `getBusStats`: its connections and their traffic. No I/O.
 
-Source: http://wiki.ros.org/ROS/Slave_API and, where that is silent, the actual results of nodes.
+Source: http://wiki.ros.org/ROS/Slave_API and, where that page is silent, the actual results of nodes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class BusConnection(NamedTuple):
         id: identifier of the connection in `getBusStats`.
         transport: `TCPROS` or `UDPROS`.
         is_established: False while the node is still trying to connect.
-        remark: description of the sockets; empty from clients that send none.
+        remark: description of the sockets; empty if the node does not send a description.
     """
 
     peer: str
@@ -100,5 +100,5 @@ def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
 
 
 def _is_count(value: object) -> bool:
-    """Return False for infinity and NaN, which JSON lacks, and for values beyond a 63-bit counter."""
+    """Return whether a value is a number >= 0 and < 2**63, which excludes infinity and NaN."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value < 2**63

@@ -80,7 +80,7 @@ def _addresses(host: str) -> set[object]:
 
 
 def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[str, str]]:
-    """Request nodes to shut down. Return those that accepted, and the reason for each failure.
+    """Ask nodes to shut down. Return the nodes that accepted, and the reason for each failure.
 
     A node that does not answer counts as shut down.
     """
@@ -105,7 +105,7 @@ def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[st
 
 
 def unregister(master: MasterClient, node: str) -> None:
-    """Remove all of a node's registrations, with calls made in its name."""
+    """Remove all of a node's registrations, with calls made on its behalf."""
     state = SystemState.from_state(master.get_system_state())
     try:
         api = master.lookup_node(node)

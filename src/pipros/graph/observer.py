@@ -131,7 +131,7 @@ class SystemObserver:
         """Store the arguments. No calls are made before `poll`.
 
         Args:
-            clients: clients of the nodes' APIs; defaults to new ones.
+            clients: clients of the nodes' APIs; defaults to new clients.
             ask: function that returns the responses to `getBusInfo` and `getBusStats` from the node at a URI.
             now_s: the clock for rates and retries.
         """

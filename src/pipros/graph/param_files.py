@@ -47,7 +47,7 @@ def _below(ns: str, name: str) -> str:
 
 
 def parse_value(text: str, name: str) -> Any:
-    """Parse a YAML value from the command line. Empty text is the empty string.
+    """Parse a YAML value from the command line. If the text is empty, return an empty string.
 
     Raises:
         YamlError: the text is not valid YAML, or not plain data.

@@ -66,7 +66,7 @@ class RecentChanges:
         self._removals: list[_Removal] = []
 
     def add(self, observation: Observation, now_s: float) -> None:
-        """Compare an observation, made at the wall time `now_s`, with the previous one."""
+        """Compare an observation, made at the wall time `now_s`, with the previous observation."""
         if observation.error:
             return
         parts = _parts_of(observation.state)

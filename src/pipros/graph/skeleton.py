@@ -76,7 +76,7 @@ class _Skeleton:
         self._fill_arrays = fill_arrays
 
     def fields(self, value: Message | TVal) -> _Fields:
-        """Return the fields of a message or a time, including those of nested messages."""
+        """Return the fields of a message or a time, including the fields of nested messages."""
         if isinstance(value, TVal):
             named = {"secs": ("int32", value.secs), "nsecs": ("int32", value.nsecs)}
         else:

@@ -19,7 +19,7 @@ WAIT_S = 0.8
 
 
 def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
-    """Return the URI that the master was given and did not call within a second; empty if it called.
+    """Return the URI that the master was given but did not call within a second; empty if it was called.
 
     For a moment, a subscriber and a publisher of a new topic are registered; the master notifies a subscriber
     of a new publisher. Empty also if the test cannot be made: no port is free, or the master does not answer.

@@ -68,7 +68,7 @@ def examine(
         if pairs:
             from pipros.health.reach_back import reach_back
 
-            with suppress(InvalidEnvironment, NoFreePort):  # found above
+            with suppress(InvalidEnvironment, NoFreePort):  # the checks above report this
                 reached = reach_back(pairs, environment, wait_s=timeout_s)
                 system = replace(system, reached_back=reached, tried_back=pairs)
     except PiprosError as problem:
@@ -84,7 +84,7 @@ def examine(
 
 
 def _is_reached_from_elsewhere(environment: Environment) -> bool:
-    """Return whether the master connects to this machine by the network."""
+    """Return whether the master connects to this machine over the network."""
     return bool(environment.advertise) or not is_this_machine(split_master_uri(environment.master_uri)[0])
 
 

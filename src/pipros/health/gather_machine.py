@@ -88,7 +88,7 @@ def _advertised_host(environment: Environment) -> str:
 
 
 def _port_problem(environment: Environment) -> str:
-    """Return why a node that starts now gets no port of `PIPROS_PORTS`."""
+    """Return the reason that a node started now would get no port in `PIPROS_PORTS`."""
     try:
         ports = environment.port_range
         if ports is not None:

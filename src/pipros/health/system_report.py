@@ -53,7 +53,7 @@ class PublisherReport:
 
     Attributes:
         address: the `host:port` of its TCPROS server; empty if it did not answer.
-        failure: why no connection was established; None if one was.
+        failure: why no connection was established; None if a connection was established.
         type, md5sum: the type and md5 sum of its messages, from its connection header.
         stamp_offset_s: a message's stamp minus this machine's clock, in seconds.
     """

@@ -87,8 +87,8 @@ class CommandMaker:
 
     @property
     def tag(self) -> str:
-        """A variable `NAME=value` that only this launcher's commands have, and all of them have: its log
-        file.
+        """A variable `NAME=value`, the path of the log file, that all commands of this launcher have, and no
+        others.
         """
         log = self._environment.get("ROS_LOG_FILENAME")
         return f"ROS_LOG_FILENAME={log}" if log else ""

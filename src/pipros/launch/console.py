@@ -94,7 +94,7 @@ class Console:
         self.record(text, "ERROR" if is_error else "INFO")
 
     def _print(self, stream: IO[str] | None, text: str) -> None:
-        if stream is None:  # a process without a console
+        if stream is None:  # the process has no console
             return
         with self._lock:
             try:

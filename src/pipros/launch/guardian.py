@@ -94,8 +94,8 @@ def read_groups(lines: IO[str]) -> set[int]:
 
 
 def end(groups: set[int], tag: str = "") -> None:
-    """Send SIGTERM to groups and tagged processes, then SIGKILL to those that are still running after a
-    second.
+    """Send SIGTERM to groups and tagged processes. After a second, send SIGKILL to all that are still
+    running.
     """
     deadline = time.monotonic() + _GRACE_S
     left = {group for group in groups if _signal_group(group, signal.SIGTERM)}

@@ -133,7 +133,9 @@ class ParameterAction(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class ParameterCommand:
-    """A `<rosparam>` that dumps or deletes parameters on the running server before any are set."""
+    """A `<rosparam>` that dumps or deletes parameters on the running server before the launch sets
+    parameters.
+    """
 
     action: ParameterAction
     key: str
@@ -163,7 +165,7 @@ class Launch:
         includes: pairs (file, included file).
         params: values by full name, in the order in which they were set.
         clear_params: namespaces to delete first, each with a trailing slash.
-        arguments: the `<arg>`s of the files themselves, excluding those of includes.
+        arguments: the `<arg>`s of the files themselves, excluding `<arg>`s of included files.
         warnings: errors that do not prevent the launch.
     """
 

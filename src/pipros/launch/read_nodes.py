@@ -98,7 +98,8 @@ def _working_folder(reader: ElementReader) -> WorkingFolder | None:
 def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchScope) -> None:
     """Read the children of a node.
 
-    As in Noetic, parameters from `<param>` are set after those from `<rosparam>`, regardless of their order
+    As in Noetic, parameters from `<param>` are set after parameters from `<rosparam>`, regardless of their
+    order
     in the file; private parameters declared outside, which every node gets, are set before both.
     """
     params: dict[str, Any] = {

@@ -1,8 +1,9 @@
 """Executes a `Launch`: sets the parameters, starts the nodes, watches them, and stops them.
 
-Theory of operation: the threads that wait for processes, signal handlers and other threads put events
+Theory of operation: signal handlers, the threads that wait for processes, and other threads put events
 (process exited, stop requested) into one queue. The thread that calls `wait` or `watch_once` takes these
-events and makes all decisions, such as restarting a node, giving it up, or stopping everything. Other threads
+events and makes all decisions, such as restarting a node, giving up on it, or stopping everything. Other
+threads
 may start and stop nodes in the meantime.
 """
 
@@ -180,7 +181,7 @@ class LaunchRun:
             return managed
 
     def wait(self, *, until_all_ended: bool = True) -> None:
-        """Watch the nodes, and restart those with `respawn`, until the launch stops.
+        """Watch the nodes, and restart nodes with `respawn`, until the launch stops.
 
         Return when a stop is requested, a required node exits or, if `until_all_ended` is set, all nodes have
         exited.

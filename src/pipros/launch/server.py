@@ -107,7 +107,7 @@ class LaunchServer:
         self._loop.stop()
 
     def _list_processes(self) -> list[Any]:
-        """Return the names and spawn counts of the running processes, then those of the ended processes."""
+        """Return the names and spawn counts of the running processes, then of the ended processes."""
         lists: tuple[list[Any], list[Any]] = ([], [])
         for process in self._processes():
             lists[0 if process.is_alive else 1].append([process.name, process.spawn_count])

@@ -45,7 +45,7 @@ class SessionOptions:
         is_core: whether this is `roscore`, which has no files and requires that no master is running yet.
         port: the master's port; by default taken from the environment.
         master: other settings for a master that the session starts.
-        run_id: id of the run; defaults to the running master's run id, or to a new one.
+        run_id: id of the run; defaults to the running master's run id, or to a new id.
         has_summary: whether to print the summary.
         checks_log_folder: whether to check the size of the log folder.
         run: options for running the nodes.

@@ -69,7 +69,9 @@ class SessionMaster:
 
     @property
     def binding(self) -> str:
-        """A description of who can connect to the session's own master; empty if it uses another master."""
+        """Description of who can connect to the session's own master; empty if the session uses another
+        master.
+        """
         return "" if self._core is None else self._core.binding
 
     def find(self) -> str | None:

@@ -54,7 +54,7 @@ class Substitution:
     """The substitutions in one file, and the values to which they may refer.
 
     Attributes:
-        arguments: values of `<arg>`s; None for those that have no value.
+        arguments: values of `<arg>`s; None for an `<arg>` that has no value.
         folder: the file's folder, for `$(dirname)`; None for text from standard input.
         anonymous: names generated for `$(anon x)` so far in this file.
         unset_as: the value to use for unset arguments; None to reject them.
@@ -75,8 +75,10 @@ class Substitution:
 
         Raises:
             SubstitutionError: a command is unknown or has the wrong number of words; a variable or argument
-                is unset; or the substitutions in this text insert too much.
-            OverBudget: the substitutions in the whole launch insert too much.
+                is unset; or the substitutions in this text insert more than `launch_insert_characters`
+                characters.
+            OverBudget: the launch exceeds `launch_bytes`, which counts files, command outputs and
+                substitutions.
             ExpressionError: an `$(eval …)` is invalid.
             NotFound: a package is unknown.
         """
@@ -105,7 +107,8 @@ class Substitution:
             inserted += len(text)
             if inserted > limit:
                 raise SubstitutionError(
-                    f"the substitutions insert too much: {limit_text('launch_insert_characters', limit)}"
+                    "the substitutions insert too many characters: "
+                    + limit_text("launch_insert_characters", limit)
                 )
             self.budget.add_bytes(len(text))
             return text

@@ -51,7 +51,7 @@ def load(
         limits: defaults to the process-wide limits.
 
     Raises:
-        LaunchError: a file is invalid, in Noetic too. The error names the file, line and element.
+        LaunchError: a file is invalid (also in Noetic). The error names the file, line and element.
     """
     loader = Loader(
         context or LoadContext.of_process(),

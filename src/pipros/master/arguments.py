@@ -49,12 +49,10 @@ class Arguments:
 
     def guarded(self, name: str, method: Callable[..., Answer], error_value: Any) -> Callable[..., Answer]:
         """Return `method` with checks for the caller_id and the number of arguments, and with errors turned
-        into responses.
-
-        Calls with invalid arguments are logged; at level DEBUG, all calls are.
+        into responses. Calls with invalid arguments are logged. At level DEBUG, all calls are logged.
         """
         name_characters = self.name_characters
-        arity = method.__code__.co_argcount - 1  # without self
+        arity = method.__code__.co_argcount - 1  # the number of parameters without `self`
 
         def answer(*params: Any) -> Answer:
             if not params:

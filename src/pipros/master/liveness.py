@@ -6,10 +6,9 @@ could not be delivered to it. The result decides:
 - it answers: it is alive, and its process id is stored;
 - the connection is refused, or a different process answers although the node has not registered anything
   since: the node is a suspect and is probed again. After `CONFIRMATIONS` such results in a row, it is
-      considered to have ended;
+  considered to have ended;
 - it does not answer in time, or there is no route to its host: it stays registered and is listed as
-unreachable. A node that
-  hangs, is being debugged or has temporarily lost its network is not removed.
+  unreachable. A node that hangs, is being debugged or has temporarily lost its network is not removed.
 
 A node that has never answered stays registered and is listed as unreachable, whatever the result, because it
 may run in a container whose address is valid only there, and other nodes may well reach it.
@@ -202,7 +201,7 @@ class Liveness:
             return ProbeResult.SILENT
         except Fault:
             self._met.add((node, api))
-            return ProbeResult.THERE  # a node without this method
+            return ProbeResult.THERE  # the node lacks this method
         except PiprosError:
             return ProbeResult.REPLACED  # the server there is not a ROS node
         self._unreachable.discard(node)
@@ -262,7 +261,7 @@ async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask =
     """Return the names of the nodes to keep from the master's previous run, given each node's API URI.
 
     Drop nodes that answer with another name, violate the protocol or refuse the connection. Keep all others,
-    including those that time out or cannot be reached for another reason.
+    including nodes that time out or cannot be reached for another reason.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 

@@ -51,7 +51,7 @@ def is_small(value: Any) -> bool:
 
 
 def entry_weight(key: str) -> int:
-    """Return the weight that a key adds to its value."""
+    """Return the weight of a dictionary entry without its value."""
     return ENTRY_BYTES + _text_bytes(key)
 
 

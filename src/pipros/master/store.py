@@ -157,7 +157,7 @@ class Store:
         self._changes.put((statement, (role.name, node, key)))
 
     def forget_registrations(self) -> None:
-        """Delete all registrations. Those that are still valid are restored afterwards."""
+        """Delete all registrations. The registrations that are still valid are restored afterwards."""
         self._changes.put(("DELETE FROM registrations", ()))
 
     def type_set(self, topic: str, type_name: str) -> None:
@@ -299,7 +299,7 @@ def _move_aside(file: Path) -> Path:
 
 
 def restore_params(params: ParamTree, state: StoredState) -> None:
-    """Set the stored parameters in their order; log those that exceed the limit."""
+    """Set the stored parameters in their order. Log each parameter that exceeds the limit."""
     for key, value in state.parameters:
         try:
             _restore(params, key, value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # This is true for type checkers. Importing `typing` would take milliseconds.
+TYPE_CHECKING = False  # Type checkers treat this as True. Importing `typing` would take milliseconds.
 if TYPE_CHECKING:
     from typing import Any
 

@@ -68,7 +68,7 @@ def _find(type_name: str, md5sum: str, definition: str) -> type[Message]:
     if installed is not None and installed._md5sum == md5sum:
         return installed
     if not definition.strip() and md5sum != _MD5_OF_NO_FIELDS:
-        raise MissingDefinition(f"no definition of {type_name} with the md5 sum {md5sum}")
+        raise MissingDefinition(f"no definition of {type_name} has the md5 sum {md5sum}")
     from pipros.msg.dynamic import message_classes_from_text
 
     return message_classes_from_text(type_name, definition)[type_name]

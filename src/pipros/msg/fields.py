@@ -1,4 +1,4 @@
-"""The attributes of a message, for code that cannot import `Message` because `Message` calls it."""
+"""The attributes of a message, for code that cannot import `Message` because `Message` imports that code."""
 
 from __future__ import annotations
 

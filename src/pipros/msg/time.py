@@ -6,7 +6,7 @@ Arithmetic returns the class of the left operand, so adding to a `rospy.Time` gi
 
 from __future__ import annotations
 
-# This is true for type checkers. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of a first import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, ClassVar, TypeVar, overload
@@ -28,7 +28,7 @@ def _is_integral(value: object) -> bool:
 
 
 def _is_real(value: object) -> bool:
-    """Return True for real numbers, including those of numpy and `fractions`."""
+    """Return True for real numbers, including the types of numpy and `fractions`."""
     if isinstance(value, int | float):
         return True
     import numbers
@@ -39,7 +39,7 @@ def _is_real(value: object) -> bool:
 class TVal:
     """Common base class of points in time and spans of time."""
 
-    __module__ = "genpy.rostime"  # the module that pickles refer to, including those of genuine ROS
+    __module__ = "genpy.rostime"  # the module that pickles refer to, including pickles from genuine ROS
 
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]
@@ -113,7 +113,7 @@ class TVal:
         """Return -1, 0 or 1.
 
         Raises:
-            TypeError: the value is of another kind. A point in time cannot be compared with a span.
+            TypeError: the value is of another kind. A point in time cannot be compared with a span of time.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")

@@ -76,7 +76,7 @@ def bind_host(environment: Environment) -> str:
     if not configured:
         is_ipv6 = environment.ipv6
     elif _is_address(configured):
-        return configured.strip("[]")  # bind the loopback address that is advertised
+        return configured.strip("[]")  # bind the advertised loopback address
     else:
         is_ipv6 = environment.ipv6 and _means_ipv6_loopback(configured)
     return LOOPBACK_IPV6 if is_ipv6 else LOOPBACK
@@ -99,7 +99,7 @@ def advertised_host(environment: Environment) -> str:
 
 
 def problem_of(configured: str, *, is_address: bool) -> str | None:
-    """Describe the error in the form of a `ROS_IP` (`is_address`) or `ROS_HOSTNAME`; None if it is valid.
+    """Describe the error in a value of `ROS_IP` (`is_address`) or `ROS_HOSTNAME`; None if the value is valid.
 
     >>> problem_of("http://robot", is_address=False), problem_of("robot", is_address=True)
     ('protocol should not be included', 'must be a valid IPv4 or IPv6 address')
@@ -130,10 +130,11 @@ def advertised_address(environment: Environment, ports: PortRange | None = None)
 
 
 def address_here(host: str, port: int) -> tuple[str, int]:
-    """Return where to connect to an address that a peer advertises.
+    """Return the address to connect to in order to reach an address that a peer advertises.
 
-    Only the addresses that `PIPROS_ADVERTISE` maps to ports of this machine differ: a router or a container's
-    network may not lead them back inside. A host without ports leads back only for those of `PIPROS_PORTS`.
+    The two differ only if `PIPROS_ADVERTISE` maps the advertised address to a port of this machine, because a
+    router or a container's network may not lead such connections back inside. If `PIPROS_ADVERTISE` is a host
+    without ports, this applies only to the ports in `PIPROS_PORTS`.
     """
     if "PIPROS_ADVERTISE" not in os.environ:
         return host, port
@@ -142,7 +143,7 @@ def address_here(host: str, port: int) -> tuple[str, int]:
     environment = Environment.from_os()
     try:
         advertised, ports = environment.advertised_address(), environment.port_range
-    except InvalidEnvironment:  # reported by whoever opens a port
+    except InvalidEnvironment:  # the code that opens a port reports the error
         return host, port
     if advertised is None or host.lower() != advertised.host.lower():
         return host, port

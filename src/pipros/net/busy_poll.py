@@ -68,7 +68,7 @@ class AdaptiveBackoff:
         self._passing = 0  # number of these opportunities that are left
 
     def is_due(self) -> bool:
-        """Return whether to make a trial. Call it at each opportunity, and `note` after each trial."""
+        """Return whether to make a trial. Call this at each opportunity, and `note` after each trial."""
         if self._passing > 0:
             self._passing -= 1
             return False
@@ -81,7 +81,8 @@ class AdaptiveBackoff:
 class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
-    Intended for one waiting thread at a time. If two threads share a receiver, it only learns less well. If
+    Intended for one waiting thread at a time. Two threads can share a receiver, but it then learns less well.
+    If
     the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 

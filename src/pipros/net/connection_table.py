@@ -44,9 +44,9 @@ class _Group:
     """The connections from one peer, or from all peers.
 
     Attributes:
-        idle: connections that may be closed to make room for new ones, longest idle first.
+        idle: connections that may be closed to make room for new connections, longest idle first.
         links: connections in constant use, in order of arrival.
-        count: the number of all connections, including those of neither kind.
+        count: the number of all connections, including connections that are neither idle nor links.
     """
 
     idle: OrderedDict[TableEntry, None] = field(default_factory=OrderedDict)
@@ -63,10 +63,11 @@ class ConnectionTable:
     """One server's open connections, longest idle first.
 
     When a new connection exceeds a limit, the connection that has been idle longest is closed: a connection
-    from the same peer if that peer has too many, otherwise from any peer. So new connections always succeed,
+    from the same peer if that peer has too many, otherwise a connection from any peer. So new connections
+    always succeed,
     and a peer that hoards idle connections loses them. Busy connections (a call is being handled) and links
     are not closed to make room for new connections. If only those are left, a new link replaces the newest
-    link of the peer with the most links, so that older links survive a flood of new ones.
+    link of the peer with the most links, so that older links survive a flood of new links.
 
     Links cannot use up the limit, because an eighth is reserved for calls. Links that this node opens itself
     leave a quarter, so that however many topics the node subscribes to, peers have an eighth for links and an
@@ -77,7 +78,7 @@ class ConnectionTable:
     Attributes:
         refusals: the connections that were refused, by peer.
         accepted: number of connections added.
-        evicted: number of connections closed to make room for new ones.
+        evicted: number of connections closed to make room for new connections.
     """
 
     def __init__(
@@ -118,9 +119,7 @@ class ConnectionTable:
             self._remove(connection)
 
     def reserve_outgoing(self, most: int) -> bool:
-        """Count a link that this node is about to open; return False if `most` or the limit has been
-        reached.
-        """
+        """Count a link that this node is about to open. Return False if `most` or the limit is reached."""
         evicted: TableEntry | None = None
         with self._lock:
             if self._outgoing >= min(most, self._outgoing_limit) or self._are_links_full():

@@ -1,4 +1,4 @@
-"""Waits for the sockets of all subscribers to a topic at the same time, not one after another."""
+"""Flushes the links to all subscribers of a topic at the same time, not one after another."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WATCH_CLOSE_S = 0.1
 
 
 def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
-    """Send the links' queued messages, and leave the rest to the event loop.
+    """Send as many of the links' queued messages as possible; the event loop sends the rest.
 
     Blocks for at most `limit_s` in total, and not for stalled links. During the wait, every link is written
     to as soon as it is writable, so that links do not wait for each other.

@@ -30,7 +30,7 @@ def in_parallel(keys: Iterable[_Key], ask: Callable[[_Key], _Value], *, at_once:
             return
         try:
             outcomes.put((key, [ask(key)], None))
-        except BaseException as error:  # raised again in the calling thread
+        except BaseException as error:  # the calling thread raises it again
             outcomes.put((key, [], error))
 
     workers = Workers("in parallel", at_once)

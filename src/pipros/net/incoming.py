@@ -3,8 +3,8 @@
 Theory of operation. One thread per link receives large chunks, splits off all complete messages and calls
 `deliver` for each itself, so that most messages are not passed between threads. Queued messages are kept
 undecoded. After a slow delivery, the thread reads the socket again before the next delivery and keeps only
-the newest `queue_size` messages: a slow callback with queue_size=1 gets the newest one, whatever its size and
-the contents of the socket (ros_comm#536, ros_comm#1901).
+the newest `queue_size` messages: a slow callback with queue_size=1 gets the newest message, whatever its size
+and the contents of the socket (ros_comm#536, ros_comm#1901).
 """
 
 from __future__ import annotations
@@ -75,8 +75,9 @@ class ReceiveStatistics:
 class DeliveryLock:
     """Makes a topic's links deliver one after another.
 
-    A link that has just delivered queues behind the links that are already waiting, one of which holds the
-    gate. If there were a single lock, a link with a backlog would acquire it again before a waiting thread
+    A link that has just delivered queues behind the links that are already waiting. One of the waiting links
+    holds the gate. If there were a single lock, a link with a backlog would acquire it again before a waiting
+    thread
     wakes up.
 
     Attributes:
@@ -133,7 +134,8 @@ class IncomingLink:
         """Store the settings; `start` begins reading.
 
         Args:
-            keeps_large: `deliver` copies messages that are not `bytes`, so pass large ones as `bytes`.
+            keeps_large: whether to pass large messages as `bytes`, because `deliver` copies all other
+                messages.
             received: the bytes that followed the handshake.
         """
         sock.setblocking(True)

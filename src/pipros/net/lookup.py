@@ -109,7 +109,7 @@ class Lookups:
             answer.set(_literal(host, wanted))
             return answer
         except OSError:
-            pass  # a name
+            pass  # the host is a name, not an address
         key = (host, *sorted(wanted.items()))
         with self._lock:
             known, until = self._known.get(key, (None, 0.0))
@@ -142,7 +142,7 @@ class Lookups:
         try:
             return _literal(host, wanted, port)  # fast, because each service call does this
         except OSError:
-            pass  # a name
+            pass  # the host is a name, not an address
         answer = self.ask(host, urgent=True, **wanted)
         while not answer.wait(SLICE_S if deadline is None else min(SLICE_S, deadline - time.monotonic())):
             if is_given_up():

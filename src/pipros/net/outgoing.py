@@ -10,8 +10,10 @@ loop. `pipros.net.outgoing_state` defines the states of a link.
 The meaning of `queue_size`, as in rospy:
     None  the publisher waits until the socket has accepted the message, at most `Limits.stall_s` (genuine
           rospy waits without limit). A subscriber that takes longer has stalled: until it has caught up, it
-    is treated as with queue_size=1. 0     any number of messages wait. n     at most n messages wait. In each
-    case, at most `Limits.queue_bytes` are queued, but the newest message is always kept.
+          is treated as with queue_size=1.
+    0     any number of messages wait.
+    n     at most n messages wait.
+In each case, at most `Limits.queue_bytes` are queued, but the newest message is always kept.
 """
 
 from __future__ import annotations
@@ -44,7 +46,7 @@ fast as the loop writes.
 
 _READ_BYTES = 4096
 
-_IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # looked up for each message
+_IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # aliases: enum lookups per message are slow
 
 
 @dataclass(slots=True)
@@ -181,7 +183,7 @@ class OutgoingLink:
         """Send queued messages, blocking for at most `limit_s`."""
         end = time.monotonic() + limit_s
         while self.is_behind and (left_s := end - time.monotonic()) > 0:
-            with contextlib.suppress(OSError, ValueError):  # closed in the meantime
+            with contextlib.suppress(OSError, ValueError):  # the link was closed in the meantime
                 sockets.wait_writable(self.sock, left_s)
             self.flush()
 

@@ -1,4 +1,4 @@
-"""The programs of this machine that listen on ports, for the error if none is free."""
+"""The programs on this machine that listen on ports, for the error text if no port is free."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _NAMED = 20
 
 
 def port_holders(ports: Container[int]) -> str:
-    """Return who listens on these ports, as `11400 python3 (pid 12)`, at most 20 of them.
+    """Return the programs that listen on these ports, as `11400 python3 (pid 12)`; at most 20 programs.
 
-    The programs of other users are named for root only. Empty on systems other than Linux.
+    Only root sees the programs of other users. The result is empty on systems other than Linux.
     """
     inodes = {inode: port for inode, port in listening_inodes().items() if port in ports}
     programs: dict[int, str] = {}
     for folder in _PROC.glob("[0-9]*/fd"):
-        with suppress(OSError):  # another user's, or it has ended
+        with suppress(OSError):  # the process belongs to another user, or has ended
             for descriptor in folder.iterdir():
                 port = inodes.get(os.readlink(descriptor).removeprefix("socket:[").removesuffix("]"))
                 if port is not None:

@@ -15,7 +15,7 @@ _REPORT_EVERY_S: Final = 60.0
 
 
 class Refusals:
-    """Counts refusals. Logs the first for each peer, and the number of further refusals at intervals."""
+    """Counts refusals. Logs the first refusal of each peer, and the number of others at intervals."""
 
     def __init__(self, log: logging.Logger = _log) -> None:
         self.total = 0

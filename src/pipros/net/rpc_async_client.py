@@ -31,7 +31,8 @@ async def call_async(
 class AsyncRpcClient:
     """Calls methods on one XML-RPC server over a connection that is kept open.
 
-    Only one call may run at a time: several tasks must queue their calls. If the server has closed the open
+    Only one call may run at a time, so tasks that share a client must queue their calls. If the server has
+    closed the open
     connection, it is silently replaced.
     """
 
@@ -179,7 +180,7 @@ class _AsyncConnection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         if self._answer is None or self._answer.done():
-            self.close()  # unexpected bytes
+            self.close()  # the server sent unexpected bytes
             return
         self.has_answer_begun = True
         try:

@@ -89,7 +89,7 @@ class RpcClient:
             TypeError, OverflowError, ValueError: XML-RPC cannot represent a parameter; nothing was sent.
         """
         body = encode_call(method, params)
-        with self._lock:  # so that `interrupt` runs either before or after this block
+        with self._lock:  # the lock makes `interrupt` run either before or after this block
             interruptions = self._interruptions
             if timeout_s == TIMEOUT_OF_CLIENT:
                 timeout_s = self.timeout_s

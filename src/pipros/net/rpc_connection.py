@@ -102,7 +102,7 @@ class RpcConnection(asyncio.Protocol):
         self.peer = self.caller.host
         if not self._server.admits(self.caller) or not self._server.connections.add(self):
             transport.abort()
-        elif self._received:  # before what arrives from now on
+        elif self._received:  # these bytes precede the bytes that arrive from now on
             self._loop.call_soon(self.data_received, self._received)
             self._received = b""
 

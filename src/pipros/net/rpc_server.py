@@ -47,9 +47,9 @@ _TURN_S: Final = 0.001
 class RpcServer:
     """Serves a table of methods, and `system.multicall`, over XML-RPC.
 
-    An unknown method and a method that raises are answered with a fault, with the texts of ROS's Python
-    peers; a call with the wrong number of parameters with `[-1, text, 0]`, as the ROS API requires (pass
-    `on_bad_arity` for another response).
+    A call of an unknown method, or of a method that raises, is answered with a fault whose text is the same
+    as that of ROS's Python peers. A call with the wrong number of parameters is answered with `[-1, text,
+    0]`, as the ROS API requires (pass `on_bad_arity` for another response).
 
     Everything runs on the loop on which `start()` was awaited; calls on one connection are answered in order.
 
@@ -209,7 +209,7 @@ class RpcServer:
     async def _multicall(self, calls: Any) -> list[Any]:
         """Run the calls and encode each response separately.
 
-        A value that is returned twice counts twice towards the size limit.
+        A value that two calls return counts twice towards the size limit.
         """
         loop = asyncio.get_running_loop()
         caller = current_caller.get()

@@ -1,4 +1,4 @@
-"""`xmlrpc.client.ServerProxy` with a time limit, for the facades that must return one."""
+"""`xmlrpc.client.ServerProxy` with a time limit, for the facades that must return a `ServerProxy`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def server_proxy(uri: str, timeout_s: float = CALL_S) -> ServerProxy:
     """Return a proxy whose calls raise `TimeoutError` if the server is silent for longer than `timeout_s`.
 
     Raises:
-        OSError: the scheme of the URI is not `http`, the only one in ROS.
+        OSError: the scheme of the URI is not `http`, the only scheme in ROS.
     """
     if not uri.startswith("http://"):
         raise OSError(f"the URI of an XML-RPC server must start with http://, got {uri}")

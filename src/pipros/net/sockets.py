@@ -75,7 +75,7 @@ def listen(host: str, port: int | PortRange = 0, backlog: int = 128) -> socket.s
 def listen_all(hosts: Sequence[str], port: int | PortRange = 0, backlog: int = 128) -> list[socket.socket]:
     """Return listening sockets that use the same port on several addresses.
 
-    0 selects a port that is free on all of them; a range, its first such port.
+    Port 0 selects a port that is free on all addresses. A range selects its first such port.
 
     Raises:
         NoFreePort: no port of the range can be opened.
@@ -104,7 +104,7 @@ def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> li
     for port in ports:
         try:
             return listen_all(hosts, port, backlog)
-        except PermissionError:  # on Windows also for a port in use
+        except PermissionError:  # Windows also raises this for a port in use
             is_reserved = is_reserved or port < 1024
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
@@ -192,7 +192,7 @@ def is_nearly_drained(sock: socket.socket) -> bool:
 def acknowledge(sock: socket.socket) -> None:
     """Acknowledge received data at once, on systems that support it (Linux)."""
     if _QUICKACK:
-        with contextlib.suppress(OSError):  # closed in the meantime
+        with contextlib.suppress(OSError):  # the socket was closed in the meantime
             sock.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
 
@@ -201,7 +201,7 @@ def share_packets(sock: socket.socket, *, share: bool) -> None:
 
     Waiting messages are sent at once when `share` becomes False.
     """
-    with contextlib.suppress(OSError):  # closed in the meantime
+    with contextlib.suppress(OSError):  # the socket was closed in the meantime
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(not share))
 
 
@@ -264,7 +264,7 @@ def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Seque
 
 def abort(sock: socket.socket) -> None:
     """End a connection now and wake threads that are blocked on it. May be called repeatedly."""
-    with contextlib.suppress(OSError):  # no longer connected
+    with contextlib.suppress(OSError):  # the socket is no longer connected
         sock.shutdown(socket.SHUT_RDWR)
 
 

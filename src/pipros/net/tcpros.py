@@ -1,9 +1,9 @@
 """Opening TCPROS connections, from either end: connect or accept, then exchange headers.
 
 `wire/handshake.py` determines the content of the headers. A node may serve HTTP on the same port, so that a
-firewall or a container needs to open only one port for each node. The first four bytes distinguish the two:
-TCPROS begins with the length of the header, whose last byte is zero below 16 MiB; HTTP begins with a method
-in capital letters, which would be a length of 512 MiB or more.
+firewall or a container needs to open only one port for each node. The first four bytes distinguish the two.
+TCPROS begins with the length of the header, and the last byte of a length below 16 MiB is zero. HTTP begins
+with a method in capital letters; as a length, these would mean 512 MiB or more.
 """
 
 from __future__ import annotations
@@ -78,7 +78,8 @@ class TcprosServer:
 
     Connections of peers that are silent, send malformed data or announce too large a header are closed
     without an answer, as in genuine nodes. If too many connections are in their handshake, the oldest of them
-    is closed for a new one, so that silent peers do not lock others out. The server uses callbacks of the
+    is closed for a new connection, so that silent peers do not lock other peers out. The server uses
+    callbacks of the
     event loop, not coroutines, because every service call that is not persistent opens a connection.
 
     Attributes:
@@ -126,7 +127,7 @@ class TcprosServer:
             spares_loopback=not limits.tcpros_connections_per_peer,
             refusals=self.refusals,
         )
-        self._handshakes: dict[_Handshake, None] = {}  # in the order of arrival
+        self._handshakes: dict[_Handshake, None] = {}  # handshakes in the order of arrival
         self._overdue_timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop
 
@@ -156,7 +157,7 @@ class TcprosServer:
                 return
 
     def _accept_one(self) -> bool:
-        """Accept a connection; return False if none waits."""
+        """Accept a connection. Return False if no connection is waiting."""
         try:
             sock, address = self._server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
@@ -259,7 +260,7 @@ class _Handshake:
 
 
 def _is_http(start: bytes) -> bool:
-    """Return whether four bytes are the beginning of a method, as `POST` or `GET `."""
+    """Return whether four bytes are the beginning of a method, such as `POST` or `GET `."""
     return start.isupper() and start.rstrip(b" ").isalpha()
 
 

@@ -117,7 +117,7 @@ def has_address(host: str) -> bool:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
         socket.inet_pton(family, host)
-    except (OSError, ValueError):  # a name
+    except (OSError, ValueError):  # the host is a name, not an address
         return False
     # The source address on the route to one of this machine's addresses is that same address, except for an
     # interface's second address.
@@ -132,7 +132,8 @@ def is_this_machine(host: str) -> bool:
 
 
 def own_addresses() -> list[str]:
-    """Return this machine's IPv4 addresses: loopback, those of its host name, and that of the default route.
+    """Return this machine's IPv4 addresses: loopback, the host name's addresses, and the default route's
+    address.
 
     Blocks like `addresses_of`.
     """
@@ -176,7 +177,7 @@ def _socket_table() -> Iterator[_SocketEnd]:
     for table in _SOCKET_TABLES:
         try:
             lines = table.read_text().splitlines()[1:]
-        except OSError:  # no IPv6, or no /proc
+        except OSError:  # the system has no IPv6, or no /proc
             continue
         for line in lines:
             _, local, remote, state, _, _, _, user, _, inode, *_ = line.split()

@@ -23,8 +23,7 @@ def interpreter_ends(error: RuntimeError) -> bool:
 
 
 class Workers:
-    """Runs each job at once, in an idle thread or in a new one, so that a job that blocks does not delay
-    others.
+    """Runs each job at once, in an idle or a new thread, so that a job that blocks does not delay other jobs.
 
     If the number of threads is limited, excess jobs are queued in order. The threads are daemons, for which
     the interpreter does not wait, because a job may never end.

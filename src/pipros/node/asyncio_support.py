@@ -90,7 +90,7 @@ def is_in_event_loop() -> bool:
 def run_in_loop(
     handler: Callable[[Any], Coroutine[Any, Any, Any]], loop: asyncio.AbstractEventLoop
 ) -> Callable[[Any], Any]:
-    """Return a blocking service handler that runs an asynchronous one in `loop`."""
+    """Return a blocking service handler that runs an asynchronous handler in `loop`."""
 
     def handle(request: Any) -> Any:
         return asyncio.run_coroutine_threadsafe(handler(request), loop).result()

@@ -21,7 +21,8 @@ SLOW_FACTOR: Final = 10
 class Attempts:
     """Limits a node's concurrent attempts to connect to publishers. For the event loop only.
 
-    First attempts take precedence over repeated ones, so that a peer that lists nonexistent publishers does
+    First attempts take precedence over repeated attempts, so that a peer that lists nonexistent publishers
+    does
     not delay others for long.
     """
 

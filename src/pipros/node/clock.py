@@ -88,7 +88,7 @@ class SimulatedClock:
         self._on_silence = on_silence
         self.changed = threading.Condition()
         self._now_ns = 0
-        self._jumps = 0  # number of times that time moved backwards
+        self._jumps = 0  # number of backward jumps of the simulated time
         self._sleepers = 0
         self._last_jump_s = 0.0
         self._is_interrupted = False

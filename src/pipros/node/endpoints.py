@@ -166,7 +166,7 @@ class Endpoints:
         return Publisher(publication, self._release_publication)
 
     def restrict_publishing_to(self, thread: int) -> None:
-        """From now on, only publish messages from `thread`, and silently drop those from other threads."""
+        """From now on, only publish messages from `thread`, and silently drop messages from other threads."""
         for publication in self.publications:
             publication.only_thread = thread
 

@@ -133,7 +133,7 @@ class ConsoleHandler(logging.Handler):
         stream: TextIO | None = (
             stdout or sys.stdout if record.levelno < logging.WARNING else stderr or sys.stderr
         )
-        if stream is None:  # a process without a console
+        if stream is None:  # the process has no console
             return
         line = self._render(record, severity)  # raises if the arguments of the log call are wrong
         try:

@@ -88,7 +88,7 @@ class Node:
             rpc_port: the port for the slave API; 0 selects a free port.
             tcpros_port: the port for topics and services; 0 selects a free port.
             ports: a range such as `11400-11420`, from which one free port is selected for both. It cannot be
-                combined with the other two. Defaults to `PIPROS_PORTS`.
+                combined with `rpc_port` or `tcpros_port`. Defaults to `PIPROS_PORTS`.
             limits: limits on the resources that peers can use; defaults to the process-wide limits.
 
         Raises:

@@ -1,7 +1,8 @@
 """A node's access to the parameter server, with a cache that follows changes.
 
 Theory of operation. `get_cached` subscribes to a parameter on the first read: the master responds with the
-value, and from then on sends `paramUpdate` notices when another node changes the parameter or one below it.
+value, and from then on sends `paramUpdate` notices when another node changes the parameter or a parameter
+below it.
 Each cached parameter has a state:
 
     JOINING    The node has subscribed, but the first value has not arrived. Reads query the master.

@@ -35,7 +35,7 @@ CLOSE_FLUSH_S = 0.2
 a node's shutdown.
 """
 
-_IDLE = State.IDLE  # looked up for each message
+_IDLE = State.IDLE  # aliases: enum lookups per message are slow
 _pack_length = struct.Struct("<I").pack
 
 
@@ -84,7 +84,7 @@ class Publication:
         self.listeners: list[PeerListener] = []
         self._listeners_thread = Workers(f"subscribe listeners of {topic}", limit=1, kept_idle=0)
         self._join_thread = Workers(f"new subscribers of {topic}", limit=1, kept_idle=0)
-        self.only_thread: int | None = None  # during shutdown, the only thread that may publish
+        self.only_thread: int | None = None  # the only thread that may publish during shutdown
         self.links_ended = 0
         self._sent = SendStatistics()  # totals of closed links
         self._context = context
@@ -101,9 +101,8 @@ class Publication:
     def publish(self, message: Message) -> None:
         """Send a message to every subscriber.
 
-        It is serialized once, or not at all if there are no subscribers.
-
-        Blocks for at most `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
+        The message is serialized once, or not at all if there are no subscribers. Blocks for at most
+        `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
         `pipros.net.outgoing`). A subscriber that does not catch up in that time has stalled: until it has
         caught up, `publish` does not wait for it, and it gets only the newest message.
 
@@ -332,7 +331,7 @@ class Publisher(Generic[AnyMessage]):
         return self.publication.statistics()
 
     def unregister(self) -> None:
-        """Release the handle; releasing the last one unregisters the topic. May be called repeatedly."""
+        """Release the handle; releasing the last handle unregisters the topic. May be called repeatedly."""
         release, self._release = self._release, None
         if release is not None:
             release(self.publication)

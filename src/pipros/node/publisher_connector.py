@@ -45,7 +45,7 @@ class PublisherConnector:
         self._connect = connect
         self._listed: set[str] = set()
         self._linked: set[str] = set()
-        self._refused: set[str] = set()  # publishers that refused, and will be tried again
+        self._refused: set[str] = set()  # URIs that refused; tried again later
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._warnings = ThrottledWarnings(
             context.log, context.loop, f"cannot receive [{topic}] from %d more publishers; the last is %s"
@@ -95,7 +95,7 @@ class PublisherConnector:
                 try:
                     ended = await self._context.attempts.make(lambda: self._attempt(uri), is_first=is_first)
                 except (PiprosError, ValueError) as error:
-                    # ValueError: the publisher registered an invalid URI
+                    # the publisher registered an invalid URI (ValueError)
                     is_first = False
                     if str(error) != explained:  # each problem is explained once
                         explained = str(error)

@@ -1,11 +1,11 @@
 """One client's connection to a service server.
 
-Theory of operation. At any moment, one of these owns a connection:
+Theory of operation. At any moment, a connection has one of these owners:
 
 - the event loop, while it waits for a request, which needs no thread;
 - a worker thread, while it answers a call. Before the call, and after the reply to a client that keeps its
-connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers a prompt request
-much sooner than the event loop would. Only `WAITING_THREADS` connections of a node have a waiting thread,
+  connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers a prompt request
+  much sooner than the event loop would. Only `WAITING_THREADS` connections of a node have a waiting thread,
   so a flood of connections costs no more threads than that;
 - the event loop, while it sends the rest of a reply that the client did not read at once.
 
@@ -165,7 +165,7 @@ class ServiceConnection:
     def _serve(self, *, waits: bool = False) -> None:
         """Answer calls for as long as they follow each other closely.
 
-        If `waits` is true, wait for the first one; a slot of `waiting_threads` was acquired for this.
+        If `waits` is true, wait for the first call; a slot of `waiting_threads` was acquired for this wait.
         """
         server = self._server
         is_held = is_handed_over = False

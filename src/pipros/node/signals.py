@@ -47,7 +47,7 @@ class Signals:
     number to a descriptor at once, though, and the node's event loop reads it. Other code may replace that
     descriptor for a while (asyncio, matplotlib), or call our handler from its own. Therefore, the handler
     writes to the same descriptor, and a signal that is reported both ways counts once. If our handler has
-    been replaced, only the new one decides the effect of a signal.
+    been replaced, only the new handler decides the effect of a signal.
 
     The handler raises nothing while the node runs: an exception between any two byte codes of the main thread
     could leave a lock held that the shutdown needs. Once the node has ended, the handler raises

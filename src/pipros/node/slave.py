@@ -1,7 +1,7 @@
 """The slave API: the XML-RPC calls that a node accepts from the master and from other nodes.
 
-Every response is `[code, text, value]`. Sources: http://wiki.ros.org/ROS/Slave_API and, where it is silent,
-genuine rospy. Methods are looked up in a table, so only these can be called.
+Every response is `[code, text, value]`. Sources: http://wiki.ros.org/ROS/Slave_API and, where that page is
+silent, genuine rospy. Methods are looked up in a table, so only these methods can be called.
 """
 
 from __future__ import annotations

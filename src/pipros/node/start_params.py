@@ -43,9 +43,7 @@ def is_on(node: Node, switch: str) -> bool:
 
 
 def window_limits(node: Node) -> WindowLimits:
-    """Return the window limits for topic statistics from the parameters, using defaults for those that are
-    not set.
-    """
+    """Return the window limits for topic statistics from the parameters. Unset parameters have defaults."""
     from pipros.node.topic_statistics import WindowLimits
 
     given: dict[str, Any] = {}

@@ -126,7 +126,7 @@ class Subscription:
             peer.link.queue_size = queue_size
 
     def close(self) -> None:
-        """Close all links and stop opening new ones."""
+        """Close all links and stop opening new links."""
         self._is_closed = True
         for listener in self.listeners:
             if isinstance(listener.callback, MessageStream):
@@ -257,7 +257,7 @@ class Subscription:
         if last is None:
             listeners = self.listeners
         else:
-            # a callback that is added now gets the message either from `last` or with the others
+            # a callback that is added now gets the message either from `last` or with the other callbacks
             with self._lock:
                 last.message = message
                 listeners = self.listeners
@@ -355,7 +355,7 @@ class Subscriber(Generic[AnyMessage]):
         return self.subscription.statistics()
 
     def unregister(self) -> None:
-        """Remove the callback; removing the last one unregisters the topic. May be called repeatedly."""
+        """Remove the callback; removing the last callback unregisters the topic. May be called repeatedly."""
         release, self._release = self._release, None
         if release is not None:
             release(self.subscription, self._listener)

@@ -16,14 +16,14 @@ counted.
 
 class ThrottledWarnings:
     """Allows the first warnings to be logged in full. Later warnings are summarized by their number and the
-    last one.
+    last warning.
 
     For the event loop only.
     """
 
     def __init__(self, log: logging.Logger, loop: BackgroundLoop, more: str) -> None:
         """Report later warnings with the format `more`. `%d` is the number of suppressed warnings, `%s` the
-        subject of the last.
+        subject of the last warning.
         """
         self._log = log
         self._loop = loop

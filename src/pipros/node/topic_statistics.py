@@ -18,7 +18,7 @@ class WindowLimits:
     """The number of messages that a window should hold, and its length in seconds.
 
     Set by the parameters `/statistics_window_min_elements`, `..._max_elements`, `..._min_size` and
-    `..._max_size`. The defaults are those of genuine nodes.
+    `..._max_size`. The defaults are the same as in genuine nodes.
     """
 
     min_elements: int = 10

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 
-TYPE_CHECKING = False  # This is true for type checkers. Importing `typing` would take milliseconds.
+TYPE_CHECKING = False  # Type checkers treat this as True. Importing `typing` would take milliseconds.
 if TYPE_CHECKING:
     from pipros.packages.package_folders import PackageFolders
     from pipros.packages.setup_modules import SetupModules

@@ -35,5 +35,5 @@ class _Loader(Loader):
 
 
 def absent_spec(name: str) -> ModuleSpec | None:
-    """Return a spec whose import fails with the reason, or None if the module is not one of these."""
+    """Return a spec whose import fails with the reason, or None if the module has no known replacement."""
     return ModuleSpec(name, _Loader()) if name in _REASONS else None

@@ -49,7 +49,7 @@ def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None
 
 
 def add_folder(module: Any, folder: str = SHARE) -> None:
-    """Append a folder to those that `rospkg.environment` lists."""
+    """Append a folder to the list of folders in `rospkg.environment`."""
     original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths
 
     def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
@@ -64,7 +64,7 @@ def add_folder(module: Any, folder: str = SHARE) -> None:
 
 
 def add_distributions(module: Any) -> None:
-    """Add pipros's packages to those that `pkg_resources` finds. Installed packages take precedence."""
+    """Make `pkg_resources` find pipros's packages as well. Installed packages take precedence."""
     from pipros.packages.distributions import shipped_distribution
 
     for name in os.listdir(SHARE):

@@ -36,8 +36,8 @@ STACKS = (WET, META)
 _IGNORE_MARKERS = frozenset(("CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"))
 _NO_DESCENT_MARKER = "rospack_nosubdirs"
 
-# A file system may assign the same time to two changes within one clock tick. Times as recent as this are
-# therefore never trusted later (git's rule for its index).
+# A file system may assign the same time to two changes within one clock tick. Therefore, modification times
+# within this interval before a crawl are not trusted by later lookups, as in git's index.
 _RACY_NS = 2_000_000_000
 
 

@@ -12,7 +12,7 @@ from binascii import crc32
 from pipros.basics.cache_files import CacheFolder
 from pipros.packages.crawl import PACKAGES, Crawl, CrawledPackage, crawl, dump, load
 
-TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 

@@ -15,7 +15,7 @@ from stat import S_ISREG
 
 from pipros.basics.posix import READ
 
-TYPE_CHECKING = False  # as type checkers see it; `typing` itself would take milliseconds
+TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
     import ast
     from collections.abc import Iterable

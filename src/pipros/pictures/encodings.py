@@ -12,7 +12,9 @@ class UnknownEncoding(RuntimeError):
 
 
 class Color(Enum):
-    """Colour arrangement of a pixel's channels, two pixels' bytes (YUV) or four pixels' colours (Bayer)."""
+    """Colour arrangement: of a pixel's channels, of two pixels' bytes (YUV) or of four pixels' colours
+    (Bayer).
+    """
 
     GRAY = "gray"
     RGB = "rgb"
@@ -112,7 +114,7 @@ def encoding(name: str) -> Encoding:
 
 
 _SHOWN = {1: Color.GRAY, 3: Color.BGR, 4: Color.BGRA}
-_ONLY_SHOWN = Encoding("yuv422_yuy2", "8U", 2, Color.YUV422_YUY2)  # this encoding is unknown to cv_bridge
+_ONLY_SHOWN = Encoding("yuv422_yuy2", "8U", 2, Color.YUV422_YUY2)  # cv_bridge does not know this encoding
 
 
 def shown_encoding(name: str) -> Encoding:

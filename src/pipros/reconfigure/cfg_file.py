@@ -77,7 +77,8 @@ def find(package_folder: Path, name: str) -> Path | None:
 
 
 def find_all(package_folder: Path) -> list[Path]:
-    """Return the `.cfg` files of a package: those in `cfg/`, then those that its `CMakeLists.txt` names.
+    """Return the `.cfg` files of a package: the files in `cfg/`, then the files that its `CMakeLists.txt`
+    names.
 
     Words in `CMakeLists.txt` that end in `.cfg` are paths or patterns relative to the package's folder. A
     variable before the first slash stands for that folder. `CMakeLists.txt` is ignored unless it calls

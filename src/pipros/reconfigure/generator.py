@@ -137,7 +137,7 @@ class ParameterGenerator:
     def enum(self, constants: list[dict[str, Any]], description: str) -> str:
         """Return the edit method for a parameter that accepts one of the constants.
 
-        All must have the same type.
+        All constants must have the same type.
         """
         if len({constant["type"] for constant in constants}) != 1:
             raise ValueError("the constants of an enum must all have the same type")
@@ -164,7 +164,11 @@ class ParameterGenerator:
 
 
 def checked(name: str, type_name: str, field: str, value: Any) -> Any:
-    """Return the value, converted to float if the type is double. Raise TypeError for other types."""
+    """Return the value. An int is converted to float if the parameter's type is double.
+
+    Raises:
+        TypeError: the value does not have the parameter's type.
+    """
     wanted = TYPES[type_name]
     if type(value) is not wanted and not (wanted is float and type(value) is int):
         raise TypeError(f"{field} of {name} must be of type {type_name}, got {value!r}")

@@ -157,7 +157,9 @@ def arithmetic(text: str) -> float:
 
 def _parse(text: str, limits: Limits) -> ast.expr:
     if len(text) > limits.expression_characters:
-        raise ExpressionError(text, 0, f"longer than {limits.expression_characters} characters")
+        raise ExpressionError(
+            text, 0, f"the expression is longer than {limits.expression_characters} characters"
+        )
     try:
         return ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
@@ -199,7 +201,7 @@ class _Walk:
         if evaluate_node is None:
             raise self._error(node, operators.refusal(node))
         if self._depth >= DEPTH_LIMIT:
-            raise self._error(node, f"nested more than {DEPTH_LIMIT} deep")
+            raise self._error(node, f"the expression is nested more than {DEPTH_LIMIT} deep")
         self._depth += 1
         try:
             if self._loops:

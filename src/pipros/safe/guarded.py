@@ -1,4 +1,6 @@
-"""The operations and functions of safe expressions, with bounds for those that could grow without limit."""
+"""The operations and functions of safe expressions, with bounds on results that could otherwise grow without
+limit.
+"""
 
 from __future__ import annotations
 
@@ -210,7 +212,7 @@ def _guarded_math() -> dict[str, Any]:
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     names.update({name: _bounded_count(names[name]) for name in ("factorial", "comb", "perm")})
     names.update(lcm=_bounded_count(math.lcm))
-    del names["prod"], names["pow"]  # `Budget` provides them
+    del names["prod"], names["pow"]  # `Budget` provides these functions
     return names
 
 

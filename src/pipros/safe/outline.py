@@ -48,14 +48,14 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
         text = text.decode("utf-16")
     directives = text.count("%TAG") if isinstance(text, str) else text.count(b"%TAG")
     if directives > _DIRECTIVES_LIMIT:
-        raise TooMuch(f"more than {_DIRECTIVES_LIMIT} %TAG directives")
+        raise TooMuch(f"the text has more than {_DIRECTIVES_LIMIT} %TAG directives")
     loader = loader_class(text)
     next_event = loader.get_event
     outline = _Outline(limits)
     try:
         while (event := next_event()) is not None:
             if event.__class__ is yaml.ScalarEvent and event.anchor is None:
-                outline.values += 1  # the most frequent event
+                outline.values += 1  # this is the most frequent event
             else:
                 outline.count(event)
     finally:
@@ -115,11 +115,11 @@ class _Outline:
 
     def check_values(self, mark: Any = None) -> None:
         if self.values > self._limits.yaml_values:
-            raise TooMuch(f"expands to more than {self._limits.yaml_values} values", mark)
+            raise TooMuch(f"the text expands to more than {self._limits.yaml_values} values", mark)
 
     def _check_depth(self, height: int, mark: Any) -> None:
         if len(self._open) + height > self._limits.yaml_depth:
-            raise TooMuch(f"nested more than {self._limits.yaml_depth} deep", mark)
+            raise TooMuch(f"the text is nested more than {self._limits.yaml_depth} deep", mark)
 
     def _raise_to(self, height: int) -> None:
         if self._open and self._open[-1].height <= height:

@@ -65,7 +65,7 @@ def parse(content: bytes | str, file: str = "<string>", limits: Limits | None = 
     limits = limits or process_limits()
     depth_limit = limits.xml_depth
     if len(content) > limits.xml_bytes:
-        raise XmlError(file, 1, 1, f"larger than {limits.xml_bytes} bytes")
+        raise XmlError(file, 1, 1, f"the text is larger than {limits.xml_bytes} bytes")
     # Decoded text may still declare the encoding of the original bytes.
     parser = expat.ParserCreate("utf-8" if isinstance(content, str) else None)
     parser.buffer_text = True

@@ -187,6 +187,6 @@ def _documents(text: str | bytes, file: str, loader: Any, limits: Limits | None)
         raise YamlError(file, line, column, "invalid YAML: " + ", ".join(reasons)) from None
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         raise YamlError(file, 0, 0, f"invalid YAML: {str(error) or 'nested too deeply'}") from None
-    except (LookupError, ArithmeticError, AttributeError) as error:  # raised, for example, for `!!bool maybe`
+    except (LookupError, ArithmeticError, AttributeError) as error:  # `!!bool maybe` raises one, for example
         reason = f"a value does not fit its tag ({error})"
         raise YamlError(file, 0, 0, f"invalid YAML: {reason}") from None

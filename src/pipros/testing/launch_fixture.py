@@ -28,7 +28,7 @@ class NodesDidNotStart(PiprosError):
 class Launched:
     """The nodes of a launch file while a test runs.
 
-    A thread monitors the nodes and restarts those with `respawn`, until a `required` node exits. The other
+    A thread monitors the nodes and restarts nodes with `respawn`, until a `required` node exits. The other
     nodes run until `stop` is called.
 
     Attributes:

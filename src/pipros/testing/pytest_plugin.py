@@ -130,8 +130,7 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
 def ros_faults(
     ros_master: Core, monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config
 ) -> Iterator[FaultProxy]:
-    """A proxy between the nodes started by the test and all others, which can delay, split, corrupt, stall
-    and cut.
+    """A proxy between the nodes started by the test and all other nodes, to disturb their connections.
 
     `ROS_MASTER_URI` is set to the proxy, and `ros_launch` uses it; `ros_node` is on the other side. The proxy
     forwards everything unchanged until `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or

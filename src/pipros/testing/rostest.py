@@ -36,7 +36,7 @@ class TestProgramTimedOut(PiprosError):
 
 
 class SystemFixture(Protocol):
-    """A running system for one test: its own master or an existing one, and the launch file's nodes."""
+    """A running system for one test: its own or an existing master, and the launch file's nodes."""
 
     @property
     def run_id(self) -> str: ...

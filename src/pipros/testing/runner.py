@@ -110,7 +110,7 @@ def _name(test: unittest.TestCase) -> str:
 
 
 def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
-    """Return the test's own frames, without those of unittest and the tools."""
+    """Return the test's own frames, without the frames of unittest and the tools."""
     while frames is not None and "__unittest" in frames.tb_frame.f_globals:
         frames = frames.tb_next
     kept = []

@@ -77,7 +77,7 @@ def parse_suites(content: bytes, file: str) -> list[Suite]:
     if root.tag == "testsuites":
         return [_parse_suite(element) for element in root.all("testsuite")]
     raise UnreadableResults(
-        f"{file}:{root.line}: a test result file starts with <testsuite> or <testsuites>, not <{root.tag}>"
+        f"{file}:{root.line}: test results must start with <testsuite> or <testsuites>, got <{root.tag}>"
     )
 
 

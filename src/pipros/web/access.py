@@ -43,7 +43,8 @@ class Access:
         return self._url(host, f"code={self.secret.new_code()}", tab)
 
     def check_host(self, host: str | None) -> None:
-        """Raise `Denied` unless the `Host` of a request is a name of the server, with its port.
+        """Raise `Denied` unless a request's `Host` header contains a name of the server and the server's
+        port.
 
         Browsers omit the default port of a scheme.
         """

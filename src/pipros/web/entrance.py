@@ -1,4 +1,4 @@
-"""Accept connections from browsers, and limit those that have not authenticated yet.
+"""Accept connections from browsers, and limit connections that have not been authenticated yet.
 
 Theory of operation. The listening socket counts each connection when it is accepted, before a TLS handshake,
 in a table like the ones that a node's servers use. Until `Visitor.admit` is called, a connection may be
@@ -68,7 +68,7 @@ class Visitor(socket.socket):
         """Close immediately, discarding unsent data."""
         if isinstance(self._transport, asyncio.WriteTransport):
             self._transport.abort()
-        else:  # during the TLS handshake
+        else:  # the TLS handshake is not complete
             sockets.abort(self)
 
     def close(self) -> None:
@@ -90,7 +90,7 @@ class Entrance:
 
     Attributes:
         limit: maximum number of connections.
-        table: all connections; those that may be closed in favour of new ones are idle.
+        table: all connections. Connections that may be closed in favour of new connections are idle.
         visitors: connections by file descriptor.
     """
 
@@ -150,5 +150,5 @@ class _Listener(socket.socket):
         visitor = Visitor(fileno=sock.detach())
         if not self._entrance.welcome(visitor, address):
             visitor.close()
-            raise BlockingIOError("too many connections")  # for asyncio: no connection is pending
+            raise BlockingIOError("too many connections")  # tells asyncio that no connection is pending
         return visitor, address

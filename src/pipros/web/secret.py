@@ -43,7 +43,7 @@ class Secret:
         self._codes: dict[str, float] = {}  # code to expiry time, oldest first
 
     def __repr__(self) -> str:
-        return "Secret()"  # without the token: representations end up in logs
+        return "Secret()"  # omits the token, because representations end up in logs
 
     def is_token(self, value: object) -> bool:
         """Return whether a value from a client is a token of this server."""

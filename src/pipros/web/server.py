@@ -108,7 +108,7 @@ class PageServer:
     """Serves the page until it is closed. For use in one event loop."""
 
     def __init__(self, services: Services, secret: Secret | None = None) -> None:
-        """Create a server. `secret` defaults to a new one."""
+        """Create a server. `secret` defaults to a new secret."""
         self._services = services
         self._secret = secret or Secret()
         self._limits = process_limits()

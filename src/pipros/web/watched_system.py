@@ -93,7 +93,7 @@ class WatchedSystem:
                 return
             try:
                 observation = self._observer.poll()
-            except Exception as error:  # a defect; log one line per kind
+            except Exception as error:  # this is a defect; log one line for each kind of error
                 text = f"cannot observe the system: {type(error).__name__}: {error}"
                 if type(error) not in logged:
                     logged.add(type(error))

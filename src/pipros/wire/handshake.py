@@ -1,7 +1,8 @@
 """The headers that both ends of a TCPROS connection exchange first, and the rules for refusing a connection.
 
 This module does no I/O: it takes headers and returns headers or a refusal. Sources:
-http://wiki.ros.org/ROS/TCPROS and, where it says nothing, genuine rospy and roscpp. The end that connects
+http://wiki.ros.org/ROS/TCPROS and, where that page says nothing, genuine rospy and roscpp. The end that
+connects
 sends first; a refusal is a header with the single field `error`, after which the connection closes.
 """
 
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 from pipros.basics.errors import ProtocolError, Refused
 from pipros.basics.printable import printable
 
-ANY = "*"  # as an md5sum or type, matches any other
+ANY = "*"  # an md5sum or type that matches any other
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ def request_service_link(
     probe: bool = False,
     extra: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
-    """Return the header that a client sends to request a service, including its `extra` fields."""
+    """Return the header that a client sends to request a service, including the fields in `extra`."""
     fields = {"service": service, "md5sum": interface.md5sum, "callerid": caller_id}
     if persistent:
         fields["persistent"] = "1"

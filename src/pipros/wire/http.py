@@ -129,7 +129,7 @@ _CHUNKED: Final = -2
 
 
 class _Reader:
-    """The common part of both readers: a head, then a body."""
+    """Base class of both readers, which read a head and then a body."""
 
     def __init__(self, *, head_limit: int, body_limit: int, limit_name: str) -> None:
         """Limit the size of heads and bodies.
@@ -163,17 +163,17 @@ class _Reader:
             del buffer[: len(buffer) - len(buffer.lstrip(b"\r\n"))]
             # this may be TLS, for example, so do not wait for more
             if buffer and not 0x41 <= buffer[0] <= 0x5A:
-                raise HttpError(400, f"not an HTTP message: it begins with {bytes(buffer[:20])!r}")
+                raise HttpError(400, f"this is not an HTTP message: it begins with {bytes(buffer[:20])!r}")
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
         # the last three bytes may be the start of the end marker
         if (end.start() if end else len(buffer) - 3) > self._head_limit:
-            raise HttpLimitExceeded(431, f"an HTTP head of more than {self._head_limit} bytes")
+            raise HttpLimitExceeded(431, f"an HTTP head must have <= {self._head_limit} bytes")
         if end is None:
             self._searched = len(buffer)
             return False
         head = bytes(buffer[: end.start()])
         if control := _CONTROL(head):
-            raise HttpError(400, f"an HTTP head with the control character {control[0]!r}")
+            raise HttpError(400, f"an HTTP head must not contain control characters, got {control[0]!r}")
         lines = head.decode("latin-1").replace("\r\n", "\n").split("\n")
         del buffer[: end.end()]
         self._searched = 0
@@ -204,18 +204,20 @@ class _Reader:
         return front
 
     def _declared_length(self) -> int | None:
-        """Return the length that the headers announce; None if they do not."""
+        """Return the length that the headers announce, or None if they do not announce a length."""
         headers = self._headers
         if headers.get("content-encoding", "identity").lower() != "identity":
             raise HttpError(
-                415, f"a body compressed by {headers['content-encoding'][:40]!r}; send it uncompressed"
+                415, f"an HTTP body must not be compressed, got {headers['content-encoding'][:40]!r}"
             )
         length = headers.get("content-length")
         if "transfer-encoding" in headers:
             if length is not None:
-                raise HttpError(400, "both Content-Length and Transfer-Encoding")
+                raise HttpError(400, "Content-Length and Transfer-Encoding must not be combined")
             if headers["transfer-encoding"].lower() != "chunked":
-                raise HttpError(400, f"the transfer encoding {headers['transfer-encoding'][:40]!r}")
+                raise HttpError(
+                    400, f"Transfer-Encoding must be chunked, got {headers['transfer-encoding'][:40]!r}"
+                )
             return _CHUNKED
         if length is None:
             return None
@@ -231,7 +233,7 @@ class _Reader:
         return "keep-alive" in options
 
     def _parse_start_line(self, line: str) -> re.Match[str]:
-        raise HttpError(400, f"not an HTTP message: {line[:40]!r}")
+        raise HttpError(400, f"this is not an HTTP message: {line[:40]!r}")
 
     def _body_length(self) -> int:
         return 0
@@ -292,22 +294,24 @@ class RequestReader(_Reader):
     def _parse_start_line(self, line: str) -> re.Match[str]:
         match = re.fullmatch(_REQUEST_LINE, line)
         if match is None:
-            raise HttpError(400, f"not an HTTP request: it begins with {line[:40]!r}")
+            raise HttpError(400, f"this is not an HTTP request: it begins with {line[:40]!r}")
         if match[3] != "1":
             raise HttpError(505, f"HTTP/{match[3]} is not supported, only HTTP/1")
         if match[1] != "POST":
             raise HttpError(
-                405, f"{match[1]} of {match[2][:80]}; this is an XML-RPC server, which needs POST"
+                405, f"requests to an XML-RPC server must be POST, got {match[1]} of {match[2][:80]}"
             )
         return match
 
     def _body_length(self) -> int:
         if "origin" in self._headers:
             # Only browsers send Origin. Without this check, a web page could call servers bound to loopback.
-            raise HttpError(403, f"a request from a web page of {self._headers['origin'][:80]}")
+            raise HttpError(
+                403, f"requests from web pages are not allowed, got {self._headers['origin'][:80]}"
+            )
         length = self._declared_length()
         if length is None:
-            raise HttpError(411, "a request without Content-Length")
+            raise HttpError(411, "the request must have a Content-Length header")
         return length
 
 
@@ -356,7 +360,7 @@ class ResponseReader(_Reader):
     def _parse_start_line(self, line: str) -> re.Match[str]:
         match = _STATUS_LINE(line)
         if match is None or match[1] != "1":
-            raise HttpError(400, f"not an HTTP response: it begins with {line[:40]!r}")
+            raise HttpError(400, f"this is not an HTTP response: it begins with {line[:40]!r}")
         return match
 
     def _body_length(self) -> int:
@@ -372,12 +376,12 @@ def _parse_headers(lines: list[str]) -> dict[str, str]:
     for line in lines[1:]:
         name, colon, value = line.partition(":")
         if not colon or not _TOKEN(name):
-            raise HttpError(400, f"an HTTP header line that begins with {line[:40]!r}")
+            raise HttpError(400, f"malformed HTTP header line: {line[:40]!r}")
         name = name.lower()
         value = value.strip(" \t")
         if name in headers:
             if name == "content-length" and headers[name] != value:
-                raise HttpError(400, "two different values of Content-Length")
+                raise HttpError(400, "the values of Content-Length differ")
             if name != "content-length":
                 headers[name] += ", " + value
         else:

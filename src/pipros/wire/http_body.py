@@ -36,7 +36,7 @@ def check_body_length(length: int, limit: int, limit_name: str) -> None:
     """Raise `HttpLimitExceeded` if `length` exceeds `limit`, which is named `limit_name` in `Limits`."""
     if length > limit:
         raise HttpLimitExceeded(
-            413, f"an HTTP body of {length} bytes or more; {limit_text(limit_name, limit)}"
+            413, f"the HTTP body has {length} bytes or more; {limit_text(limit_name, limit)}"
         )
 
 
@@ -76,16 +76,16 @@ class ChunkedBody:
                 return None
             self._chunk_count += 1
             if self._chunk_count > CHUNKS_LIMIT:
-                raise HttpLimitExceeded(413, f"an HTTP body in more than {CHUNKS_LIMIT} chunks")
+                raise HttpLimitExceeded(413, f"an HTTP body must have <= {CHUNKS_LIMIT} chunks")
         if len(buffer) >= _LINE_LIMIT:
-            raise HttpError(400, "an HTTP chunk without a size")
+            raise HttpError(400, "an HTTP chunk must begin with a size")
         return None
 
     def _cut_chunk(self, buffer: bytearray, line: bytes) -> bool:
         """Remove the chunk that starts with `line`; return False if it is incomplete."""
         size_text = re.fullmatch(_SIZE_LINE, line)
         if size_text is None:
-            raise HttpError(400, f"an HTTP chunk that begins with {line[:40]!r}")
+            raise HttpError(400, f"an HTTP chunk must begin with a size, got {line[:40]!r}")
         size = int(size_text[1], 16)
         check_body_length(len(self._body) + size, self._limit_bytes, self._limit_name)
         start = len(line) + 1

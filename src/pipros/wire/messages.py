@@ -2,7 +2,8 @@
 
 `MessageReader` is for topics and service requests. Sockets receive directly into memory that is reused,
 because new buffers of megabytes cause page faults, which dominate the time for large messages. A receiver
-that keeps the messages would have to copy them; it gets large ones as `bytes` of their own. `ReplyReader` is
+that keeps the messages would have to copy them; it can receive large messages as separate `bytes` objects.
+`ReplyReader` is
 for service replies, which are messages preceded by a byte that says whether the call succeeded.
 
 Source: http://wiki.ros.org/ROS/TCPROS
@@ -65,11 +66,12 @@ class MessageReader:
 
         Args:
             limit_bytes: maximum size of a message; defaults to the process-wide `Limits.frame_bytes`.
-            keeps_large: ask, by `whole_bytes`, for large messages as `bytes` of their own.
+            keeps_large: whether large messages are to be received as separate `bytes` objects; see
+                `whole_bytes`.
         """
         self._keeps_large = keeps_large
         self._expects_large = False  # the last messages were large, and must be kept
-        self._whole: bytes | None = None  # a message that is not in the store
+        self._whole: bytes | None = None  # a large message that is received as `bytes`
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self._use(bytearray(_INITIAL_BYTES))
         self._start = 0  # index of the first byte that is not in a yielded message
@@ -80,7 +82,7 @@ class MessageReader:
     def space(self) -> memoryview:
         """Return memory to receive into, which is never empty. Previously yielded messages become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
-            self._grow()  # the peer sent more than fits
+            self._grow()  # the peer sent more than fits into the buffer
         pending = self._end - self._start
         if not pending:
             if self.is_large:
@@ -104,7 +106,7 @@ class MessageReader:
     def whole_bytes(self) -> int:
         """Size of the next message if it should be received as `bytes`, for `feed_whole`; 0 if not.
 
-        Only the length of the message has arrived, and an earlier one was as large.
+        It should if only the length of the message has arrived, and an earlier message was as large.
         """
         if self._expects_large and self._end - self._start == 4:
             (length,) = _unpack_length(self._view, self._start)
@@ -141,7 +143,7 @@ class MessageReader:
             body = self._start + 4
             if length > self.limit_bytes:
                 limit = limit_text("frame_bytes", self.limit_bytes)
-                raise LimitExceeded(f"message of {length} bytes announced, {limit}")
+                raise LimitExceeded(f"message of {length} bytes announced; {limit}")
             if end - body < length:
                 return
             self._start = body + length
@@ -244,7 +246,7 @@ class ReplyReader:
             (length,) = _unpack_length(held, 1)
             if length > self.limit_bytes:
                 limit = limit_text("frame_bytes", self.limit_bytes)
-                raise LimitExceeded(f"reply of {length} bytes announced, {limit}")
+                raise LimitExceeded(f"reply of {length} bytes announced; {limit}")
             missing += length
             if missing <= 0:
                 end = _REPLY_HEAD_BYTES + length

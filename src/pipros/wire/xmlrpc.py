@@ -241,8 +241,8 @@ def decode_call(body: bytes | bytearray, *, limit_bytes: int | None = None) -> t
 
     Raises:
         LimitExceeded: the document is larger or deeper than the limits.
-        ProtocolError: the document is not an XML-RPC call, or has a DTD, nil, or integers beyond 32 bits,
-            which could be stored but not sent on.
+        ProtocolError: the document is not an XML-RPC call, or contains a DTD, nil, or an integer beyond 32
+            bits. (The master could store such an integer, but not send it.)
     """
     _check_size(body, "body_bytes", process_limits().body_bytes if limit_bytes is None else limit_bytes)
     from pipros.wire import xmlrpc_fast
@@ -275,7 +275,7 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
     value, is_fault = xmlrpc_expat.decode_response(body, ANSWER_NESTING_LIMIT)
     if is_fault:
         if not isinstance(value, dict) or type(value.get("faultCode")) is not int:
-            raise ProtocolError("an XML-RPC fault without faultCode and faultString")
+            raise ProtocolError("an XML-RPC fault must contain faultCode and faultString")
         raise Fault(value["faultCode"], str(value.get("faultString", "")))
     return value
 
@@ -283,4 +283,4 @@ def decode_response(body: bytes | bytearray, *, limit_bytes: int | None = None) 
 def _check_size(body: bytes | bytearray, limit_name: str, limit_bytes: int) -> None:
     if len(body) > limit_bytes:
         limit = limit_text(limit_name, limit_bytes)
-        raise LimitExceeded(f"an XML-RPC document of {len(body)} bytes; {limit}")
+        raise LimitExceeded(f"the XML-RPC document has {len(body)} bytes; {limit}")

@@ -53,7 +53,7 @@ def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple
         raise ProtocolError("an XML-RPC call was expected: a methodCall element that has a methodName")
     params = children[1] if len(children) == 2 else []
     if len(children) > 2 or not isinstance(params, list):
-        raise ProtocolError("a methodCall has one methodName and one params element")
+        raise ProtocolError("a methodCall must have one methodName and one params element")
     return children[0].text, tuple(params)
 
 
@@ -108,7 +108,7 @@ def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
         if tag in ("array", "struct"):
             containers += 1
             if containers > nesting_limit:
-                raise LimitExceeded(f"an XML-RPC value nested deeper than {nesting_limit}")
+                raise LimitExceeded(f"XML-RPC values must be nested <= {nesting_limit} deep")
         open_elements.append(_Element(tag))
 
     def characters(text: str) -> None:
@@ -125,7 +125,7 @@ def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
             document.children = element.children
 
     def refuse_dtd(*_: Any) -> None:
-        raise ProtocolError("an XML-RPC document with a DTD, which could define entities; refused")
+        raise ProtocolError("an XML-RPC document must not contain a DTD, because a DTD can define entities")
 
     parser = expat.ParserCreate()
     parser.buffer_text = True
@@ -137,12 +137,12 @@ def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
         for fed in range(SLICE_BYTES, len(body), SLICE_BYTES):
             parser.Parse(body[fed - SLICE_BYTES : fed], False)
             if fed - parser.CurrentByteIndex > TAG_LIMIT_BYTES:
-                raise LimitExceeded(f"an XML-RPC document with a tag of more than {TAG_LIMIT_BYTES} bytes")
+                raise LimitExceeded(f"a tag in an XML-RPC document must have <= {TAG_LIMIT_BYTES} bytes")
         parser.Parse(body[(max(len(body), 1) - 1) // SLICE_BYTES * SLICE_BYTES :], True)
     except expat.ExpatError as error:
-        raise ProtocolError(f"an XML-RPC document that is not well-formed XML: {error}") from None
+        raise ProtocolError(f"the XML-RPC document is not well-formed XML: {error}") from None
     except (UnicodeError, LookupError) as error:
-        raise ProtocolError(f"an XML-RPC document in an encoding that cannot be read: {error}") from None
+        raise ProtocolError(f"cannot decode the XML-RPC document: {error}") from None
     return document.tag, document.children
 
 
@@ -150,12 +150,12 @@ def _close(element: _Element) -> Any:
     tag, children = element.tag, element.children
     text = "".join(element.text)
     if tag in _MAY_CONTAIN and children and text.strip():
-        raise ProtocolError(f"text {text.strip()[:40]!r} between the elements of <{tag}> in XML-RPC")
+        raise ProtocolError(f"<{tag}> in XML-RPC must not contain text, got {text.strip()[:40]!r}")
     if convert := _CONVERT.get(tag):
         try:
             return convert(text)
         except (ValueError, Base64Error) as error:
-            raise ProtocolError(f"<{tag}> with the content {text[:40]!r} in XML-RPC: {error}") from None
+            raise ProtocolError(f"<{tag}> in XML-RPC has invalid content {text[:40]!r}: {error}") from None
     if tag == "value":
         if not children:
             return text
@@ -175,7 +175,9 @@ def _close(element: _Element) -> Any:
 
 def _only_child(element: _Element) -> Any:
     if len(element.children) != 1:
-        raise ProtocolError(f"<{element.tag}> with {len(element.children)} elements in XML-RPC; it needs one")
+        raise ProtocolError(
+            f"<{element.tag}> in XML-RPC must contain one element, got {len(element.children)}"
+        )
     return element.children[0]
 
 

@@ -256,9 +256,9 @@ class _Build:
             project.needs_cmake.append(NativeTarget(what, file, int(line)))
 
     def _check_reconfigure_options(self, natives: Sequence[SourcePackage]) -> None:
-        """Fail compiled packages with `.cfg` files if dynamic_reconfigure is missing.
+        """Report compiled packages with `.cfg` files as failed if dynamic_reconfigure is missing.
 
-        Otherwise CMake would fail for all packages.
+        Without this check, CMake would fail for all packages.
         """
         users = [native for native in natives if self._result.projects[native.name].has_reconfigure_options]
         if not users or "dynamic_reconfigure" in self._result.projects:

@@ -129,7 +129,7 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
         packages.setdefault(project.name, "")
     for name, folder in packages.items():
         if "." in name:
-            continue  # found through its parent package
+            continue  # Python finds this module through its parent package
         init = modules / name / "__init__.py"
         if folder and os.path.isfile(os.path.join(folder, "__init__.py")):
             write_if_changed(init, _RELAYED_PACKAGE.format(name=name, folder=folder))
@@ -145,7 +145,7 @@ def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> Non
     try:
         stubs = package_stubs(project.name, definitions)
     except (DefinitionError, NotFound):
-        return  # the invalid file is one that the package does not list
+        return  # the package does not list the invalid file
     for path, text in stubs.items():
         write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
 

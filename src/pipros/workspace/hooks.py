@@ -23,7 +23,7 @@ class FoundHook:
 def find_hooks(workspaces: Sequence[Path], shell: str) -> list[FoundHook]:
     """Return a shell's hooks in Noetic's order: `.sh` before shell-specific hooks, underlays before overlays.
 
-    If several workspaces have a hook with the same name, only the topmost one is returned.
+    If several workspaces have a hook with the same name, only the hook of the topmost workspace is returned.
 
     Args:
         workspaces: the workspaces, topmost first.

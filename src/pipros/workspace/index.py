@@ -1,4 +1,4 @@
-"""Index of ROS packages: those in the folders of `ROS_PACKAGE_PATH`, then those shipped with pipros."""
+"""Index of the ROS packages in the folders of `ROS_PACKAGE_PATH` and of the packages shipped with pipros."""
 
 from __future__ import annotations
 

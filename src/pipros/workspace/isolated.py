@@ -58,7 +58,7 @@ def build_isolated(
     say: Say,
     variables: Mapping[str, str],
 ) -> IsolatedResult:
-    """Build packages one after another; each uses the previous ones as underlays.
+    """Build packages one after another. The devel spaces of earlier packages are underlays of later ones.
 
     Genuine catkin builds packages with compiled code and their dependencies. Compiled code is only discovered
     when the build reaches such a package. The build then starts over.

@@ -7,7 +7,8 @@ The build uses catkin_pkg because it validates manifests. It is not used here be
 50 ms to import and 0.4 ms per manifest, while this module takes 22 ms (mostly modules that the command
 imports anyway) and 0.1 ms. In a workspace of 200 packages, this would add about 0.1 s to every `rospack`
 call, including each Tab completion. Moreover, catkin_pkg rejects manifests that genuine rospack accepts, such
-as one without a maintainer. (Measured with the 84 manifests below /usr/share that Debian's ROS packages
+as a manifest without a maintainer. (Measured with the 84 manifests below /usr/share that Debian's ROS
+packages
 install.)
 """
 
@@ -75,7 +76,7 @@ def read_manifest(package: Path) -> Manifest:
         file = package / DRY_MANIFEST
     root = parse(read_file(file), str(file))
     if root.tag != "package":
-        raise XmlError(str(file), root.line, root.column, "the root element is not <package>")
+        raise XmlError(str(file), root.line, root.column, "the root element must be <package>")
     dependencies = []
     for tag, kinds in _MEANING.items():
         for child in root.children:

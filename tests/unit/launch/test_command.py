@@ -93,7 +93,10 @@ def test_nodes_that_cannot_be_launched_are_explained(maker: CommandMaker, node: 
 @pytest.mark.parametrize(
     ("node", "complaint"),
     [
-        (Node("gmapping", "slam_gmapping", "map"), "The programs of gmapping are C.* ros-noetic-gmapping"),
+        (
+            Node("gmapping", "slam_gmapping", "map"),
+            "The programs of gmapping are written in C.* ros-noetic-gmapping",
+        ),
         (
             Node("nodelet", "nodelet", "cloud", arguments="load depth_image_proc/point_cloud_xyz manager"),
             "The nodelet depth_image_proc/point_cloud_xyz .*-nodelet ros-noetic-depth-image-proc",

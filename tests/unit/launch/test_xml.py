@@ -186,7 +186,9 @@ def test_arguments_that_double_each_other_are_refused(tmp_path: Path) -> None:
         f'<arg name="a{number + 1}" value="$(arg a{number})$(arg a{number})"/>' for number in range(40)
     )
     file = write(tmp_path, "a.launch", f'<launch><arg name="a0" value="0123456789"/>{doubling}</launch>')
-    with pytest.raises(LaunchError, match="the substitutions insert too much: the limit is 1048576") as error:
+    with pytest.raises(
+        LaunchError, match="the substitutions insert too many characters: the limit is 1048576"
+    ) as error:
         load([file])
     assert 'name="a17"' in error.value.element
 

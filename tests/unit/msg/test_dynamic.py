@@ -108,7 +108,7 @@ def part(name: str, text: str) -> str:
     [
         ("p/Missing x", r"unknown type \[p/Missing\]"),
         ("T t", "cannot contain itself"),
-        (f"int32 x\n{SEPARATOR}\nint32 y", "expected MSG: package/Name"),
+        (f"int32 x\n{SEPARATOR}\nint32 y", "must be followed by MSG: package/Name"),
         (f"int32 x\n{part('no name', 'int32 x')}", "a type name must have the form package/Name, got"),
         ("int32 serialize", "the name serialize is taken"),
         ("int32 from\nint32 from_", "the name from_ is taken"),
@@ -117,7 +117,7 @@ def part(name: str, text: str) -> str:
             "int32 x\n" + "".join(part(f"p/T{i}", "") for i in range(Limits().definition_types)),
             "more than 1000 types",
         ),
-        ("int32[67108865] x", "is longer than"),
+        ("int32[67108865] x", "array length must be <= 67108864, got 67108865"),
         ("A[3000] a\n" + part("p/A", "int32[3000] x"), "would hold more than 4194304 values"),
         (
             "A[] a\n"

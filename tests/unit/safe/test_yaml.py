@@ -89,7 +89,7 @@ def test_aliases_are_counted_at_each_use() -> None:
     text = "a: &a [1, 2]\nb: [*a, *a]\n"
 
     assert load(text, limits=Limits(yaml_values=13)) == {"a": [1, 2], "b": [[1, 2], [1, 2]]}
-    with pytest.raises(YamlError, match=r"^<string>:2:9: expands to more than 12 values"):
+    with pytest.raises(YamlError, match=r"^<string>:2:9: the text expands to more than 12 values"):
         load(text, limits=Limits(yaml_values=12))
 
 
@@ -97,7 +97,7 @@ def test_an_alias_is_as_deep_as_its_value() -> None:
     text = "a: &a [[1]]\nb: [[*a]]\n"
 
     assert load(text, limits=Limits(yaml_depth=5)) == {"a": [[1]], "b": [[[[1]]]]}
-    with pytest.raises(YamlError, match=r"^<string>:2:6: nested more than 4 deep"):
+    with pytest.raises(YamlError, match=r"^<string>:2:6: the text is nested more than 4 deep"):
         load(text, limits=Limits(yaml_depth=4))
 
 

@@ -91,7 +91,7 @@ Expected: true</failure>
         (b"", "not XML"),
         (b"<testsuite", "not XML"),
         (b"<!DOCTYPE t [<!ENTITY a 'b'>]><testsuite/>", "DOCTYPE"),
-        (b"<html/>", "r.xml:1: a test result file starts with <testsuite> or <testsuites>, not <html>"),
+        (b"<html/>", "r.xml:1: test results must start with <testsuite> or <testsuites>, got <html>"),
     ],
 )
 def test_a_file_of_another_kind_is_refused_with_its_name(content: bytes, reason: str) -> None:

@@ -36,7 +36,7 @@ def ask_hddtemp(address: tuple[str, int] = HDDTEMP) -> list[DiskHeat]:
 
     Raises:
         OSError: the daemon is not running or does not respond.
-        BadReading: the response was not sent by hddtemp.
+        BadReading: the response does not have hddtemp's format.
     """
     answer = b""
     with socket.create_connection(address, HDDTEMP_DEADLINE_S) as connection:

@@ -1,4 +1,6 @@
-"""`rospy.impl.tcpros`: where genuine rospy starts its transport. In pipros, the node does this itself."""
+"""`rospy.impl.tcpros`: the module in which genuine rospy starts its transport. In pipros, the node does this
+itself.
+"""
 
 from __future__ import annotations
 

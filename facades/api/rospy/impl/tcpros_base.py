@@ -52,7 +52,7 @@ class TCPROSServer(InternalOfRospy):
 
 
 class TCPROSTransportProtocol(InternalOfRospy):
-    """Common part of genuine rospy's connections for one topic or service."""
+    """Base class of genuine rospy's protocols for one topic or service."""
 
 
 class TCPROSTransport(InternalOfRospy, Transport):

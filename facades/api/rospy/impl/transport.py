@@ -22,7 +22,7 @@ _numbers = itertools.count(1)
 
 
 class Transport:
-    """Common part of all connections.
+    """Base class of all connections.
 
     Attributes:
         transport_type: for example, `TCPROS`.
@@ -80,7 +80,7 @@ class Transport:
 
 
 class DeadTransport(Transport):
-    """Statistics that remain of a closed connection."""
+    """Statistics kept after a connection has closed."""
 
     def __init__(self, transport: Transport) -> None:
         super().__init__(transport.direction, transport.name)

@@ -14,7 +14,10 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 
 
 class Relay:
-    """Republisher of a topic. In lazy and stealth mode, it subscribes only while another node does."""
+    """Republisher of a topic. In lazy mode, it subscribes only while its output has subscribers.
+
+    In stealth mode, it subscribes only while another node subscribes to the topic passed to `look_at`.
+    """
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:
         self._lazy, self._stealth = lazy and not stealth, stealth

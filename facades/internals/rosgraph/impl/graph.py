@@ -87,7 +87,7 @@ class Graph:
 
     @property
     def nt_all_edges(self) -> EdgeList:
-        """The connections between nodes and topics that the registrations imply."""
+        """The connections between nodes and topics, according to the registrations."""
         return _edges(self._live.registered_links)
 
     @property
@@ -107,7 +107,7 @@ class Graph:
         self.node_stale = stale_secs
 
     def update(self) -> bool:
-        """Query the master and all nodes, including bad nodes, whose responses are stale.
+        """Query the master and all nodes, including bad nodes, unless their last responses are recent enough.
 
         Return True on any change.
         """

@@ -13,7 +13,7 @@ class Definition:
     """Type of a topic.
 
     Attributes:
-        text: the definition, followed by those of all embedded types.
+        text: the definition, followed by the definitions of all embedded types.
     """
 
     type: str

@@ -39,7 +39,7 @@ _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
 CHANGING = ("clientPublish", "services")
-"""Capabilities of the protocol: those that every server has, and those that require control."""
+"""Capabilities of the protocol: for every server, and only for servers that allow control."""
 CAPABILITIES: Final = (*READING, *CHANGING)
 
 
@@ -122,7 +122,7 @@ class FoxgloveHandler:
         return session
 
     def is_login(self, first: str | bytes) -> bool:  # noqa: ARG002
-        """Return False: the protocol has no login of its own."""
+        """Return False, because the protocol does not define a login."""
         return False
 
     def leave(self, session: ClientSession) -> None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class Encoding(IntEnum):
     """Encodings of a topic's messages.
 
-    If a client requests several, the one with the highest value is used.
+    If a client requests several encodings, the encoding with the highest value is used.
     """
 
     JSON = 0
@@ -123,7 +123,9 @@ def fragment_frames(whole: Frame, size: int) -> Sequence[Frame]:
 
 
 class Encoder:
-    """Encodes the messages of topics for all clients, each once per encoding. For use in any thread.
+    """Encodes topic messages for all clients. Each message is encoded at most once per encoding.
+
+    Methods may be called from any thread.
 
     Args:
         is_bson: whether clients receive BSON instead of JSON.

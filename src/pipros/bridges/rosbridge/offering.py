@@ -31,7 +31,7 @@ class Offerer(Protocol):
 class OfferedServices:
     """The services of all clients.
 
-    A new offer replaces earlier ones of the same name, as after a page is reloaded.
+    A new offer replaces earlier offers of the same name, as after a page is reloaded.
     """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:

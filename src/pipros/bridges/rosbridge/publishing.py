@@ -111,7 +111,7 @@ class SharedPublishers:
         found.close()
 
     def _make_room(self) -> None:
-        """If there are too many publishers, unregister the one that has been unused for longest.
+        """If there are too many publishers, unregister the publisher that has been unused for longest.
 
         Raises:
             LimitExceeded: all publishers are in use.

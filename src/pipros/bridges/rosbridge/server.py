@@ -111,7 +111,7 @@ class ServerOptions:
     Attributes:
         host, port: the address to listen on; port 0 selects a free one.
         certificate, key: PEM files for TLS; None without TLS.
-        origins: origins of pages that may connect besides those of this machine.
+        origins: origins of pages that may connect, in addition to pages of this machine.
         allows_null_origin: whether pages without an origin, such as files, may.
         authenticator: checks the operation `auth` of each client; None without authentication.
         ping_s: interval of pings, and timeout for their answers; None disables pings.

@@ -90,7 +90,7 @@ class _Server:
 
 
 class TcpServer(_Server):
-    """A rosbridge server for TCP on a node."""
+    """A rosbridge server that accepts TCP connections, running on a node."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
         super().__init__(node, options)
@@ -157,7 +157,9 @@ class TcpServer(_Server):
             self._disconnect(writer, session)
 
     async def _end_idle(self) -> None:
-        """Disconnect the client that has been silent for longest, of those that use no topics or services."""
+        """Of the clients that use no topics or services, disconnect the client that has been silent for
+        longest.
+        """
         idle = (writer for writer, session in self._sessions.items() if session.is_unused)
         writer = next(idle, None)
         if writer is not None:

@@ -97,7 +97,7 @@ class TopicStream:
             self._send(message, delivery)
 
     def _replaced(self) -> list[Taken]:
-        """Remove and return the subscriptions that a newer one has replaced."""
+        """Remove and return the subscriptions that newer subscriptions have replaced."""
         if len(self._taken) < 2 or self._taken[-1].subscriber is None:
             return []
         replaced, self._taken = self._taken[:-1], self._taken[-1:]

@@ -40,9 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _is_one_candidate(candidate: str) -> bool:
-    """Return False if the shell would read the candidate as several, such as a file name with a line
-    break.
-    """
+    """Return False if the shell would read the candidate as several words (a file name with a line break)."""
     return candidate.startswith(MANY_LINES) or candidate.isprintable()
 
 

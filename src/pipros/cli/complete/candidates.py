@@ -67,7 +67,7 @@ def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterab
 
 
 def _index() -> PackageIndex:
-    from pipros.workspace.index import PackageIndex  # not needed for names in the running system
+    from pipros.workspace.index import PackageIndex  # names in the running system do not need it
 
     return PackageIndex.from_environment()
 
@@ -123,7 +123,10 @@ def _arguments(folder: str, name: str) -> list[str]:
 
 
 def _types(kind: str, current: str) -> list[str]:
-    """Return packages with definitions of this kind (`std_msgs/`), or the types in one package."""
+    """Return the packages that contain definitions of this kind, each followed by a slash, as in `std_msgs/`.
+
+    If `current` already contains a package and a slash, return the types in that package.
+    """
     from pipros.msg.importing.hook import installed_library
 
     package, slash, _ = current.partition("/")

@@ -61,7 +61,7 @@ def export(argv: Sequence[str]) -> int:
 def _file_names(topics: Iterable[str]) -> dict[str, str]:
     """Return each topic's output file or folder name, without suffix: `a__b` for `/a/b`.
 
-    If names would collide, including on a case-insensitive file system, append a number to the later ones.
+    If names would collide, including on a case-insensitive file system, append a number to the later names.
 
     Raises:
         CommandError: a topic name is invalid and could point outside the output folder.

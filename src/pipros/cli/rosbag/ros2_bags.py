@@ -29,7 +29,7 @@ def add_folders_option(parser: OptionParser) -> None:
 
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
-    """Return the folders that the user gave, and those of ROS 2's environment."""
+    """Return the folders that the user gave, and the folders in ROS 2's environment."""
     from pipros.ros2.interfaces.catalog import folders_of_environment
 
     return [*map(Path, given), *folders_of_environment(os.environ)]
@@ -42,7 +42,7 @@ def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
         BagError, OSError: see `open_any_bag`.
     """
     if not os.path.isdir(path) and not is_mcap(path) and _is_ros1(path):
-        return open_bag(path)  # without the imports that conversion needs
+        return open_bag(path)  # opening a bag of ROS 1 does not need the imports for conversion
     from pipros.ros2.bags.reader import Ros2BagReader, open_any_bag
 
     bag = open_any_bag(path, folders=definition_folders(msgs))
@@ -52,7 +52,7 @@ def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
 
 
 def warn(skipped: Mapping[str, str], incomplete: Mapping[str, str] | None = None) -> None:
-    """Print why topics, and some messages of others, are left out."""
+    """Print why entire topics, and some messages of other topics, are left out."""
     for topic, reason in skipped.items():
         print(f"WARNING: {listed(topic)} is left out: {listed(reason)}", file=sys.stderr)
     for topic, reason in (incomplete or {}).items():

@@ -50,7 +50,8 @@ def measure_rate(argv: Sequence[str]) -> int:
             topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
         except KeyboardInterrupt:
             return 1  # like Noetic, which fails if there is no topic to subscribe to
-    # Noetic logs the report for one topic; for several topics it is a table, updated in place on a terminal.
+    # Noetic logs the report for one topic. The report for several topics is a table, updated in place on a
+    # terminal.
     block = LiveBlock() if len(topics) > 1 else None
     show = block.show if block else partial(print, flush=True)
     rates = Rates(topics, options.window, say=block.say if block else show)

@@ -120,7 +120,7 @@ class _Publishing:
         options, rate_hz = self._options, self._options.rate_hz
         publisher = self._advertise(
             latch=rate_hz is None or options.latch, queue_size=None
-        )  # so that no message is still queued at the end
+        )  # wait until no message is queued
         self._wait_for_subscriber(publisher)
         if rate_hz is None and (options.once or options.latch):
             for message in islice(messages, 1):
@@ -188,7 +188,7 @@ def _is_one_document(file: str | None) -> bool:
 
 
 def _documents(file: str | None) -> Iterator[Any]:
-    """Yield the YAML documents in a file, or those from standard input as they arrive."""
+    """Yield the YAML documents in a file, or the documents from standard input as they arrive."""
     from pipros.cli.yaml_args import documents_of
 
     if file is None:

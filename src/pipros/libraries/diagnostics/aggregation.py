@@ -13,7 +13,7 @@ OWNER_LIMIT = 100
 
 
 class Aggregation:
-    """The analyzers of one aggregator, including those added by other nodes. Not thread-safe."""
+    """The analyzers of one aggregator, including analyzers added by other nodes. Not thread-safe."""
 
     def __init__(self, base: str, analyzers: Mapping[str, Any], *, other_as_errors: bool = False) -> None:
         """Create the analyzers.
@@ -41,7 +41,7 @@ class Aggregation:
         if owner in self._added:
             raise BadAnalyzer(f"{owner} has already added analyzers")
         if len(self._added) >= OWNER_LIMIT:
-            raise BadAnalyzer(f"{OWNER_LIMIT} nodes have already added analyzers")
+            raise BadAnalyzer(f"the number of nodes that add analyzers must be <= {OWNER_LIMIT}")
         group = AnalyzerGroup("", self.base, analyzers)
         problems = _problems(group)
         if problems:

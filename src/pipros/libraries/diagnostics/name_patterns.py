@@ -55,7 +55,9 @@ class NamePatterns:
         """
         for pattern in patterns:
             if len(pattern) > PATTERN_CHARACTERS:
-                raise ValueError(f"a pattern has at most {PATTERN_CHARACTERS} characters, got {len(pattern)}")
+                raise ValueError(
+                    f"a pattern must have at most {PATTERN_CHARACTERS} characters, got {len(pattern)}"
+                )
             reason = _child().ask(pattern, "")
             if isinstance(reason, str):
                 raise ValueError(reason)

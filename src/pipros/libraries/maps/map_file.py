@@ -135,7 +135,7 @@ def make_grid(description: MapDescription, picture: Picture) -> Grid:
     else:
         cells = bytes(map(table.__getitem__, map(sum, zip(*channels, strict=True))))
     if picture.alpha is not None and description.mode == "scale":
-        partial = range(1, 100)  # the cell is neither free nor occupied
+        partial = range(1, 100)  # values of cells that are neither free nor occupied
         cells = bytes(
             255 if not alpha and cell in partial else cell
             for cell, alpha in zip(cells, picture.alpha, strict=True)

@@ -25,7 +25,9 @@ class UrdfError(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """Rule for a joint that mimics `joint`: the position is `multiplier` times the other's, plus `offset`."""
+    """Rule for a joint that mimics `joint`: its position is `multiplier` times the position of `joint`, plus
+    `offset`.
+    """
 
     joint: str
     multiplier: float = 1.0
@@ -151,7 +153,7 @@ def _check_tree(links: tuple[str, ...], joints: tuple[Joint, ...]) -> None:
                 raise UrdfError(f"joint {joint.name} has the {role} {link}, which does not exist")
         if joint.child in parent_of:
             raise UrdfError(
-                f"link {joint.child} must have one parent, but joint {joint.name} adds a second one"
+                f"link {joint.child} must have one parent, but joint {joint.name} adds a second parent"
             )
         parent_of[joint.child] = joint.parent
     roots = [link for link in links if link not in parent_of]

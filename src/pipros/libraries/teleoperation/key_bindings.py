@@ -58,7 +58,7 @@ class KeyedMotion:
     direction: Direction = field(default=STOP)
 
     def press(self, key: str) -> bool:
-        """Apply a key. Return True if it changed the speeds.
+        """Handle a key press. Return True if it changed the speeds.
 
         An empty string means that no key was pressed for some time.
         """

@@ -27,7 +27,7 @@ class CalibrationError(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """A camera calibration; the fields are those of `sensor_msgs/CameraInfo`.
+    """A camera calibration, with the same values as `sensor_msgs/CameraInfo`.
 
     Attributes:
         width, height: size of the image in pixels.

@@ -61,7 +61,9 @@ class Capture:
         """
         is_read, image = self._video.read()
         if not is_read:
-            raise CameraError(f"no image from {self.device}: unplugged, in use, or the end of a video")
+            raise CameraError(
+                f"{self.device} delivers no image: it is unplugged or in use, or the video has ended"
+            )
         return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 
     def close(self) -> None:

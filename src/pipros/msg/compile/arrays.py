@@ -11,7 +11,7 @@ import struct
 import sys
 from itertools import islice
 
-# This is true for type checkers. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of a first import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -75,7 +75,7 @@ def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, 
         struct.error: there are too few bytes.
     """
     if count * SIZES[code] > len(data) - offset:
-        raise struct.error(f"an array of {count} elements is longer than the data")
+        raise struct.error(f"the data must contain {count} array elements, but is too short")
     return numpy.frombuffer(data, dtype=numpy.dtype(_NUMPY_TYPES[code]), count=count, offset=offset)
 
 

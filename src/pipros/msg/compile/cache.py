@@ -16,7 +16,7 @@ from binascii import crc32
 from pipros.basics.cache_files import CacheFolder
 from pipros.basics.errors import NotFound
 
-TYPE_CHECKING = False  # This is true for type checkers. Every first import of a message imports this module.
+TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from types import CodeType

@@ -7,7 +7,7 @@ import struct
 from pipros.msg.base import Buffer, Message
 from pipros.msg.errors import DeserializationError
 
-# This is true for type checkers. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of a first import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable

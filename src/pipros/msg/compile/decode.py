@@ -61,7 +61,7 @@ class _Decoder(Emitter):
     def begin(self, layout: TypeLayout) -> None:
         """Emit the start of the body.
 
-        Octets are sliced from a view without a copy; all else is read faster from `bytes`.
+        Octets are sliced from a view without a copy; everything else can be read faster from `bytes`.
         """
         self._keeps_view = layout.has_octets or self._is_numpy
         self.emit(
@@ -153,7 +153,7 @@ class _Decoder(Emitter):
 
     def _array(self, kind: FieldType, target: str, within: TypeLayout) -> None:
         """Emit the reading of an array of strings, times or messages."""
-        inner = within.members.get(kind.base)  # this is None for times and strings
+        inner = within.members.get(kind.base)  # None for times and strings
         count = self._count(kind, inner)
         self._flush()
         if kind.base == "string":

@@ -28,7 +28,8 @@ class TypeLayout:
         spec: the definition of the type.
         members: the layouts of the fields' message types, by name.
         has_octets: whether the type contains a variable array of octets at any depth.
-        takes_bytes: whether messages take any bytes at all. If not, an array of them can have any length.
+        takes_bytes: whether serialized messages have any bytes. If not, an array of such messages can have
+            any length.
         is_one_unpack: whether all messages have the same size, so that a single `struct` call reads a
             message.
         only_code: the `struct` code that all fields share, if they are single numbers.

@@ -22,7 +22,7 @@ from pipros.msg.errors import SerializationError
 from pipros.msg.time import Duration as _Duration
 from pipros.msg.time import Time as _Time
 
-# This is true for type checkers. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of a first import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, NoReturn

@@ -15,7 +15,7 @@ from __future__ import annotations
 import os
 import sys
 
-TYPE_CHECKING = False  # This is true for type checkers. Importing `typing` would take milliseconds.
+TYPE_CHECKING = False  # Type checkers treat this as True. Importing `typing` would take milliseconds.
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from importlib.machinery import ModuleSpec
@@ -73,7 +73,7 @@ class _Packages:
 
 
 class PackageFinder:
-    """Finder for the Python package of a ROS package, or only for its messages.
+    """Finder for the Python package of a ROS package. If there is none, it finds only the package's messages.
 
     Modules are searched in `src/` and in the folders listed in `setup.py`, including the `setup.py` of a ROS
     package with a different name. If a well-known module cannot be found, the ImportError names its
@@ -214,9 +214,9 @@ def _may_be_package(name: str) -> bool:
 def _is_python_starting() -> bool:
     """Return True while Python runs `sitecustomize` or `usercustomize`.
 
-    They often import modules that do not exist. For example, at every start of Python, the ones on Debian and
-    Ubuntu try to import a module of the crash reporter. Finding out that it is not a ROS package takes longer
-    than the start itself.
+    They often import modules that do not exist. For example, at every start of Python, these modules on
+    Debian and Ubuntu try to import a module of the crash reporter. Finding out that the crash reporter is not
+    a ROS package takes longer than the start itself.
     """
     for name in ("sitecustomize", "usercustomize"):
         spec = getattr(sys.modules.get(name), "__spec__", None)

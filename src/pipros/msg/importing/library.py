@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pipros.msg.language.definition_files import DefinitionFiles
 
-# This is true for type checkers. Modules that a cached type does not need are imported late.
+# Type checkers treat this as True; importing `typing` would take milliseconds.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping

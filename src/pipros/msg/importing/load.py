@@ -1,7 +1,7 @@
 """Message and service classes by type name, which may come from a peer.
 
-Importing a module runs it, so only message packages are imported. These are packages that have a definition
-of the type, or a module that genpy generated for it. The result is the class that `from package.msg import
+Importing a module runs it, so only packages are imported that have a definition of the type, or a module that
+genpy generated for the type. The result is the class that `from package.msg import
 Name` imports.
 """
 
@@ -16,7 +16,7 @@ from pipros.msg.base import Message
 from pipros.msg.importing.hook import install, installed_library
 from pipros.msg.language.type_names import is_full_type_name
 
-install()  # if pipros.pth did not
+install()  # `pipros.pth` may not have installed it
 
 
 def load_message_class(type_name: str) -> type[Message]:

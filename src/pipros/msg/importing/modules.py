@@ -1,8 +1,8 @@
 """The modules that the import hook creates: one for all of a package's messages, and one for each type.
 
 `std_msgs.msg` knows the names of its types and compiles a type when it is first needed. The class is in
-`std_msgs.msg._String`, as in packages that genpy generates, so that pickles written with either find their
-class in the other.
+`std_msgs.msg._String`, as in packages that genpy generates, so that pickles written with one of the two can
+be read with the other.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleS
 class _InterfaceLoader(Loader):
     """Loader that adds `__getattr__` and `__dir__` for a package's types to its module.
 
-    `__all__` is computed late.
+    `__all__` is computed when it is first read.
     """
 
     def __init__(self, library: Library, package: str, kind: str) -> None:

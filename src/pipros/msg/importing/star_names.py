@@ -28,7 +28,7 @@ def imported_name(name: str) -> object:
 def imported_names(classes: Iterable[object]) -> dict[str, object]:
     """Return all names that the modules generated for these messages import.
 
-    These include the packages of the messages that they contain, at any depth.
+    These include the packages of all embedded messages, at any depth.
     """
     found = {name: imported_name(name) for name in (*MODULES, "python3")}
     seen, new = set[str](), list(classes)

@@ -44,7 +44,7 @@ def comments_of(text: str) -> Comments:
             if is_first and not head:
                 head, block = block, []
             if declaration.startswith("string ") and "=" in declaration:
-                behind = ""  # the `#` is part of the value
+                behind = ""  # in a string constant, `#` is part of the value
             name = _declared_name(declaration)
             of[name] = "\n".join(filter(None, (_joined(block), behind.lstrip("#").strip())))
             is_first, block = False, []

@@ -57,7 +57,7 @@ def _read(file: str) -> str:
         return read_text(file, process_limits().definition_bytes)
     except (OSError, UnicodeDecodeError) as error:
         reason = (error.strerror if isinstance(error, OSError) else None) or error
-        raise DefinitionError(f"cannot be read: {reason}", file=file) from None
+        raise DefinitionError(f"the file cannot be read: {reason}", file=file) from None
 
 
 def _stem(file: str) -> str:

@@ -66,7 +66,7 @@ def complete(spec: MessageSpec, lookup: Lookup) -> CompleteSpec:
 
 
 def check_nesting(specs: Iterable[MessageSpec], lookup: Lookup) -> None:
-    """Check the nesting in all `specs`, visiting each type once.
+    """Check the nesting of messages in all `specs`, visiting each type once.
 
     Raises the same errors as `embedded_types`.
     """
@@ -84,7 +84,7 @@ class _Search:
         self._heights: dict[str, int] = {}
 
     def height(self, outer: MessageSpec, above: tuple[str, ...]) -> int:
-        """Return the nesting depth of messages in `outer`, 0 for none.
+        """Return the nesting depth of messages in `outer`: 0 if it contains no messages.
 
         `above` is the path to `outer`, inclusive.
         """
@@ -127,7 +127,9 @@ def service_md5(spec: ServiceSpec, lookup: Lookup) -> str:
 
 
 def md5_of_halves(request: CompleteSpec, response: CompleteSpec) -> str:
-    """Return the MD5 sum of a service, computed from the request directly followed by the response."""
+    """Return the MD5 sum of a service, computed from the text of the request followed by the text of the
+    response.
+    """
     return _hash(request.md5_text() + response.md5_text())
 
 

@@ -1,4 +1,7 @@
-"""Full texts, as in connection headers and bags: a definition and those of all embedded types."""
+"""Full texts of message definitions, as used in connection headers and bags.
+
+The full text of a type is its definition, followed by the definitions of all types embedded in it.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +26,14 @@ def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None
     where = f"<definition of {type_name}>"
     if len(full_text) > limits.definition_bytes:
         raise DefinitionError(f"the text is longer than {limits.definition_bytes} characters", file=where)
-    full_text = full_text.replace("\r\n", "\n")  # the same limit as for a file
+    full_text = full_text.replace("\r\n", "\n")  # as in files
     parts: dict[str, list[str]] = {}
     current = parts[type_name] = []
     expects_name = False
     for line in full_text.split("\n"):
         if expects_name:
             if not line.startswith("MSG: "):
-                raise DefinitionError("expected MSG: package/Name behind a separator", file=where)
+                raise DefinitionError("a separator must be followed by MSG: package/Name", file=where)
             name = line.removeprefix("MSG: ").strip()
             current = parts[HEADER if name == _OLD_HEADER else name] = []
             expects_name = False

@@ -217,7 +217,7 @@ class _Line:
         digits = match["length"] or ""
         length = int(digits) if digits else None
         if length is not None and length > _ARRAY_LENGTH_LIMIT:
-            raise self._error(f"an array of {length} elements is longer than {_ARRAY_LENGTH_LIMIT}", at=text)
+            raise self._error(f"array length must be <= {_ARRAY_LENGTH_LIMIT}, got {length}", at=text)
         return FieldType(base, bool(match["array"]), length, digits)
 
     def _column(self, part: str) -> int:

@@ -1,6 +1,7 @@
 """Syntax of message type names.
 
-This module is separate from the parser, because every load of a class needs it but few need the parser.
+This module is separate from the parser, because loading a message class always needs these functions but
+rarely needs the parser.
 """
 
 from __future__ import annotations

@@ -123,7 +123,7 @@ class RobotEndpoints:
         message.voltage, message.current = battery.voltage, battery.current_a
         message.charge, message.percentage = battery.charge_ah, battery.percentage
         message.capacity = message.design_capacity = battery.settings.capacity_ah
-        message.temperature = math.nan  # not measured
+        message.temperature = math.nan  # the temperature is not measured
         is_full = battery.is_charging and battery.percentage >= 1.0
         message.power_supply_status = _FULL if is_full else _CHARGING if battery.is_charging else _DISCHARGING
         message.power_supply_health, message.power_supply_technology = _GOOD, _LITHIUM_ION

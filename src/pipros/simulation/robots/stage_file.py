@@ -187,8 +187,8 @@ def _world(plan: Model) -> World:
     resolution = width / picture.width
     if resolution <= 0 or abs(height / picture.height / resolution - 1) > 0.02:
         raise InvalidSettings(
-            f"the size of the bitmap must have the proportions of its {picture.width} x {picture.height} "
-            f"pixels, got {width} x {height} m"
+            f"size must match the bitmap's aspect ratio ({picture.width} x {picture.height} pixels), "
+            f"got {width} x {height} m"
         )
     shape = len(picture.colors), picture.height, picture.width
     grey = np.frombuffer(b"".join(picture.colors), np.uint8).reshape(shape).mean(axis=0)

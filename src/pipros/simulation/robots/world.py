@@ -127,7 +127,10 @@ def _free_distances(occupied: NDArray[np.bool_]) -> Jumps:
 
 
 def _grown(cells: NDArray[np.bool_], by: int) -> NDArray[np.bool_]:
-    """Return the cells, and those that are `by` cells away along one axis or both."""
+    """Return a copy of a mask in which the cells at an offset of exactly `by` from a set cell are also set.
+
+    The offset is along one axis or both.
+    """
     rows = cells.copy()
     rows[by:] |= cells[:-by]
     rows[:-by] |= cells[by:]

@@ -45,7 +45,7 @@ LOOKS: Final = 14
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """The pose that a turtle publishes, in single precision. The velocities are those of the last command."""
+    """The pose that a turtle publishes, in single precision. The velocities are from the last command."""
 
     x: float
     y: float

@@ -1,4 +1,4 @@
-"""Numbered messages, and a checker that finds duplicated, reordered or torn ones, and uncounted losses."""
+"""Numbered messages, and a checker for duplicated, reordered and torn messages and uncounted losses."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class _Sequence:
 class History:
     """Record of the messages that each sink received from each source. Thread-safe.
 
-    Messages before the first one that a sink received do not count as lost, because the sink was not
+    Messages before the first message that a sink received do not count as lost, because the sink was not
     connected yet.
     """
 

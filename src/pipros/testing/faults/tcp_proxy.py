@@ -54,7 +54,7 @@ class Switch:
         self.links: set[Link] = set()
 
     def inject(self, faults: Faults) -> None:
-        """Replace the faults, including those for open connections."""
+        """Replace the faults, also for open connections."""
         self.faults = faults
         for link in self.links:
             link.use(faults)
@@ -170,7 +170,7 @@ class Link:
         """Forward bytes in both directions until both have ended or the connection is cut."""
         near_writer = self._writers[0]
         self._writers.append(far_writer)
-        if self._is_cut:  # cut while connecting to the other side
+        if self._is_cut:  # the connection was cut while connecting to the other side
             far_writer.transport.abort()
             return
         self._switch.counts.connections += 1

@@ -114,7 +114,7 @@ def follow(node: Node, watch: Watch, find: Find, clock: Clock | None = None) -> 
     """Poll until all expectations are decided. Time is measured with `clock`, or as wall time.
 
     Raises:
-        AssertionError: an expectation was not met. The message names the first one.
+        AssertionError: an expectation was not met. The message names the first such expectation.
     """
     for elapsed_s in poll(node, watch.longest_s, clock):
         if watch.check(elapsed_s, find):

@@ -15,7 +15,7 @@ __unittest = True
 
 
 def check(node: Node) -> None:
-    """Raise AssertionError if an expected message does not arrive, or an unexpected one does."""
+    """Raise AssertionError if an expected message does not arrive, or an unexpected message arrives."""
     expected = expectations(node, "~topics")
     if not expected:
         raise AssertionError("No topic is specified in rosparam.")

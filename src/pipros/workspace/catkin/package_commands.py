@@ -108,7 +108,8 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
             command,
             f'Could not find a package configuration file provided by "{name}" with any of the following '
             f"names:\n\n    {name}Config.cmake\n    {name.lower()}-config.cmake\n\n"
-            f"  There is no package [{name}] in this workspace, on ROS_PACKAGE_PATH, or with pipros.",
+            f"  Package [{name}] was not found in this workspace, on ROS_PACKAGE_PATH, or among the packages "
+            "shipped with pipros.",
         )
     context.components.add(name)
     context.project.components.append((name, command.line))

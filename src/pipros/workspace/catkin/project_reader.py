@@ -54,7 +54,8 @@ def read_project(
         name: the package's name in its manifest.
         settings: `-D` settings from the command line, and the folders of the workspace.
         environment: the values of `$ENV{NAME}`; `ROS_DISTRO` and similar variables default to Noetic's
-            values. find_package: function that finds the packages that the file needs.
+            values.
+        find_package: function that finds the packages that the file needs.
         version: the package's version in its manifest.
         limits: defaults to the process-wide limits.
         status_lines: receives the output of `message()`, even if an error follows.
@@ -76,7 +77,7 @@ def read_project(
 
 
 def _check_known(context: ReadContext, command: Command, _words: list[str]) -> None:
-    """Reject commands that CMake does not have, and record those that only CMake can run."""
+    """Reject commands that CMake does not have, and record commands that only CMake can run."""
     name = command.name
     if name in BEYOND_COMMANDS:
         context.need_cmake(command, f"{command.written_name}()")

@@ -64,7 +64,7 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
         (robot(LINKS + joint(child="foot")), "joint j has the child foot, which does not"),
         (
             robot(LINKS + joint() + joint(name="k")),
-            "link hand must have one parent, but joint k adds a second one",
+            "link hand must have one parent, but joint k adds a second parent",
         ),
         (robot(LINKS + joint() + joint()), "joint j is defined more than once"),
         (robot(LINKS + '<link name="base"/>'), "link base is defined more than once"),

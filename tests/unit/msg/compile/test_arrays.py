@@ -99,5 +99,5 @@ def test_a_numpy_array_shares_the_memory_of_the_message() -> None:
     data[1] = 9
 
     assert found.tolist() == [9, -2, 3]
-    with pytest.raises(struct.error, match="longer than the data"):
+    with pytest.raises(struct.error, match="array elements, but is too short"):
         numpy_numbers(numpy, "i", data, 1, 4)

@@ -52,6 +52,6 @@ def test_a_missing_definition_is_reported_with_the_searched_places(packages: Pac
 
 def test_bytes_that_are_not_text_are_a_mistake_in_the_file(packages: Packages) -> None:
     file = packages.write("robot/msg/Arm.msg", b"int32 \xff")
-    with pytest.raises(DefinitionError, match=r"Arm\.msg: cannot be read") as caught:
+    with pytest.raises(DefinitionError, match=r"Arm\.msg: the file cannot be read") as caught:
         packages.definitions.message("robot/Arm")
     assert caught.value.file == str(file)

@@ -2,7 +2,7 @@
 
 A convention is a string such as "sxyz": rotations about static (s) or rotating (r) axes, in this order. It is
 equivalent to four numbers: the innermost axis (0 to 2), the parity (1 if the order is opposite to x, y, z),
-whether the first axis is repeated as the last one (0 or 1), and whether the axes rotate (0 or 1).
+whether the first axis is repeated as the last axis (0 or 1), and whether the axes rotate (0 or 1).
 """
 
 from __future__ import annotations
