@@ -15,20 +15,35 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.ros2.conversion.mapping import BUILTIN_RULES
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.engine import Durability, EndpointKind, Ros2Engine, Sample, TopicQos
+from pipros.ros2.engine import (
+    GATEWAY_NODE,
+    Announcement,
+    Durability,
+    EndpointKind,
+    Ros2Engine,
+    Sample,
+    TopicQos,
+)
 from pipros.ros2.gateway import Gateway, new_identity
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.ros2_engine import RtpsEngine
 from pipros.ros2.rules import parse_gateway_rules
 from pipros.ros2.type_pairs import TypePairs
+from pipros.ros2.zenoh.engine import ZenohEngine
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
+from tests.support.zenoh_peer import Router
 
 String: Any = load_message_class("std_msgs/String")
 TFMessage: Any = load_message_class("tf2_msgs/TFMessage")
 TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")
 SetBool: Any = load_service_class("std_srvs/SetBool")
 STRING = "std_msgs/msg/String"
+PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits())
+STRING_HASH = PAIRS.of_ros2(STRING).type_hash
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+SET_BOOL = "std_srvs/srv/SetBool"
+SET_BOOL_HASH = PAIRS.of_ros2_service(SET_BOOL).type_hash
 CDR = b"\0\1\0\0"
 LATCHED = TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1)
 
@@ -45,9 +60,13 @@ def texts(samples: list[Sample]) -> list[str]:
 class System:
     """A master and a domain; gateways, nodes and engines are added by tests."""
 
-    def __init__(self, domain: int) -> None:
+    def __init__(self, domain: int, *, has_zenoh: bool) -> None:
         self._stack = ExitStack()
         self.domain = domain
+        self._announcements: list[Announcement] = []
+        self._router = Router() if has_zenoh else None
+        if self._router is not None:
+            self._stack.callback(self._router.close)
         self.master_uri = self._stack.enter_context(Master(port=0)).uri
         self.ros1 = self.node("ros1")
         self.ros2 = self.engine()
@@ -57,7 +76,12 @@ class System:
         return self._stack.enter_context(Node(name, environment=environment, **more))
 
     def engine(self, gateway: str = "") -> Ros2Engine:
-        engine = RtpsEngine(Discovery(self.domain), f"/{gateway or 'peer'}", gateway=gateway)
+        node = f"/{GATEWAY_NODE}{gateway}" if gateway else "/peer"
+        engine: Ros2Engine
+        if self._router is None:
+            engine = RtpsEngine(Discovery(self.domain), node, gateway=gateway)
+        else:
+            engine = ZenohEngine(self.domain, node, [self._router.address])
         self._stack.callback(engine.close)
         return engine
 
@@ -69,13 +93,18 @@ class System:
             self.engine(identity),
             identity,
             parse_gateway_rules(rules, "rules"),
-            TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits()),
+            PAIRS,
             is_local=is_local,
             look_s=0.05,
         )
         self._stack.callback(gateway.close)
         gateway.start()
         return gateway
+
+    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+        """Create a publisher in ROS 2 that lives as long as the system."""
+        self._announcements.append(self.ros2.announce(topic, type_name, type_hash, qos))
+        return self._announcements[-1]
 
     def has(self, kind: EndpointKind, name: str) -> bool:
         return any((each.kind, each.name) == (kind, name) for each in self.ros2.endpoints())
@@ -87,10 +116,10 @@ class System:
         self._stack.close()
 
 
-@pytest.fixture
-def system() -> Iterator[System]:
+@pytest.fixture(params=["rtps", "zenoh"])
+def system(request: pytest.FixtureRequest) -> Iterator[System]:
     with free_domain() as domain:
-        system = System(domain)
+        system = System(domain, has_zenoh=request.param == "zenoh")
         yield system
         system.close()
 
@@ -110,7 +139,7 @@ def test_topics_reach_ros2_only_while_someone_subscribes(system: System) -> None
     assert publisher.connection_count == 0
     samples: list[Sample] = []
 
-    subscription = system.ros2.subscribe("/chatter", STRING, "", TopicQos(), samples.append)
+    subscription = system.ros2.subscribe("/chatter", STRING, STRING_HASH, TopicQos(), samples.append)
 
     wait_while_publishing(lambda: publisher.publish(String("hello")), lambda: samples, "a message")
     assert set(texts(samples)) == {"hello"}
@@ -122,7 +151,7 @@ def test_topics_reach_ros2_only_while_someone_subscribes(system: System) -> None
 
 def test_topics_of_ros2_arrive_only_while_someone_subscribes(system: System) -> None:
     system.gateway()
-    announcement = system.ros2.announce("/chatter", STRING, "", TopicQos())
+    announcement = system.announce("/chatter", STRING, STRING_HASH, TopicQos())
     wait_until(lambda: system.is_published("/chatter"), what="the topic in ROS 1")
     assert announcement.subscriber_count == 0
     received: list[str] = []
@@ -144,13 +173,13 @@ def test_late_subscribers_get_latched_messages_of_all_publishers(system: System)
     system.gateway()
     for node, text in ((system.ros1, "one"), (system.node("second"), "two")):
         node.advertise("/map", String, latch=True).publish(String(text))
-    system.ros2.announce("/plan", STRING, "", LATCHED).publish(cdr("plan"))
+    system.announce("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("plan"))
     wait_until(lambda: system.is_published("/plan"), what="the topic in ROS 1")
     samples: list[Sample] = []
     received: list[str] = []
 
     qos = TopicQos(durability=Durability.TRANSIENT_LOCAL)
-    system.ros2.subscribe("/map", STRING, "", qos, samples.append)
+    system.ros2.subscribe("/map", STRING, STRING_HASH, qos, samples.append)
     system.ros1.subscribe("/plan", String, lambda message: received.append(message.data))
 
     wait_until(lambda: {*texts(samples)} == {"one", "two"}, what="latched messages of ROS 1")
@@ -166,7 +195,9 @@ def test_static_transforms_of_several_nodes_are_merged(system: System) -> None:
         node.advertise("/tf_static", TFMessage, latch=True).publish(message)
     samples: list[Sample] = []
 
-    system.ros2.subscribe("/tf_static", "tf2_msgs/msg/TFMessage", "", LATCHED, samples.append)
+    system.ros2.subscribe(
+        "/tf_static", TRANSFORMS, PAIRS.of_ros2(TRANSFORMS).type_hash, LATCHED, samples.append
+    )
 
     def frames() -> set[str]:
         newest = bytes(samples[-1].payload) if samples else b""
@@ -179,13 +210,13 @@ def test_static_transforms_of_several_nodes_are_merged(system: System) -> None:
 def test_two_gateways_of_one_master_pass_each_message_once(system: System) -> None:
     gateways = [system.gateway(), system.gateway(name="ros2_gateway_1")]
     publisher = system.ros1.advertise("/chatter", String)
-    announcement = system.ros2.announce("/other", STRING, "", TopicQos())
+    announcement = system.announce("/other", STRING, STRING_HASH, TopicQos())
     wait_until(
         lambda: any("another gateway" in str(each.status()["left_out"]) for each in gateways),
         what="a gateway that leaves the topic to the other one",
     )
     samples: list[Sample] = []
-    system.ros2.subscribe("/chatter", STRING, "", TopicQos(), samples.append)
+    system.ros2.subscribe("/chatter", STRING, STRING_HASH, TopicQos(), samples.append)
     count = 0
 
     def publish() -> None:
@@ -204,8 +235,8 @@ def test_two_gateways_of_one_master_pass_each_message_once(system: System) -> No
 
 def test_nothing_enters_from_other_machines_unless_allowed(system: System) -> None:
     gateway = system.gateway("topics: {to_ros1: {allow: [/allowed]}}", is_local=False)
-    system.ros2.announce("/other", STRING, "", TopicQos())
-    system.ros2.announce("/allowed", STRING, "", TopicQos())
+    system.announce("/other", STRING, STRING_HASH, TopicQos())
+    system.announce("/allowed", STRING, STRING_HASH, TopicQos())
 
     wait_until(lambda: system.is_published("/allowed"), what="the allowed topic")
     wait_until(lambda: gateway.status()["left_out"], what="the reason")
@@ -216,8 +247,8 @@ def test_nothing_enters_from_other_machines_unless_allowed(system: System) -> No
 
 def test_unfit_types_are_left_out_with_the_reason(system: System) -> None:
     gateway = system.gateway()
-    system.ros2.announce("/strange", "no_msgs/msg/Such", "", TopicQos())
-    system.ros2.announce("/changed", STRING, "RIHS01_" + "0" * 64, TopicQos())
+    system.announce("/strange", "no_msgs/msg/Such", "", TopicQos())
+    system.announce("/changed", STRING, "RIHS01_" + "0" * 64, TopicQos())
 
     wait_until(lambda: len(gateway.status()["left_out"]) == 2, what="the reasons")
 
@@ -238,7 +269,7 @@ def test_static_rules_rename_topics(system: System) -> None:
 def test_services_of_ros2_are_offered_in_ros1(system: System) -> None:
     system.gateway()
     system.ros2.serve(
-        "/switch", "std_srvs/srv/SetBool", "", lambda request: CDR + request[4:5] + b"\0" * 3 + cdr("on")[4:]
+        "/switch", SET_BOOL, SET_BOOL_HASH, lambda request: CDR + request[4:5] + b"\0" * 3 + cdr("on")[4:]
     )
     wait_until(
         lambda: "/switch" in {name for name, _ in system.ros1.master.get_system_state()[2]},
@@ -255,7 +286,7 @@ def test_services_of_ros1_are_offered_in_ros2_only_if_allowed(system: System) ->
     for name in ("/switch", "/hidden"):
         system.ros1.serve(name, SetBool, lambda request: SetBool._response_class(request.data, "done"))
     gateway = system.gateway("services: {to_ros1: {allow: [/switch]}}")
-    caller = system.ros2.caller("/switch", "std_srvs/srv/SetBool", "")
+    caller = system.ros2.caller("/switch", SET_BOOL, SET_BOOL_HASH)
     wait_until(lambda: caller.is_available, what="the service in ROS 2")
 
     reply = caller.call(CDR + b"\1\0\0\0", 10.0)
