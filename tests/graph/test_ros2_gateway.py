@@ -295,3 +295,19 @@ def test_services_of_ros1_are_offered_in_ros2_only_if_allowed(system: System) ->
     assert b"done" in reply
     assert not system.has(EndpointKind.SERVER, "/hidden")
     assert "services: to_ros1: /hidden" in gateway.status()["left_out"]
+
+
+def test_diagnostics_have_the_rates_of_topics(system: System) -> None:
+    system.gateway()
+    system.ros1.advertise("/chatter", String)
+    arrays: list[Any] = []
+
+    system.ros1.subscribe(
+        "/diagnostics", load_message_class("diagnostic_msgs/DiagnosticArray"), arrays.append
+    )
+
+    def values() -> dict[str, str]:
+        return {each.key: each.value for array in arrays[-1:] for each in array.status[0].values}
+
+    wait_until(lambda: values() == {"/chatter to_ros2": "0.0/s, 0 dropped"}, what="the topic", timeout_s=20)
+    assert arrays[-1].status[0].name == "/ROS 2/ros2_gateway_0"

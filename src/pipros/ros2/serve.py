@@ -25,7 +25,7 @@ from pipros.ros2.type_pairs import TypePairs
 from pipros.ros2.zenoh.engine import ZenohEngine
 from pipros.web.serve_page import set_by_signals
 
-_ENDING_S: Final = 0.4
+_ENDING_S: Final = 0.3
 """How long node, gateway and engine can delay the end of the process."""
 
 
