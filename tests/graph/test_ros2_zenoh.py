@@ -96,6 +96,7 @@ def test_messages_of_ros2_arrive(engine: Ros2Engine, peer: Peer, type_hash: str)
     assert set(samples) == {Sample(b"hello" * 200_000, publisher.gid)}
     (endpoint,) = engine.endpoints()
     assert (endpoint.node, endpoint.type, endpoint.type_hash) == ("/peer", KIND, type_hash)
+    assert endpoint.key == publisher.gid
     subscriber.close()
     wait_until(lambda: not any("/MS/" in each for each in peer.tokens), what="the end of the token")
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 import signal
-import socket
 import sys
 from collections.abc import Iterator
 from queue import SimpleQueue
@@ -14,7 +12,7 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
 from pipros.basics.limits import Limits
-from pipros.ros2.rtps.domain import MAX_DOMAIN, Discovery, DiscoveryRange, multicast_port
+from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.events import Event, PeerChanged
 from pipros.ros2.rtps.graph_info import (
     TOPIC,
@@ -35,6 +33,7 @@ from pipros.ros2.rtps.service_styles import PIPROS_MARK
 from pipros.ros2.rtps.services import Client, Server, UnknownStyle
 from tests.support.environments import REPOSITORY
 from tests.support.processes import Processes
+from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
 
 TYPE = "std_msgs::msg::dds_::String_"
@@ -45,13 +44,8 @@ QOS = Qos(depth=1000)
 
 @pytest.fixture
 def discovery() -> Iterator[Discovery]:
-    """A domain that no other test on this machine uses: a port between those of RTPS claims it."""
-    for domain in range(1, MAX_DOMAIN + 1):
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as claim, contextlib.suppress(OSError):
-            claim.bind(("127.0.0.1", multicast_port(domain) + 5))
-            yield Discovery(domain)
-            return
-    pytest.fail("all domains are in use")
+    with free_domain() as domain:
+        yield Discovery(domain)
 
 
 @pytest.fixture

@@ -18,6 +18,7 @@ Commands:
 \tpipros fleet\tjoin masters over a network, and run its router
 \tpipros foxglove\tserve the running system to Foxglove
 \tpipros graph\tshow the running system in a browser (rqt_graph)
+\tpipros ros2\tconnect the running system to nodes of ROS 2
 \tpipros serve\tserve the page, rosbridge and Foxglove on one port
 \tpipros clients\tlist the clients of pipros serve or pipros foxglove
 \tpipros env\tprint what to evaluate instead of sourcing a setup file
@@ -34,6 +35,7 @@ SUBCOMMANDS = {
     "fleet": "pipros.cli.fleet:main",
     "foxglove": "pipros.cli.foxglove:main",
     "graph": "pipros.cli.rqt_graph:main",
+    "ros2": "pipros.cli.ros2:main",
     "serve": "pipros.cli.serve:main",
     "stubs": "pipros.cli.stubs:main",
     "version": "pipros.cli.version:main",

@@ -91,8 +91,9 @@ def link_statuses(
 class LinkDiagnostics:
     """Publishes statuses on `/diagnostics`."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, hardware: str = "pipros fleet") -> None:
         """Advertise the topic. Blocks until the master answers."""
+        self._hardware = hardware
         self._array: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
         self._status: Any = load_message_class("diagnostic_msgs/DiagnosticStatus")
         self._value: Any = load_message_class("diagnostic_msgs/KeyValue")
@@ -109,6 +110,6 @@ class LinkDiagnostics:
         for status in statuses:
             values = [self._value(key, value) for key, value in status.values.items()]
             message.status.append(
-                self._status(int(status.level), status.name, status.message, "pipros fleet", values)
+                self._status(int(status.level), status.name, status.message, self._hardware, values)
             )
         self._publisher.publish(message)

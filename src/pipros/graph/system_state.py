@@ -8,6 +8,9 @@ from typing import NamedTuple
 FLEET_AGENT_PREFIX = "/pipros_fleet_"
 """Every agent of a fleet is a node of this name and its member's."""
 
+ROS2_GATEWAY_PREFIX = "/ros2_gateway_"
+"""Every gateway to ROS 2 is a node of this name and its domain's number."""
+
 Registrations = Mapping[str, Sequence[str]]
 """The nodes for each topic or service. Both topics and nodes are in the order of registration."""
 

@@ -79,6 +79,20 @@ class Sample:
     publisher: bytes = b""
 
 
+GATEWAY_NODE = "ros1_gateway_"
+"""The nodes of gateways have this name, followed by the identity of the gateway."""
+
+
+def gateway_of_node(node: str) -> str:
+    """Return the identity of the gateway with this node, or an empty string for other nodes.
+
+    >>> gateway_of_node("/ros1_gateway_ab_12")
+    'ab_12'
+    """
+    name = node.rpartition("/")[2]
+    return name[len(GATEWAY_NODE) :] if name.startswith(GATEWAY_NODE) else ""
+
+
 class EngineError(PiprosError):
     """A connection to ROS 2 cannot be opened, or an endpoint cannot be created."""
 

@@ -64,12 +64,12 @@ class NameFilter:
 
 @dataclass(frozen=True, slots=True)
 class StaticRule:
-    """A topic that passes even if nothing publishes it yet.
+    """Names, rate and QoS of a topic that passes. Allow and deny lists apply to it, too.
 
     Attributes:
         ros1, ros2: the names.
         directions: one direction, or both.
-        ros1_type, ros2_type: the types; empty to take those of the publishers.
+        ros1_type, ros2_type: the types that the topic must have; empty for any.
         rate: maximum number of messages per second; infinite for all.
     """
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError, ProtocolError
@@ -21,6 +21,8 @@ from pipros.wire.handshake import ANY, WireType, request_topic_link
 
 HEADER_S: Final = 5.0
 """Timeout for the connection header of a publisher."""
+LATCHING_PUBLISHERS: Final = 20
+"""Publishers of one topic that are asked whether they latch messages."""
 RETRY_S: Final = 10.0
 """Time after which a peer that did not send its definition is queried again."""
 CORRECTION_S: Final = 10.0
@@ -56,6 +58,10 @@ class Definitions:
         found = self._installed[kind]
         return found or self._ask((topic, kind, tuple(publishers)), self._topic_of_publisher)
 
+    def is_latched(self, topic: str, publishers: Sequence[str]) -> bool:
+        """Return whether one of a topic's publishers latches its messages; False if none answers."""
+        return bool(self._ask((topic, "latching", tuple(publishers)), self._latching))
+
     def of_service(self, name: str, providers: Sequence[str]) -> ServiceDefinition | None:
         """Return the definition of a service; None if it does not answer or its type is not installed."""
         found: ServiceDefinition | None = self._ask((name, "", tuple(providers)), self._service_of_provider)
@@ -89,14 +95,22 @@ class Definitions:
             self._asked[key] = time.monotonic(), answer
         return answer
 
-    def _topic_of_publisher(self, key: Key) -> Definition | None:
-        topic, kind, publishers = key
-        for publisher in publishers[:3]:
+    def _latching(self, key: Key) -> bool | None:
+        headers = list(self._headers(key[0], key[2][:LATCHING_PUBLISHERS]))
+        return any(header.get("latching") == "1" for header in headers) if headers else None
+
+    def _headers(self, topic: str, publishers: Sequence[str]) -> Iterator[Mapping[str, str]]:
+        """Yield the connection headers of the publishers that answer."""
+        for publisher in publishers:
             try:
                 uri = self._node.master.lookup_node(publisher)
-                header = self._loop.run(self._header(uri, topic), 2 * HEADER_S)
+                yield self._loop.run(self._header(uri, topic), 2 * HEADER_S)
             except (PiprosError, ValueError, TimeoutError):
                 continue
+
+    def _topic_of_publisher(self, key: Key) -> Definition | None:
+        topic, kind, publishers = key
+        for header in self._headers(topic, publishers[:3]):
             if header.get("type") == kind:
                 text = header.get("message_definition", "")
                 return self._checked(kind, header.get("md5sum", ""), text)

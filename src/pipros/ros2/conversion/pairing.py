@@ -89,6 +89,13 @@ class Pairing:
             ros1, self._rules.candidates_in_ros2(ros1, "srv"), self.catalog.has_service, self.catalog
         )
 
+    def ros1_service(self, ros2: str, lookup: Callable[[str], object]) -> str:
+        """Return the service of ROS 1 for one of ROS 2. Raises the same errors as `ros2_type`."""
+        rule = self._rules.service(ros2=ros2)
+        if rule is not None:
+            return rule.ros1
+        return _first(ros2, self._rules.candidates_in_ros1(ros2), lambda name: _exists(lookup, name), None)
+
     def message(self, ros1: MessageSpec, ros2: Ros2Message) -> Pair:
         """Return the pair of two messages.
 
@@ -110,11 +117,15 @@ class Pairing:
         return request, _pair(ros1.response, ros2.response, None if rule is None else rule.response)
 
     def _has_ros1(self, name: str) -> bool:
-        try:
-            self.lookup(name)
-        except NotFound:
-            return False
-        return True
+        return _exists(self.lookup, name)
+
+
+def _exists(lookup: Callable[[str], object], name: str) -> bool:
+    try:
+        lookup(name)
+    except NotFound:
+        return False
+    return True
 
 
 def _first(

@@ -165,6 +165,10 @@ class Plans:
             )
         return self._services[ros1_type]
 
+    def ros1_service(self, ros2_type: str) -> str:
+        """Return the service of ROS 1 for one of ROS 2. Raises NotConvertible."""
+        return self._pairing.ros1_service(ros2_type, self._ros1.service)
+
     def _plan(self, pair: Pair) -> Plan:
         """Return the plan for a pair whose types do not contain themselves."""
         embedded_types(pair.ros1, self._ros1.message)

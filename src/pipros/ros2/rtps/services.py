@@ -128,6 +128,11 @@ class Server:
             return
         self._writer.write(request.reply(payload), related=request.related, recipients=recipients)
 
+    @property
+    def guids(self) -> tuple[bytes, bytes]:
+        """The GUIDs of the reader and of the writer."""
+        return self._reader.guid, self._writer.guid
+
     def clients(self) -> int:
         """Return the number of matched clients."""
         return len(self._reader.writers())
@@ -185,6 +190,11 @@ class Client:
             replies, reply_type, SERVICE_QOS, self._on_reply, entry + reply_hash, is_direct=True
         )
         self._writer = participant.add_writer(requests, request_type, SERVICE_QOS, entry + request_hash)
+
+    @property
+    def guids(self) -> tuple[bytes, bytes]:
+        """The GUIDs of the reader and of the writer."""
+        return self._reader.guid, self._writer.guid
 
     def wait_for_server(self, timeout_s: float = 5.0) -> bool:
         """Wait for a server; return False if the time is up."""

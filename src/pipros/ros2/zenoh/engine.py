@@ -12,6 +12,7 @@ import json
 import logging
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from pipros.basics.errors import MissingExtra
@@ -185,8 +186,10 @@ class ZenohEngine:
                 raise EngineError("the session of Zenoh is closed")
         key = zenoh_key(self.node.domain, name, type_name, type_hash or NO_HASH)
         text = endpoint_token(self.node, next(self._numbers), kind, name, type_name, type_hash, qos)
-        gid = gid_of_hash(self._xxhash.xxh3_128_intdigest(text.encode()))
-        return key, gid, self._tokens.declare_token(text)
+        return key, self._gid(text), self._tokens.declare_token(text)
+
+    def _gid(self, token: str) -> bytes:
+        return gid_of_hash(self._xxhash.xxh3_128_intdigest(token.encode()))
 
     def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
         """Return the number of other sessions' endpoints of a kind, for a name and type."""
@@ -199,8 +202,9 @@ class ZenohEngine:
             parsed = parse_token(token)
             if parsed is None or parsed[0] == self._zid:
                 continue
+            endpoint = replace(parsed[1], key=self._gid(token)) if is_new else None
             with self._lock:
-                self._change(token, parsed[1] if is_new else None)
+                self._change(token, endpoint)
 
     def _change(self, token: str, endpoint: Endpoint | None) -> None:
         cost = 2 * len(token) + _TOKEN_BYTES

@@ -10,7 +10,7 @@ import struct
 import time
 from dataclasses import dataclass
 
-from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, TopicQos
+from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, TopicQos, gateway_of_node
 from pipros.ros2.names import dds_type, type_of_dds
 
 NO_HASH = "TypeHashNotSupported"
@@ -124,6 +124,7 @@ def parse_token(token: str) -> tuple[str, Endpoint] | None:
         "" if type_hash == NO_HASH else type_hash,
         parse_qos(qos),
         full_node,
+        gateway_of_node(full_node),
     )
     return session, endpoint
 

@@ -1,0 +1,166 @@
+"""`pipros ros2`: connects the running system to nodes of ROS 2, and shows what passes."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pipros.basics.printable import listed
+from pipros.cli.page_command import without_remappings
+from pipros.cli.rosbag.ros2_bags import add_folders_option, definition_folders
+from pipros.cli.runner import CommandError, add_flag, option_parser, run
+
+ROUTER = "tcp/localhost:7447"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments[:1] == ["status"]:
+        return run(lambda: _status(arguments[1:]))
+    return run(lambda: _serve(arguments))
+
+
+def _serve(argv: Sequence[str]) -> int:
+    parser = option_parser(
+        "pipros ros2",
+        "[options] | status [options]",
+        "Passes topics and services between the running system and nodes of ROS 2.",
+    )
+    parser.add_option("--domain", metavar="N", type="int", help="the domain of ROS 2 (ROS_DOMAIN_ID, or 0)")
+    parser.add_option("--distro", help="the distribution of ROS 2: humble, jazzy, kilted or lyrical (jazzy)")
+    parser.add_option("--rules", metavar="FILE", help="what passes: allow and deny lists, and static rules")
+    parser.add_option(
+        "--mapping",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help="types that correspond, as in the mapping files of ros1_bridge; may be repeated",
+    )
+    add_folders_option(parser)
+    add_flag(parser, "--zenoh", help=f"connect to rmw_zenoh instead of DDS, at its router {ROUTER}")
+    parser.add_option("--router", metavar="ENDPOINT", help="the router of Zenoh; implies --zenoh")
+    add_flag(parser, "--force-types", help="pass messages even if the hashes of their types differ")
+    options, arguments = parser.parse_args(without_remappings(argv))
+    if arguments:
+        parser.error(f"unexpected argument: {arguments[0]}")
+    from pipros.node import Node
+    from pipros.ros2.serve import GatewayOptions, gateway_node_name, serve_gateway
+
+    discovery, distribution = _discovery(options.domain), _distribution(options.distro)
+    routers = [options.router or ROUTER] if options.router or options.zenoh else []
+    name = gateway_node_name(discovery.domain, is_zenoh=bool(routers))
+    node = Node(name, argv=argv, log=_log())
+    pairs = _pairs(options, distribution, node)
+    return serve_gateway(node, GatewayOptions(discovery, _rules(options.rules), pairs, distribution, routers))
+
+
+def _discovery(domain: int | None) -> Any:
+    from pipros.ros2.rtps.domain import Discovery
+
+    given = {} if domain is None else {"ROS_DOMAIN_ID": str(domain)}
+    return Discovery.from_environment({**os.environ, **given})
+
+
+def _distribution(name: str | None) -> Any:
+    from pipros.ros2.distribution import Distribution
+
+    try:
+        return None if name is None else Distribution(name)
+    except ValueError:
+        known = ", ".join(each.value for each in Distribution)
+        raise CommandError(f"--distro must be one of {known}, got [{listed(name)}]") from None
+
+
+def _pairs(options: Any, distribution: Any, node: Any) -> Any:
+    from pipros.ros2.conversion.mapping import merged, parse_rules
+    from pipros.ros2.distribution import Distribution
+    from pipros.ros2.type_pairs import TypePairs
+
+    return TypePairs(
+        distribution or Distribution.JAZZY,
+        merged([parse_rules(_read(file), file) for file in options.mapping]),
+        node.limits,
+        definition_folders(options.msgs),
+        is_lenient=options.force_types,
+    )
+
+
+def _rules(file: str | None) -> Any:
+    from pipros.ros2.rules import GatewayRules, parse_gateway_rules
+
+    return GatewayRules() if file is None else parse_gateway_rules(_read(file), file)
+
+
+def _read(file: str) -> str:
+    from pipros.basics.input_file import read_text
+    from pipros.basics.limits import process_limits
+
+    try:
+        return read_text(file, process_limits().definition_bytes)
+    except (OSError, UnicodeDecodeError) as error:
+        raise CommandError(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
+
+
+def _log() -> logging.Logger:
+    """Return the log of the gateway and its engine, which writes to standard error."""
+    log = logging.getLogger("pipros.ros2")
+    log.setLevel(logging.INFO)
+    if not log.handlers:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
+        log.addHandler(handler)
+        log.propagate = False
+    return log
+
+
+def _status(argv: Sequence[str]) -> int:
+    parser = option_parser("pipros ros2 status", "[options]")
+    add_flag(parser, "--json", dest="is_json", help="print JSON, one line for each gateway")
+    options, arguments = parser.parse_args(list(argv))
+    if arguments:
+        parser.error(f"unexpected argument: {arguments[0]}")
+    found = _statuses()
+    if not found:
+        raise CommandError("no gateway is running; start one with `pipros ros2`")
+    for name, status in found.items():
+        print(json.dumps({"node": name, **status}) if options.is_json else "\n".join(_lines(name, status)))
+    return 0
+
+
+def _statuses() -> dict[str, Mapping[str, Any]]:
+    """Return what the gateways of this master report, by node."""
+    from pipros.graph.client import GraphClient
+    from pipros.graph.errors import GraphError
+    from pipros.graph.service_call import ServiceCaller
+    from pipros.graph.system_state import ROS2_GATEWAY_PREFIX, SystemState
+
+    found = {}
+    with GraphClient("pipros_ros2_status") as graph:
+        services = SystemState.from_state(graph.master.get_system_state()).services
+        for name in sorted(services):
+            node, _, last = name.rpartition("/")
+            if node.startswith(ROS2_GATEWAY_PREFIX) and last == "status":
+                try:
+                    caller = ServiceCaller(graph.master, name)
+                    found[node] = json.loads(caller.call(caller.request([])).message)
+                except (GraphError, ValueError) as error:
+                    raise CommandError(f"[{node}] does not answer: {error}") from None
+    return found
+
+
+def _lines(name: str, status: Mapping[str, Any]) -> list[str]:
+    lines = [f"{listed(name)}:"]
+    for row in status["passed"]:
+        arrow = "->" if row["direction"] == "to_ros2" else "<-"
+        kind = "service" if row["kind"] == "services" else f"{row['ros1_type']} {arrow} {row['ros2_type']}"
+        state = f"{row['rate']:.1f}/s" if row["active"] else "no subscribers"
+        dropped = f", {row['dropped']} dropped: {listed(row['reason'])}" if row["dropped"] else ""
+        lines.append(f"  ROS 1 {arrow} ROS 2  {listed(row['name'])} ({listed(kind)}): {state}{dropped}")
+    lines += [
+        f"  left out: {listed(what)}: {listed(why)}" for what, why in sorted(status["left_out"].items())
+    ]
+    return lines

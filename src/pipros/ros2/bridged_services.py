@@ -1,0 +1,91 @@
+"""The services that a gateway offers on one side and calls on the other."""
+
+from __future__ import annotations
+
+import threading
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.fleet.calls import raw_service_class
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+from pipros.node.service_server import HandlerError
+from pipros.ros2.engine import Ros2Engine
+from pipros.ros2.type_pairs import ServicePair
+
+CALL_S: Final = 5.0
+"""Time for a service to answer, as in ros1_bridge."""
+
+
+class Ros1Service:
+    """A service of ROS 1, offered in ROS 2. If it fails, the client of ROS 2 gets no reply."""
+
+    def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
+        """Offer it.
+
+        Raises:
+            PiprosError: the engine is closed, or the name is not legal in ROS 2.
+        """
+        self.calls = self.failures = 0
+        self._node = node
+        self._name = name
+        self._plan = pair.plan
+        self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
+        self._server = engine.serve(name, pair.plan.ros2_type, pair.type_hash, self._answer)
+
+    def _answer(self, request: bytes) -> bytes:
+        self.calls += 1
+        client = self._node.client(self._name, self._class)
+        try:
+            response: AnyMsg = client.call(
+                self._class._request_class(self._plan.request.to_ros1(request)), CALL_S
+            )
+            return self._plan.response.to_cdr(response.body)
+        except (PiprosError, ValueError):
+            self.failures += 1
+            raise
+        finally:
+            client.close()
+
+    def close(self) -> None:
+        self._server.close()
+
+
+class Ros2Service:
+    """A service of ROS 2, offered in ROS 1."""
+
+    def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
+        """Offer it. Blocks until the master answers.
+
+        Raises:
+            NameInUse: the node already has a service of this name.
+        """
+        self.calls = self.failures = 0
+        self._node = node
+        self._plan = pair.plan
+        self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
+        self._slots = threading.BoundedSemaphore(node.limits.fleet_calls)
+        self._caller = engine.caller(name, pair.plan.ros2_type, pair.type_hash)
+        try:
+            self._server = node.serve(name, self._class, self._call)
+        except PiprosError:
+            self._caller.close()
+            raise
+
+    def _call(self, request: AnyMsg) -> AnyMsg:
+        if not self._slots.acquire(blocking=False):
+            raise HandlerError("too many calls to ROS 2 are waiting")
+        try:
+            self.calls += 1
+            reply = self._caller.call(self._plan.request.to_cdr(request.body), CALL_S)
+            response: AnyMsg = self._class._response_class(self._plan.response.to_ros1(reply))
+            return response
+        except (PiprosError, ValueError) as error:
+            self.failures += 1
+            raise HandlerError(str(error)) from None
+        finally:
+            self._slots.release()
+
+    def close(self) -> None:
+        self._node.endpoints.stop_serving(self._server)
+        self._caller.close()

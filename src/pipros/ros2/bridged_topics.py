@@ -1,0 +1,366 @@
+"""The topics that a gateway passes, one object for each direction.
+
+Every topic that a gateway publishes in ROS 1 has a mark in its connection header. What has it is not passed
+to ROS 2 again, so no message runs in circles, whatever the number of gateways.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+
+from pipros.basics.errors import PiprosError
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros.node.any_msg import AnyMsg
+from pipros.node.codec import decoder, encoder
+from pipros.node.publisher import Publisher
+from pipros.node.subscriber import Subscriber
+from pipros.ros2.engine import (
+    Announcement,
+    Durability,
+    Endpoint,
+    Ros2Engine,
+    Sample,
+    Subscription,
+    TopicQos,
+)
+from pipros.ros2.qos_choice import QosOverride, offered_qos, requested_qos
+from pipros.ros2.type_pairs import TypePair
+
+MARK: Final = "pipros_ros2"
+"""Field in the connection header of each topic that a gateway publishes in ROS 1."""
+STATIC_TRANSFORMS: Final = "/tf_static"
+_QUEUE: Final = 100
+_KEPT: Final = 100
+"""Latching publishers of one topic of which a late subscriber gets the last message."""
+_LOG = logging.getLogger("pipros.ros2")
+
+
+@dataclass(slots=True)
+class Counts:
+    """Messages of a topic since the gateway passes it."""
+
+    messages: int = 0
+    bytes: int = 0
+    dropped: int = 0
+    reason: str = ""
+
+    def passed(self, size: int) -> None:
+        self.messages += 1
+        self.bytes += size
+
+    def drop(self, reason: object) -> None:
+        """Count a message that cannot be passed; the first of each reason is logged."""
+        self.dropped += 1
+        if self.reason != str(reason):
+            self.reason = str(reason)
+            _LOG.warning("%s", reason)
+
+
+class Pace:
+    """Lets at most `rate` messages per second pass."""
+
+    def __init__(self, rate: float) -> None:
+        self._interval_s = 0.0 if math.isinf(rate) else 1 / rate
+        self._next_s = -math.inf
+
+    def admits(self) -> bool:
+        if not self._interval_s:
+            return True
+        now_s = time.monotonic()
+        if now_s < self._next_s:
+            return False
+        is_late = now_s - self._next_s > self._interval_s  # a topic that was silent saves no messages
+        self._next_s = (now_s if is_late else self._next_s) + self._interval_s
+        return True
+
+
+class StaticTransforms:
+    """Merges the messages of `/tf_static`: the newest transform to each frame.
+
+    A latched topic keeps one message for each publisher, and the gateway is one publisher.
+    """
+
+    def __init__(self, limit_bytes: int) -> None:
+        self._class: Any = load_message_class("tf2_msgs/TFMessage")
+        self._limit_bytes = limit_bytes
+        self._newest: dict[str, Any] = {}
+        self._lock = threading.Lock()
+
+    def merged(self, body: bytes) -> bytes:
+        """Add a message of ROS 1, and return one with all transforms.
+
+        Raises:
+            PiprosError: the message is malformed, or there are too many transforms.
+        """
+        with self._lock:
+            for transform in decoder(self._class)(body).transforms:
+                self._newest[transform.child_frame_id] = transform
+            merged = b"".join(encoder(self._class)(self._class(list(self._newest.values()))))
+            if len(merged) > self._limit_bytes:
+                self._newest.clear()
+                raise PiprosError(f"{STATIC_TRANSFORMS}: the transforms exceed {self._limit_bytes} bytes")
+            return merged
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """The names and types of a topic that passes in one direction."""
+
+    ros1: str
+    ros2: str
+    pair: TypePair
+    rate: float = math.inf
+    override: QosOverride | None = None
+
+
+class ToRos2:
+    """A topic of ROS 1 in ROS 2. Messages are received in ROS 1 only while ROS 2 has subscribers, or always
+    if they are latched.
+    """
+
+    def __init__(self, node: Node, engine: Ros2Engine, route: Route, *, is_latched: bool) -> None:
+        """Announce the topic in ROS 2.
+
+        Raises:
+            PiprosError: the engine is closed, or the name is not legal in ROS 2.
+        """
+        self.route = route
+        self.counts = Counts()
+        self._node = node
+        self._engine = engine
+        self._qos = offered_qos(route.ros1, is_latched=is_latched, override=route.override)
+        self._is_latched = self._qos.durability is Durability.TRANSIENT_LOCAL
+        self._pace = Pace(route.rate)
+        self._merge = _merge(node, route)
+        self._subscriber: Subscriber[AnyMsg] | None = None
+        self._lock = threading.Lock()
+        self._announcements: dict[str, Announcement] = {"": self._announce()}
+        self._first = ""
+        self._publishing: frozenset[str] = frozenset()
+
+    def _announce(self) -> Announcement:
+        pair = self.route.pair
+        return self._engine.announce(self.route.ros2, pair.plan.ros2_type, pair.type_hash, self._qos)
+
+    @property
+    def is_active(self) -> bool:
+        return self._subscriber is not None
+
+    def update(self, publishers: Iterable[str]) -> None:
+        """Subscribe or unsubscribe in ROS 1. May block until the master answers.
+
+        Args:
+            publishers: the nodes that publish the topic.
+        """
+        now = frozenset(publishers)
+        self._forget(self._publishing - now)  # a new one may have sent a message before the look
+        self._publishing = now
+        is_wanted = self._is_latched or any(
+            each.subscriber_count for each in list(self._announcements.values())
+        )
+        if is_wanted and self._subscriber is None:
+            self._subscriber = self._node.subscribe(
+                self.route.ros1, self.route.pair.raw, self._on_message, queue_size=_QUEUE
+            )
+        elif not is_wanted and self._subscriber is not None:
+            self._subscriber.unregister()
+            self._subscriber = None
+
+    def _on_message(self, raw: AnyMsg) -> None:
+        caller = raw.header.get("callerid", "")
+        if MARK in raw.header or caller == self._node.name or not self._pace.admits():
+            return
+        try:
+            body = raw.body if self._merge is None else self._merge.merged(raw.body)
+            cdr = self.route.pair.plan.to_cdr(body)
+            self._announcement_for(caller).publish(cdr)
+        except (PiprosError, ValueError) as error:
+            self.counts.drop(f"{self.route.ros1}: {error}")
+        else:
+            self.counts.passed(len(cdr))
+
+    def _announcement_for(self, caller: str) -> Announcement:
+        """Return the publisher in ROS 2 for a node. If messages are latched, each has its own."""
+        with self._lock:
+            first = self._announcements[""]
+            if not self._is_latched or self._merge is not None or self._first in ("", caller):
+                self._first = caller
+                return first
+            found = self._announcements.get(caller)
+            if found is None:
+                if len(self._announcements) >= _KEPT:
+                    return first
+                found = self._announcements[caller] = self._announce()
+            return found
+
+    def _forget(self, callers: Iterable[str]) -> None:
+        """Withdraw the latched messages of nodes that no longer publish the topic."""
+        with self._lock:
+            ended = [self._announcements.pop(each) for each in callers if each in self._announcements]
+        for each in ended:
+            each.close()
+
+    def close(self) -> None:
+        """End the topic in ROS 2, and the subscription in ROS 1."""
+        if self._subscriber is not None:
+            self._subscriber.unregister()
+        for each in list(self._announcements.values()):
+            each.close()
+
+
+class Known(Protocol):
+    """Returns a publisher of ROS 2 whose messages may pass, by its key; None for others."""
+
+    def __call__(self, key: bytes) -> Endpoint | None: ...
+
+
+class ToRos1:
+    """A topic of ROS 2 in ROS 1. Messages are received from ROS 2 only while ROS 1 has subscribers, or always
+    if they are latched.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        engine: Ros2Engine,
+        route: Route,
+        identity: str,
+        known: Known,
+        on_change: Callable[[], object],
+    ) -> None:
+        """Advertise the topic in ROS 1. Blocks until the master answers.
+
+        Args:
+            on_change: called when subscribers of ROS 1 come and go, in any thread. Must not block.
+
+        Raises:
+            PiprosError: this node publishes the topic with another type.
+        """
+        self.route = route
+        self.counts = Counts()
+        self._node = node
+        self._engine = engine
+        self._known = known
+        self._on_change = on_change
+        self._pace = Pace(route.rate)
+        self._merge = _merge(node, route)
+        self._readers: dict[Durability, tuple[TopicQos, Subscription]] = {}
+        self._latched: dict[bytes, tuple[Any, int]] = {}
+        self._latched_bytes = 0
+        self._newest: Any = None
+        self._headers = {MARK: identity}
+        existing = node.endpoints.publication(route.ros1)
+        self._class: Any = route.pair.raw if existing is None else existing.message_class
+        self._decode = decoder(self._class)
+        self._publishers: list[Publisher[Any]] = [self._advertise(latch=False)]
+        self._publishers[0].publication.listeners.append(self)
+
+    def _advertise(self, *, latch: bool) -> Publisher[Any]:
+        return self._node.endpoints.advertise(
+            self.route.ros1, self._class, queue_size=_QUEUE, latch=latch, headers=self._headers
+        )
+
+    @property
+    def is_active(self) -> bool:
+        return bool(self._readers)
+
+    @property
+    def _is_wanted(self) -> bool:
+        links = self._publishers[0].publication.links
+        return any(link.caller_id != self._node.name for link in links)
+
+    def update(self, publishers: Sequence[Endpoint]) -> None:
+        """Create and close the subscribers in ROS 2 that the publishers need."""
+        durability_of = {each.key: each.qos.durability for each in publishers}
+        desired: dict[Durability, TopicQos] = {}
+        is_wanted = self._is_wanted
+        for choice in requested_qos(publishers, override=self.route.override):
+            durability = durability_of[next(iter(choice.publishers))]
+            if is_wanted or durability is Durability.TRANSIENT_LOCAL:
+                desired[durability] = choice.qos
+        for durability, (qos, reader) in list(self._readers.items()):
+            if desired.get(durability) != qos:
+                del self._readers[durability]
+                reader.close()
+        for durability, qos in desired.items():
+            if durability not in self._readers:
+                self._readers[durability] = qos, self._subscribe(durability, qos)
+
+    def _subscribe(self, durability: Durability, qos: TopicQos) -> Subscription:
+        plan = self.route.pair.plan
+        return self._engine.subscribe(
+            self.route.ros2,
+            plan.ros2_type,
+            self.route.pair.type_hash,
+            qos,
+            lambda sample: self._on_sample(durability, sample),
+        )
+
+    def _on_sample(self, durability: Durability, sample: Sample) -> None:
+        publisher = self._known(sample.publisher)
+        if publisher is None or publisher.qos.durability is not durability or not self._pace.admits():
+            return
+        try:
+            body = self.route.pair.plan.to_ros1(sample.payload)
+            if self._merge is not None:
+                body = self._merge.merged(body)
+            self._publish(publisher, body)
+        except (PiprosError, ValueError) as error:
+            self.counts.drop(f"{self.route.ros2}: {error}")
+        else:
+            self.counts.passed(len(body))
+
+    def _publish(self, publisher: Endpoint, body: bytes) -> None:
+        message = self._decode(body)
+        if publisher.qos.durability is Durability.TRANSIENT_LOCAL:
+            if len(self._publishers) == 1:
+                self._publishers.append(self._advertise(latch=True))
+            if self._merge is None:
+                self._keep(publisher.key, message, len(body))
+            self._newest = message
+        self._publishers[0].publish(message)
+
+    def _keep(self, publisher: bytes, message: Any, size: int) -> None:
+        self._latched_bytes -= self._latched.pop(publisher, (None, 0))[1]
+        has_room = self._latched_bytes + size <= self._node.limits.ros2_history_bytes
+        if has_room and len(self._latched) < _KEPT:
+            self._latched_bytes += size
+            self._latched[publisher] = message, size
+
+    def close(self) -> None:
+        """End the topic in ROS 1, and the subscribers in ROS 2."""
+        for _, reader in self._readers.values():
+            reader.close()
+        self._readers.clear()
+        for publisher in self._publishers:
+            publisher.unregister()
+
+    # -- subscribers that come and go; see `pipros.node.publisher.PeerListener`
+
+    def peer_subscribe(
+        self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
+    ) -> None:
+        """Send the last message of each latching publisher; the newest was sent by the publication."""
+        del topic_name, topic_publish
+        for message, _ in list(self._latched.values()):
+            if message is not self._newest:
+                peer_publish(message)
+        self._on_change()
+
+    def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
+        del topic_name, num_peers
+        self._on_change()
+
+
+def _merge(node: Node, route: Route) -> StaticTransforms | None:
+    is_static = STATIC_TRANSFORMS in (route.ros1, route.ros2)
+    if not is_static or route.pair.plan.ros1_type != "tf2_msgs/TFMessage":
+        return None
+    return StaticTransforms(node.limits.bridge_message_bytes)

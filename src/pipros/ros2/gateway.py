@@ -1,0 +1,344 @@
+"""Passes topics and services between a master and a domain of ROS 2.
+
+One thread looks at ROS 1, which may block. Another one compares both sides with what is passed, and opens
+and closes topics and services. Messages pass through neither: the threads that receive them convert them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import logging
+import os
+import threading
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text
+from pipros.fleet.link_status import Level, LinkDiagnostics, LinkStatus
+from pipros.msg import load_service_class
+from pipros.node import Node
+from pipros.ros2.bridged_services import Ros1Service, Ros2Service
+from pipros.ros2.bridged_topics import Route, ToRos1, ToRos2
+from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
+from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker
+from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
+from pipros.ros2.type_pairs import TypePair, TypePairs
+
+LOOK_S: Final = 0.5
+"""Interval of looks at the master."""
+TICK_S: Final = 0.1
+"""Interval of looks at ROS 2, and at the subscribers of both sides."""
+COMPARE_S: Final = 5.0
+"""Interval at which what could not be opened is tried again."""
+DIAGNOSTICS_S: Final = 1.0
+_SKIPPED: Final = 1000
+_CLOCK: Final = "/clock"
+
+Open = ToRos1 | ToRos2 | Ros1Service | Ros2Service
+Key = tuple[Kind, Direction, str]
+"""What is passed; the name is that of the side where it comes from."""
+_Wanted = tuple[object, Callable[[], Open]]
+"""What must be opened again if it changes, and a function that opens it."""
+
+
+def new_identity(node: Node) -> str:
+    """Return the identity of a new gateway. Those of one master share what precedes the `_`."""
+    try:
+        master = str(node.master.get_param("/run_id"))
+    except PiprosError:
+        master = node.environment.master_uri
+    return f"{hashlib.sha256(master.encode()).hexdigest()[:12]}_{os.urandom(4).hex()}"
+
+
+class Gateway:
+    """Connects the master of a node to ROS 2. Node and engine belong to the caller."""
+
+    def __init__(
+        self,
+        node: Node,
+        engine: Ros2Engine,
+        identity: str,
+        rules: GatewayRules,
+        pairs: TypePairs,
+        *,
+        is_local: bool,
+        log: logging.Logger | None = None,
+        look_s: float = LOOK_S,
+    ) -> None:
+        """Store the settings.
+
+        Args:
+            identity: see `new_identity`; that of the engine.
+            is_local: whether ROS 2 is reached on this machine only.
+        """
+        self.identity = identity
+        self.log = log or node.log
+        self._node = node
+        self._engine = engine
+        self._rules = rules
+        self._pairs = pairs
+        self._is_local = is_local
+        self._look_s = look_s
+        self._limit = node.limits.bridge_topics
+        self._graph: Ros1Graph | None = None
+        self._known: Mapping[bytes, Endpoint] = {}
+        self._open: dict[Key, tuple[object, Open]] = {}
+        self._skipped: dict[str, str] = {}
+        self._reported: set[str] = set()
+        self._before: dict[Key, int] = {}
+        self._rates: dict[Key, float] = {}
+        self._counted_s = time.monotonic()
+        self._looker = Ros1Looker(node)
+        self._seen: tuple[object, object] = (None, None)
+        self._compare_at_s = 0.0
+        self._diagnostics: LinkDiagnostics | None = None
+        self._changed = threading.Event()
+        self._is_closed = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def start(self) -> None:
+        """Pass what the rules allow, from now on. Blocks until the master answers."""
+        trigger: Any = load_service_class("std_srvs/Trigger")
+        self._node.serve(
+            f"{self._node.name}/status",
+            trigger,
+            lambda _: trigger._response_class(True, json.dumps(self.status())),
+        )
+        self._diagnostics = LinkDiagnostics(self._node, "pipros ros2")
+        self._looker.start()
+        for target in (self._look_repeatedly, self._update_repeatedly):
+            thread = threading.Thread(target=target, name="gateway to ROS 2", daemon=True)
+            thread.start()
+            self._threads.append(thread)
+
+    def close(self) -> None:
+        """Stop. The node and the engine withdraw what is passed, when they are closed."""
+        self._is_closed.set()
+        self._changed.set()
+        self._looker.close()
+
+    # -- the thread that looks at ROS 1 --------------------------------------------------
+
+    def _look_repeatedly(self) -> None:
+        while not self._is_closed.is_set():
+            try:
+                graph = self._looker.look()
+                if graph is not None and graph != self._graph:
+                    self._graph = graph
+                    self._changed.set()
+            except Exception as error:
+                if not self._is_closed.is_set():
+                    self.log.exception("the look at ROS 1 failed: %s", error)
+            self._is_closed.wait(self._look_s)
+
+    # -- the thread that owns what is passed ------------------------------------------------
+
+    def _update_repeatedly(self) -> None:
+        while not self._is_closed.is_set():
+            self._changed.wait(TICK_S)
+            self._changed.clear()
+            try:
+                graph = self._graph
+                if graph is not None:
+                    self._update(graph, self._engine.endpoints())
+                self._count()
+            except Exception as error:
+                if not self._is_closed.is_set() and not self._node.is_ending:
+                    self.log.exception("the gateway failed: %s", error)
+
+    def _update(self, graph: Ros1Graph, endpoints: Sequence[Endpoint]) -> None:
+        """Open, update and close topics and services, so that they agree with both sides."""
+        self._known = {each.key: each for each in endpoints if not self._is_own(each)}
+        found = _Found(self._known.values())
+        now_s = time.monotonic()
+        if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:
+            self._seen, self._compare_at_s = (graph, endpoints), now_s + COMPARE_S
+            skipped: dict[str, str] = {}
+            self._settle(self._wanted(graph, found, skipped), skipped)
+            self._skipped = skipped
+            self._report(skipped)
+        for (_, _, name), (_, each) in list(self._open.items()):
+            if isinstance(each, ToRos2) and name in graph.topics:
+                each.update(graph.topics[name].publishers)
+            elif isinstance(each, ToRos1):
+                of_type = each.route.pair.plan.ros2_type
+                each.update([one for one in found.publishers.get(name, ()) if one.type == of_type])
+
+    def _wanted(self, graph: Ros1Graph, found: _Found, skipped: dict[str, str]) -> dict[Key, _Wanted]:
+        """Return what should be passed. Add to `skipped` what is left out."""
+        wanted: dict[Key, _Wanted] = {}
+        kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
+            (Kind.TOPIC, Direction.TO_ROS2, graph.topics, lambda name: self._outward(name, graph)),
+            (Kind.TOPIC, Direction.TO_ROS1, found.publishers, lambda name: self._inward(name, graph, found)),
+            (Kind.SERVICE, Direction.TO_ROS1, graph.services, lambda name: self._offered(name, graph)),
+            (Kind.SERVICE, Direction.TO_ROS2, found.services, lambda name: self._called(name, graph, found)),
+        )
+        for kind, direction, names, make in kinds:
+            for name in names:
+                with _skipping(skipped, (kind, direction, name)):
+                    verdict = self._rules.verdict(kind, direction, name, is_local=self._is_local)
+                    if not verdict.passes:
+                        raise PiprosError(verdict.reason)
+                    each = make(name)
+                    if each is not None:
+                        wanted[kind, direction, name] = each
+        return wanted
+
+    def _outward(self, name: str, graph: Ros1Graph) -> _Wanted:
+        topic, rule = graph.topics[name], self._rules.renamed(Direction.TO_ROS2, name)
+        route = _route(name, rule.ros2 if rule else name, self._pairs.of_ros1(topic.definition), rule)
+        self._check_rivals(EndpointKind.PUBLISHER, route.ros2)
+        version = route.ros2, route.pair.plan.ros2_type, topic.is_latched
+        return version, lambda: ToRos2(self._node, self._engine, route, is_latched=topic.is_latched)
+
+    def _inward(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted:
+        rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers[name]
+        target = rule.ros1 if rule else name
+        first = min(publishers, key=lambda each: each.type)
+        pair = self._pairs.of_ros2(first.type)
+        for each in publishers:
+            if each.type == first.type:
+                self._pairs.check_hash(pair, each.type_hash)
+        there = graph.topics.get(target)
+        if there is not None and there.definition.type != pair.plan.ros1_type:
+            raise PiprosError(f"ROS 1 has it as {there.definition.type}, ROS 2 as {first.type}")
+        if there is not None and target == _CLOCK:
+            raise PiprosError("ROS 1 has its own clock")
+        route = _route(target, name, pair, rule)
+        return (target, first.type), lambda: ToRos1(
+            self._node, self._engine, route, self.identity, self._publisher, self._changed.set
+        )
+
+    def _offered(self, name: str, graph: Ros1Graph) -> _Wanted:
+        self._check_rivals(EndpointKind.SERVER, name)
+        pair = self._pairs.of_service(graph.services[name])
+        return pair.plan.ros1_type, lambda: Ros1Service(self._node, self._engine, name, pair)
+
+    def _called(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
+        if name in graph.services:
+            return None
+        pair = self._pairs.of_ros2_service(found.services[name])
+        return pair.plan.ros2_type, lambda: Ros2Service(self._node, self._engine, name, pair)
+
+    def _check_rivals(self, kind: EndpointKind, name: str) -> None:
+        """Leave a name to another gateway of this master that offers it, and has the smaller identity."""
+        for each in self._engine.endpoints():
+            if (each.kind, each.name) == (kind, name) and self._is_own(each) and each.gateway < self.identity:
+                raise PiprosError("another gateway of this master passes it")
+
+    def _settle(self, wanted: Mapping[Key, _Wanted], skipped: dict[str, str]) -> None:
+        for key, (version, each) in list(self._open.items()):
+            if key not in wanted or wanted[key][0] != version:
+                del self._open[key]
+                each.close()
+        for key, (version, make) in wanted.items():
+            with _skipping(skipped, key):
+                if key in self._open:
+                    continue
+                if len(self._open) >= self._limit:
+                    raise PiprosError(f"too many are passed; {limit_text('bridge_topics', self._limit)}")
+                self._open[key] = version, make()
+
+    def _is_own(self, endpoint: Endpoint) -> bool:
+        """Return whether a gateway of this master offers an endpoint."""
+        return endpoint.gateway.partition("_")[0] == self.identity.partition("_")[0]
+
+    def _publisher(self, key: bytes) -> Endpoint | None:
+        """Return a publisher of ROS 2 whose messages may pass. It may be newer than the last look."""
+        found = self._known.get(key)
+        if found is None:
+            self._known = {each.key: each for each in self._engine.endpoints() if not self._is_own(each)}
+            found = self._known.get(key)
+        return found
+
+    def _report(self, skipped: Mapping[str, str]) -> None:
+        """Log why something is left out, once, unless a rule or the defaults say so."""
+        for name, reason in skipped.items():
+            text = f"{name}: {reason}"
+            if text not in self._reported and len(self._reported) < _SKIPPED:
+                self._reported.add(text)
+                self.log.info("left out: %s", text)
+
+    # -- status ---------------------------------------------------------------------------------
+
+    def _count(self) -> None:
+        now_s = time.monotonic()
+        passed_s = now_s - self._counted_s
+        if passed_s < DIAGNOSTICS_S:
+            return
+        self._counted_s = now_s
+        counts = {
+            key: each.counts.messages if isinstance(each, ToRos1 | ToRos2) else each.calls
+            for key, (_, each) in self._open.items()
+        }
+        self._rates = {key: (count - self._before.get(key, 0)) / passed_s for key, count in counts.items()}
+        self._before = counts
+        if self._diagnostics is not None and self._diagnostics.is_wanted:
+            self._diagnostics.publish([self._diagnosis()])
+
+    def _diagnosis(self) -> LinkStatus:
+        status = self.status()
+        dropped = sum(each["dropped"] for each in status["passed"])
+        values = {
+            f"{each['name']} {each['direction']}": f"{each['rate']:.1f}/s, {each['dropped']} dropped"
+            for each in status["passed"]
+        }
+        return LinkStatus(
+            f"/ROS 2/{self._node.name[1:]}",
+            Level.WARN if dropped else Level.OK,
+            f"{dropped} messages dropped" if dropped else f"{len(values)} topics and services",
+            values,
+        )
+
+    def status(self) -> dict[str, Any]:
+        """Return what is passed, at which rate, and what is left out and why, for `pipros ros2 status`."""
+        rows = []
+        for key, (_, each) in sorted(self._open.items(), key=lambda item: [str(part) for part in item[0]]):
+            kind, direction, name = key
+            row: dict[str, Any] = {"kind": kind.value, "direction": direction.value, "name": name}
+            if isinstance(each, ToRos1 | ToRos2):
+                plan, counts = each.route.pair.plan, each.counts
+                row |= {"ros1_type": plan.ros1_type, "ros2_type": plan.ros2_type, "active": each.is_active}
+                row |= {"count": counts.messages, "dropped": counts.dropped, "reason": counts.reason}
+            else:
+                row |= {"active": True, "count": each.calls, "dropped": each.failures, "reason": ""}
+            rows.append({**row, "rate": self._rates.get(key, 0.0)})
+        return {"identity": self.identity, "passed": rows, "left_out": dict(self._skipped)}
+
+
+@contextlib.contextmanager
+def _skipping(skipped: dict[str, str], key: Key) -> Iterator[None]:
+    """Leave something out if the block raises."""
+    try:
+        yield
+    except (PiprosError, ValueError) as error:
+        kind, direction, name = key
+        if len(skipped) < _SKIPPED:
+            skipped[f"{kind.value}: {direction.value}: {name}"] = str(error)
+
+
+def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Route:
+    if rule is None:
+        return Route(ros1, ros2, pair)
+    for given, found in ((rule.ros1_type, pair.plan.ros1_type), (rule.ros2_type, pair.plan.ros2_type)):
+        if given and given != found:
+            raise PiprosError(f"the type is {found}, and the rule has {given}")
+    return Route(ros1, ros2, pair, rule.rate, rule.qos)
+
+
+class _Found:
+    """Publishers and services of ROS 2 by name."""
+
+    def __init__(self, endpoints: Iterable[Endpoint]) -> None:
+        self.publishers: dict[str, list[Endpoint]] = defaultdict(list)
+        self.services: dict[str, str] = {}
+        for each in endpoints:
+            if each.kind is EndpointKind.PUBLISHER:
+                self.publishers[each.name].append(each)
+            elif each.kind is EndpointKind.SERVER:
+                self.services[each.name] = each.type

@@ -1,0 +1,292 @@
+"""The engine for nodes of ROS 2 that use DDS: a participant with the names, types and QoS of ROS 2."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from typing import Final, TypeVar
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits
+from pipros.ros2.engine import (
+    Announcement,
+    Caller,
+    CallFailed,
+    Durability,
+    Endpoint,
+    EndpointKind,
+    EngineError,
+    Reliability,
+    Sample,
+    Subscription,
+    TopicQos,
+)
+from pipros.ros2.names import dds_service, dds_topic, dds_type, service_of_dds, topic_of_dds, type_of_dds
+from pipros.ros2.rtps import qos as dds
+from pipros.ros2.rtps import reader
+from pipros.ros2.rtps.announcements import EndpointData, entries
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.engine import Engine
+from pipros.ros2.rtps.events import Event, Mismatched, OverLimit, PeerChanged
+from pipros.ros2.rtps.graph_info import GidBytes, NodeInfo
+from pipros.ros2.rtps.identity import is_writer
+from pipros.ros2.rtps.nodes import Nodes
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.service_styles import PIPROS_MARK
+from pipros.ros2.rtps.services import Client, Server
+from pipros.ros2.rtps.topics import TopicReader, TopicWriter
+
+_LOG = logging.getLogger("pipros.ros2")
+_NO_GATEWAY: Final = "1"
+"""Value of the mark of participants that are not gateways."""
+_REQUEST: Final = "_Request"
+_REPORTED: Final = 100
+_Made = TypeVar("_Made")
+_Owned = TypeVar("_Owned", bound="_Own")
+
+
+class RtpsEngine:
+    """A participant of DDS with one node. See `Ros2Engine`.
+
+    Args:
+        node: full name of the node that owns all endpoints.
+        gateway: identity of the gateway, or empty if it is none.
+        gid_bytes: size of GIDs in this domain; None to learn it before the node is announced.
+        limits: defaults to the process-wide limits.
+
+    Raises:
+        Unreachable: this machine has no free port in the domain.
+    """
+
+    def __init__(
+        self,
+        discovery: Discovery,
+        node: str,
+        *,
+        gateway: str = "",
+        gid_bytes: GidBytes | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        self._namespace, _, self._name = node.rpartition("/")
+        self._lock = threading.Lock()
+        self._own: list[_Own] = []
+        self._reported: set[tuple[bytes, str]] = set()
+        self._nodes: Nodes | None = None
+        mark = f"enclave=/;{PIPROS_MARK}={gateway or _NO_GATEWAY};".encode()
+        self._participant = Participant(discovery, mark, self._on_event, limits)
+        self._nodes = Nodes(self._participant, gid_bytes)
+        self._announce_node()
+
+    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+        name, kind = dds_topic(topic), dds_type(type_name)
+        writer = self._open(lambda: self._participant.add_writer(name, kind, _dds(qos), _entry(type_hash)))
+        return self._owned(_Publisher(self, writer))
+
+    def subscribe(
+        self,
+        topic: str,
+        type_name: str,
+        type_hash: str,
+        qos: TopicQos,
+        callback: Callable[[Sample], None],
+    ) -> Subscription:
+        def pass_on(sample: reader.Sample) -> None:
+            callback(Sample(sample.payload, sample.writer))
+
+        name, kind, entry = dds_topic(topic), dds_type(type_name), _entry(type_hash)
+        found = self._open(lambda: self._participant.add_reader(name, kind, _dds(qos), pass_on, entry))
+        return self._owned(_Own(self, [found]))
+
+    def serve(
+        self, service: str, type_name: str, type_hash: str, answer: Callable[[bytes], bytes]
+    ) -> Subscription:
+        """See `Ros2Engine`. No hashes are announced: DDS has those of requests and replies."""
+
+        def handle(request: bytes) -> bytes | None:
+            try:
+                return answer(request)
+            except Exception as error:
+                _LOG.warning("the service %s for ROS 2 failed: %s", service, error)
+                return None
+
+        del type_hash
+        dds_service(service)  # checks the name
+        kind = dds_type(type_name)[:-1]
+        server = self._open(
+            lambda: Server(self._participant, service, f"{kind}_Request_", f"{kind}_Response_", handle)
+        )
+        return self._owned(_Own(self, [server]))
+
+    def caller(self, service: str, type_name: str, type_hash: str) -> Caller:
+        del type_hash
+        dds_service(service)
+        kind = dds_type(type_name)[:-1]
+        client = self._open(
+            lambda: Client(self._participant, service, f"{kind}_Request_", f"{kind}_Response_")
+        )
+        return self._owned(_Client(self, client))
+
+    def endpoints(self) -> Sequence[Endpoint]:
+        nodes = {
+            guid: f"{node.namespace.rstrip('/')}/{node.name}"
+            for info in (self._nodes.others() if self._nodes is not None else ())
+            for node in info.nodes
+            for guid in (*node.readers, *node.writers)
+        }
+
+        def read(engine: Engine) -> list[Endpoint]:
+            found = []
+            for peer in engine.peers:
+                gateway = entries(peer.data.user_data).get(PIPROS_MARK, "")
+                gateway = "" if gateway == _NO_GATEWAY else gateway
+                for data in peer.endpoints.values():
+                    endpoint = _endpoint(data, nodes.get(data.guid, ""), gateway)
+                    if endpoint is not None:
+                        found.append(endpoint)
+            return found
+
+        return self._participant.ask(read)
+
+    def close(self) -> None:
+        self._participant.close()
+
+    # For the endpoints of this module ---------------------------------------------------------------------
+
+    def forget(self, owner: _Own) -> None:
+        """Remove an endpoint that was closed from the node."""
+        with self._lock:
+            if owner not in self._own:
+                return
+            self._own.remove(owner)
+        self._announce_node()
+
+    def _open(self, make: Callable[[], _Made]) -> _Made:
+        try:
+            return make()
+        except PiprosError as error:
+            raise EngineError(str(error)) from error
+
+    def _owned(self, owner: _Owned) -> _Owned:
+        with self._lock:
+            self._own.append(owner)
+        self._announce_node()
+        return owner
+
+    def _announce_node(self) -> None:
+        with self._lock:
+            guids = [guid for owner in self._own for guid in owner.guids()]
+        if self._nodes is not None:
+            node = NodeInfo(
+                self._namespace or "/",
+                self._name,
+                tuple(guid for guid in guids if not is_writer(guid)),
+                tuple(guid for guid in guids if is_writer(guid)),
+            )
+            try:
+                self._nodes.announce([node])
+            except (PiprosError, TimeoutError) as error:
+                _LOG.debug("the node was not announced: %s", error)
+
+    def _on_event(self, event: Event) -> None:
+        match event:
+            case PeerChanged(peer, False) if self._nodes is not None:
+                self._nodes.forget(peer.prefix)
+            case Mismatched(_, remote, policy):
+                what = "another type" if policy is None else f"an incompatible QoS ({policy.value})"
+                self._warn(remote.guid, f"{remote.topic}: a peer has {what}: {remote.type_name}")
+            case OverLimit(prefix):
+                self._warn(prefix, "a participant of ROS 2 has announced too much; the rest is ignored")
+
+    def _warn(self, guid: bytes, text: str) -> None:
+        if (guid, text) not in self._reported and len(self._reported) < _REPORTED:
+            self._reported.add((guid, text))
+            _LOG.warning(text)
+
+
+class _Own:
+    """An endpoint of the engine."""
+
+    def __init__(
+        self, engine: RtpsEngine, ends: Sequence[TopicReader | TopicWriter | Server | Client]
+    ) -> None:
+        self._engine = engine
+        self._ends = ends
+
+    def guids(self) -> list[bytes]:
+        return [guid for end in self._ends for guid in _guids(end)]
+
+    def close(self) -> None:
+        for end in self._ends:
+            end.close()
+        self._engine.forget(self)
+
+
+class _Publisher(_Own):
+    def __init__(self, engine: RtpsEngine, writer: TopicWriter) -> None:
+        super().__init__(engine, [writer])
+        self._writer = writer
+
+    def publish(self, payload: bytes) -> None:
+        try:
+            self._writer.write(payload)
+        except TimeoutError as error:
+            raise EngineError(str(error)) from None
+
+    @property
+    def subscriber_count(self) -> int:
+        return len(self._writer.readers())
+
+
+class _Client(_Own):
+    def __init__(self, engine: RtpsEngine, client: Client) -> None:
+        super().__init__(engine, [client])
+        self._client = client
+
+    def call(self, request: bytes, timeout_s: float) -> bytes:
+        try:
+            return self._client.call(request, timeout_s)
+        except (PiprosError, TimeoutError) as error:
+            raise CallFailed(str(error)) from error
+
+    @property
+    def is_available(self) -> bool:
+        return self._client.wait_for_server(0.0)
+
+
+def _guids(end: TopicReader | TopicWriter | Server | Client) -> Sequence[bytes]:
+    return end.guids if isinstance(end, (Server, Client)) else (end.guid,)
+
+
+def _dds(qos: TopicQos) -> dds.Qos:
+    return dds.Qos(
+        dds.Reliability[qos.reliability.name],
+        dds.Durability[qos.durability.name],
+        depth=qos.depth,
+    )
+
+
+def _entry(type_hash: str) -> bytes:
+    return f"typehash={type_hash};".encode() if type_hash else b""
+
+
+def _endpoint(data: EndpointData, node: str, gateway: str) -> Endpoint | None:
+    """Return an endpoint as ROS 2 sees it; None for other topics, and the replies of services."""
+    topic, service, kind = topic_of_dds(data.topic), service_of_dds(data.topic), type_of_dds(data.type_name)
+    if kind is None:
+        return None
+    type_hash = entries(data.user_data).get("typehash", "")
+    if topic is not None:
+        what = EndpointKind.PUBLISHER if data.is_writer else EndpointKind.SUBSCRIBER
+        return Endpoint(data.guid, what, topic, kind, type_hash, _qos(data.qos), node, gateway)
+    if service is None or not data.topic.startswith("rq/") or not kind.endswith(_REQUEST):
+        return None
+    what = EndpointKind.CLIENT if data.is_writer else EndpointKind.SERVER
+    return Endpoint(data.guid, what, service, kind[: -len(_REQUEST)], "", _qos(data.qos), node, gateway)
+
+
+def _qos(qos: dds.Qos) -> TopicQos:
+    return TopicQos(
+        Reliability[qos.reliability.name],
+        Durability.TRANSIENT_LOCAL if qos.is_latched else Durability.VOLATILE,
+    )

@@ -1,0 +1,137 @@
+"""`pipros ros2` until it is ended: a node of ROS 1, an engine for ROS 2, and a gateway between them."""
+
+from __future__ import annotations
+
+import ipaddress
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.interruptible_wait import OnceEvent
+from pipros.graph.ping import ask_pid
+from pipros.graph.system_state import ROS2_GATEWAY_PREFIX
+from pipros.node import Node
+from pipros.ros2.distribution import Distribution
+from pipros.ros2.engine import GATEWAY_NODE, Ros2Engine
+from pipros.ros2.gateway import Gateway, new_identity
+from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
+from pipros.ros2.rtps.graph_info import GidBytes
+from pipros.ros2.rtps.ros2_engine import RtpsEngine
+from pipros.ros2.rules import GatewayRules
+from pipros.ros2.type_pairs import TypePairs
+from pipros.ros2.zenoh.engine import ZenohEngine
+from pipros.web.serve_page import set_by_signals
+
+_ENDING_S: Final = 0.3
+"""How long node, gateway and engine can delay the end of the process."""
+
+
+class AlreadyRunning(PiprosError):
+    """A gateway of this name is running."""
+
+
+@dataclass(frozen=True, slots=True)
+class GatewayOptions:
+    """What a gateway connects, and how.
+
+    Attributes:
+        distribution: that of ROS 2; None if the user did not name it.
+        routers: endpoints of Zenoh; empty for DDS.
+    """
+
+    discovery: Discovery
+    rules: GatewayRules
+    pairs: TypePairs
+    distribution: Distribution | None = None
+    routers: Sequence[str] = ()
+
+    @property
+    def is_local(self) -> bool:
+        """Whether ROS 2 is reached on this machine only. Others can connect to a router of Zenoh."""
+        found = self.discovery
+        if self.routers:
+            return False
+        return found.range is DiscoveryRange.OFF or (
+            found.range is DiscoveryRange.LOCALHOST and all(map(_is_loopback, found.static_peers))
+        )
+
+    def engine(self, identity: str) -> Ros2Engine:
+        """Connect to ROS 2."""
+        node = f"/{GATEWAY_NODE}{identity}"
+        if self.routers:
+            return ZenohEngine(self.discovery.domain, node, self.routers)
+        size = None if self.distribution is None else GidBytes(self.distribution.gid_bytes)
+        return RtpsEngine(self.discovery, node, gateway=identity, gid_bytes=size)
+
+
+def gateway_node_name(domain: int, *, is_zenoh: bool) -> str:
+    """Return the name of a gateway's node in ROS 1."""
+    return f"{ROS2_GATEWAY_PREFIX[1:]}{domain}{'_zenoh' if is_zenoh else ''}"
+
+
+def serve_gateway(node: Node, options: GatewayOptions) -> int:
+    """Pass topics and services until Ctrl-C, SIGTERM or the end of the node. Waits for the master.
+
+    Return 1 after an error, which is printed.
+    """
+    over = OnceEvent()
+    failures: list[PiprosError] = []
+    with set_by_signals(over):
+        thread = threading.Thread(
+            target=_run, args=(node, options, over, failures), name="gateway", daemon=True
+        )
+        thread.start()
+        over.wait()
+        thread.join(_ENDING_S)
+    for failure in failures:
+        print(f"ERROR: {failure}", file=sys.stderr)
+    return 1 if failures else 0
+
+
+def _run(node: Node, options: GatewayOptions, over: OnceEvent, failures: list[PiprosError]) -> None:
+    ends: list[Callable[[], object]] = []
+    try:
+        node.wait_for_master(lambda error: print(f"{error}; waiting", file=sys.stderr, flush=True))
+        _check_name(node)
+        identity = new_identity(node)
+        engine = options.engine(identity)
+        ends.append(engine.close)
+        with node:
+            node.on_shutdown(over.set)
+            gateway = Gateway(node, engine, identity, options.rules, options.pairs, is_local=options.is_local)
+            ends.append(gateway.close)
+            gateway.start()
+            print(_announcement(options), flush=True)
+            over.wait()
+            for end in reversed(ends):
+                end()
+    except PiprosError as error:
+        failures.append(error)
+        for end in reversed(ends):
+            end()
+    finally:
+        over.set()
+
+
+def _announcement(options: GatewayOptions) -> str:
+    where = ", ".join(options.routers) if options.routers else f"range {options.discovery.range.value}"
+    return f"pipros ros2: connected to domain {options.discovery.domain} ({where})"
+
+
+def _check_name(node: Node) -> None:
+    """Raise AlreadyRunning if the node of this name answers: starting it again would end it."""
+    try:
+        ask_pid(node.master.lookup_node(node.name), node.name)
+    except PiprosError:
+        return
+    raise AlreadyRunning(f"a gateway for this domain is already running: [{node.name}]")
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

@@ -1,0 +1,164 @@
+"""The conversions of a gateway: plans, and classes of messages that are passed undecoded."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pipros.basics.errors import LimitExceeded, NotFound
+from pipros.basics.limits import Limits, limit_text
+from pipros.bridges.foxglove.catalog import Definition
+from pipros.libraries.topic_tools.raw import class_like
+from pipros.msg import load_service_class
+from pipros.msg.class_finder import installed_class
+from pipros.msg.language.full_text import specs_from_text
+from pipros.msg.language.spec import MessageSpec
+from pipros.node.any_msg import AnyMsg
+from pipros.ros2.conversion.errors import ConversionError
+from pipros.ros2.conversion.mapping import MappingRules
+from pipros.ros2.conversion.plans import Plan, Plans, ServicePlan
+from pipros.ros2.distribution import Distribution
+from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
+
+
+class WrongHash(ConversionError):
+    """A node of ROS 2 has another definition of a type."""
+
+
+@dataclass(frozen=True, slots=True)
+class TypePair:
+    """A type of ROS 1 and one of ROS 2.
+
+    Attributes:
+        raw: class of messages of ROS 1 that are not decoded.
+        type_hash: hash of the type of ROS 2; empty in Humble.
+    """
+
+    plan: Plan
+    raw: type[AnyMsg]
+    type_hash: str
+
+
+@dataclass(frozen=True, slots=True)
+class ServicePair:
+    """A service of ROS 1 and one of ROS 2."""
+
+    plan: ServicePlan
+    md5sum: str
+    type_hash: str
+
+
+class TypePairs:
+    """Finds the pairs. Thread-safe.
+
+    Args:
+        folders: see `Catalog`.
+        is_lenient: whether to pass messages if hashes differ.
+    """
+
+    def __init__(
+        self,
+        distribution: Distribution,
+        rules: MappingRules,
+        limits: Limits,
+        folders: Sequence[str | os.PathLike[str]] = (),
+        *,
+        is_lenient: bool = False,
+    ) -> None:
+        self._installed = installed_definitions()
+        self._learned: dict[str, MessageSpec] = {}
+        self._learned_bytes = 0
+        self._limit_bytes = limits.bridge_queue_bytes
+        ros1 = Ros1Definitions(self._message, self._installed.service)
+        self._catalog = Catalog(distribution, ros1, folders)
+        self._plans = Plans(self._catalog, ros1, rules)
+        self._has_hashes = distribution.has_type_hashes
+        self._is_lenient = is_lenient
+        self._definitions: dict[str, Definition] = {}
+        self._pairs: dict[tuple[str, str, str], TypePair] = {}
+        self._lock = threading.RLock()
+
+    def _message(self, name: str) -> MessageSpec:
+        return self._learned[name] if name in self._learned else self._installed.message(name)
+
+    def of_ros1(self, definition: Definition) -> TypePair:
+        """Return the pair for a type of ROS 1, which need not be installed.
+
+        Raises:
+            PiprosError: no type of ROS 2 corresponds, or a definition is unknown or invalid.
+        """
+        with self._lock:
+            if installed_class(definition.type) is None:
+                self._learn(definition)
+            plan = self._plans.for_ros1(definition.type)
+            return self._pair(plan, definition)
+
+    def of_ros2(self, ros2_type: str) -> TypePair:
+        """Return the pair for a type of ROS 2. Raises the same errors as `of_ros1`."""
+        with self._lock:
+            plan = self._plans.for_ros2(ros2_type)
+            found = installed_class(plan.ros1_type)
+            if found is not None:
+                return self._pair(plan, Definition(plan.ros1_type, found._md5sum, found._full_text))
+            if plan.ros1_type not in self._definitions:
+                raise NotFound(f"no package with {plan.ros1_type} is installed")
+            return self._pair(plan, self._definitions[plan.ros1_type])
+
+    def check_hash(self, pair: TypePair, announced: str) -> None:
+        """Compare the hash of a type with that of a node of ROS 2.
+
+        Raises:
+            WrongHash: they differ.
+        """
+        if announced and pair.type_hash and announced != pair.type_hash and not self._is_lenient:
+            raise WrongHash(
+                f"{pair.plan.ros2_type} has another definition there (hash {announced[:15]}…, here "
+                f"{pair.type_hash[:15]}…); give --distro, or the folder of the package with --msgs"
+            )
+
+    def of_service(self, ros1_type: str) -> ServicePair:
+        """Return the pair for a service of ROS 1. Raises the same errors as `of_ros1`."""
+        with self._lock:
+            plan = self._plans.service(ros1_type)
+            found: Any = load_service_class(ros1_type)
+            type_hash = self._plans.service_hash(plan.ros2_type) if self._has_hashes else ""
+            return ServicePair(plan, found._md5sum, type_hash)
+
+    def of_ros2_service(self, ros2_type: str) -> ServicePair:
+        """Return the pair for a service of ROS 2. Raises the same errors as `of_ros1`."""
+        with self._lock:
+            return self.of_service(self._plans.ros1_service(ros2_type))
+
+    def _pair(self, plan: Plan, definition: Definition) -> TypePair:
+        key = plan.ros1_type, plan.ros2_type, definition.md5sum
+        if key not in self._pairs:
+            self._pairs[key] = self._new_pair(plan, definition)
+        return self._pairs[key]
+
+    def _new_pair(self, plan: Plan, definition: Definition) -> TypePair:
+        plan.prepare()
+        header = {
+            "type": definition.type,
+            "md5sum": definition.md5sum,
+            "message_definition": definition.text,
+        }
+        type_hash = self._plans.message_hash(plan.ros2_type) if self._has_hashes else ""
+        return TypePair(plan, class_like(header), type_hash)
+
+    def _learn(self, definition: Definition) -> None:
+        """Add a definition that a publisher sent. The first one of a type counts."""
+        if definition.type in self._definitions:
+            return
+        if self._learned_bytes + len(definition.text) > self._limit_bytes:
+            raise LimitExceeded(
+                f"too many definitions were received; {limit_text('bridge_queue_bytes', self._limit_bytes)}"
+            )
+        specs = specs_from_text(definition.type, definition.text)
+        self._learned_bytes += len(definition.text)
+        for name, spec in specs.items():
+            self._learned.setdefault(name, spec)
+        self._definitions[definition.type] = definition
+        self._catalog.add_derived(specs)

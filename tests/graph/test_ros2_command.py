@@ -1,0 +1,65 @@
+"""`pipros ros2` as a command: what it prints, its status, and its end."""
+
+from __future__ import annotations
+
+import signal
+import time
+
+import pytest
+
+from tests.support.ros import RosSystem
+from tests.support.ros2_domains import free_domain
+from tests.support.waiting import wait_until
+
+
+def test_a_gateway_runs_as_a_command(ros: RosSystem) -> None:
+    ros.serve_master()
+    ros.pipros.start("rostopic", "pub", "-l", "/map", "std_msgs/String", "hello")
+    ros.pipros.start("rostopic", "pub", "-l", "/secret", "std_msgs/String", "hidden")
+    with free_domain() as domain:
+        (ros.home / "rules.yaml").write_text("topics: {to_ros2: {deny: [/secret]}}\n")
+        words = ("pipros", "ros2", "--domain", str(domain), "--rules", "rules.yaml")
+        gateway = ros.pipros.start(*words)
+        gateway.wait_for(rf"connected to domain {domain} \(range LOCALHOST\)")
+
+        second = ros.pipros.run(*words)
+        assert second.returncode == 1
+        assert f"already running: [/ros2_gateway_{domain}]" in second.output
+
+        def status() -> str:
+            return ros.pipros.run("pipros", "ros2", "status").output
+
+        wait_until(lambda: "/map (std_msgs/String -> std_msgs/msg/String)" in status(), what="the topic")
+        assert f"/ros2_gateway_{domain}:" in status()
+        wait_until(
+            lambda: (
+                "left out: topics: to_ros2: /secret: the deny list (topics: to_ros2) has /secret" in status()
+            ),
+            what="the reason",
+        )
+
+        before = time.monotonic()
+        gateway.send_signal(signal.SIGINT)
+        assert gateway.wait() == 0
+        assert time.monotonic() - before < 5  # with much to spare on a busy machine
+        assert "Traceback" not in gateway.output
+    none = ros.pipros.run("pipros", "ros2", "status")
+    assert (none.returncode, none.output.strip()) == (
+        1,
+        "ERROR: no gateway is running; start one with `pipros ros2`",
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--domain", "300"], "ERROR: domain must be 0 to 101, got 300"),
+        (["--distro", "foxy"], "ERROR: --distro must be one of humble, jazzy, kilted, lyrical, got [foxy]"),
+        (["--rules", "missing.yaml"], "ERROR: cannot read missing.yaml: No such file or directory"),
+    ],
+)
+def test_invalid_options_are_one_line(ros: RosSystem, words: list[str], text: str) -> None:
+    result = ros.pipros.run("pipros", "ros2", *words)
+
+    assert result.returncode == 1
+    assert result.output.strip() == text

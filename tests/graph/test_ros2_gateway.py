@@ -1,0 +1,313 @@
+"""A gateway between a master and a domain of ROS 2, with an engine as the other side."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+
+from pipros.basics.env import Environment
+from pipros.basics.limits import process_limits
+from pipros.master.master import Master
+from pipros.msg import load_message_class, load_service_class
+from pipros.node import Node
+from pipros.ros2.conversion.mapping import BUILTIN_RULES
+from pipros.ros2.distribution import Distribution
+from pipros.ros2.engine import (
+    GATEWAY_NODE,
+    Announcement,
+    Durability,
+    EndpointKind,
+    Ros2Engine,
+    Sample,
+    TopicQos,
+)
+from pipros.ros2.gateway import Gateway, new_identity
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.ros2_engine import RtpsEngine
+from pipros.ros2.rules import parse_gateway_rules
+from pipros.ros2.type_pairs import TypePairs
+from pipros.ros2.zenoh.engine import ZenohEngine
+from tests.support.ros2_domains import free_domain
+from tests.support.waiting import wait_until
+from tests.support.zenoh_peer import Router
+
+String: Any = load_message_class("std_msgs/String")
+TFMessage: Any = load_message_class("tf2_msgs/TFMessage")
+TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")
+SetBool: Any = load_service_class("std_srvs/SetBool")
+STRING = "std_msgs/msg/String"
+PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits())
+STRING_HASH = PAIRS.of_ros2(STRING).type_hash
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+SET_BOOL = "std_srvs/srv/SetBool"
+SET_BOOL_HASH = PAIRS.of_ros2_service(SET_BOOL).type_hash
+CDR = b"\0\1\0\0"
+LATCHED = TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+
+
+def cdr(text: str) -> bytes:
+    encoded = text.encode() + b"\0"
+    return CDR + len(encoded).to_bytes(4, "little") + encoded
+
+
+def texts(samples: list[Sample]) -> list[str]:
+    return [bytes(each.payload[8:]).rstrip(b"\0").decode() for each in samples]
+
+
+class System:
+    """A master and a domain; gateways, nodes and engines are added by tests."""
+
+    def __init__(self, domain: int, *, has_zenoh: bool) -> None:
+        self._stack = ExitStack()
+        self.domain = domain
+        self._announcements: list[Announcement] = []
+        self._router = Router() if has_zenoh else None
+        if self._router is not None:
+            self._stack.callback(self._router.close)
+        self.master_uri = self._stack.enter_context(Master(port=0)).uri
+        self.ros1 = self.node("ros1")
+        self.ros2 = self.engine()
+
+    def node(self, name: str, **more: Any) -> Node:
+        environment = Environment(master_uri=self.master_uri)
+        return self._stack.enter_context(Node(name, environment=environment, **more))
+
+    def engine(self, gateway: str = "") -> Ros2Engine:
+        node = f"/{GATEWAY_NODE}{gateway}" if gateway else "/peer"
+        engine: Ros2Engine
+        if self._router is None:
+            engine = RtpsEngine(Discovery(self.domain), node, gateway=gateway)
+        else:
+            engine = ZenohEngine(self.domain, node, [self._router.address])
+        self._stack.callback(engine.close)
+        return engine
+
+    def gateway(self, rules: str = "", *, name: str = "ros2_gateway_0", is_local: bool = True) -> Gateway:
+        node = self.node(name)
+        identity = new_identity(node)
+        gateway = Gateway(
+            node,
+            self.engine(identity),
+            identity,
+            parse_gateway_rules(rules, "rules"),
+            PAIRS,
+            is_local=is_local,
+            look_s=0.05,
+        )
+        self._stack.callback(gateway.close)
+        gateway.start()
+        return gateway
+
+    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+        """Create a publisher in ROS 2 that lives as long as the system."""
+        self._announcements.append(self.ros2.announce(topic, type_name, type_hash, qos))
+        return self._announcements[-1]
+
+    def has(self, kind: EndpointKind, name: str) -> bool:
+        return any((each.kind, each.name) == (kind, name) for each in self.ros2.endpoints())
+
+    def is_published(self, name: str) -> bool:
+        return name in {topic for topic, _ in self.ros1.master.get_topic_types()}
+
+    def close(self) -> None:
+        self._stack.close()
+
+
+@pytest.fixture(params=["rtps", "zenoh"])
+def system(request: pytest.FixtureRequest) -> Iterator[System]:
+    with free_domain() as domain:
+        system = System(domain, has_zenoh=request.param == "zenoh")
+        yield system
+        system.close()
+
+
+def wait_while_publishing(publish: Callable[[], object], condition: Callable[[], object], what: str) -> None:
+    def is_done() -> bool:
+        publish()
+        return bool(condition())
+
+    wait_until(is_done, what=what)
+
+
+def test_topics_reach_ros2_only_while_someone_subscribes(system: System) -> None:
+    gateway = system.gateway()
+    publisher = system.ros1.advertise("/chatter", String)
+    wait_until(lambda: system.has(EndpointKind.PUBLISHER, "/chatter"), what="the topic in ROS 2")
+    assert publisher.connection_count == 0
+    samples: list[Sample] = []
+
+    subscription = system.ros2.subscribe("/chatter", STRING, STRING_HASH, TopicQos(), samples.append)
+
+    wait_while_publishing(lambda: publisher.publish(String("hello")), lambda: samples, "a message")
+    assert set(texts(samples)) == {"hello"}
+    (row,) = gateway.status()["passed"]
+    assert (row["name"], row["direction"], row["active"]) == ("/chatter", "to_ros2", True)
+    subscription.close()
+    wait_until(lambda: publisher.connection_count == 0, what="the end of the subscription in ROS 1")
+
+
+def test_topics_of_ros2_arrive_only_while_someone_subscribes(system: System) -> None:
+    system.gateway()
+    announcement = system.announce("/chatter", STRING, STRING_HASH, TopicQos())
+    wait_until(lambda: system.is_published("/chatter"), what="the topic in ROS 1")
+    assert announcement.subscriber_count == 0
+    received: list[str] = []
+
+    subscriber = system.ros1.subscribe("/chatter", String, lambda message: received.append(message.data))
+
+    wait_while_publishing(lambda: announcement.publish(cdr("hello")), lambda: received, "a message")
+    assert set(received) == {"hello"}
+    subscriber.unregister()
+    wait_until(lambda: announcement.subscriber_count == 0, what="the end of the subscription in ROS 2")
+    announcement.close()
+    wait_until(
+        lambda: "/chatter" not in {name for name, _ in system.ros1.master.get_system_state()[0]},
+        what="the end of the topic in ROS 1",
+    )
+
+
+def test_late_subscribers_get_latched_messages_of_all_publishers(system: System) -> None:
+    system.gateway()
+    for node, text in ((system.ros1, "one"), (system.node("second"), "two")):
+        node.advertise("/map", String, latch=True).publish(String(text))
+    system.announce("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("plan"))
+    wait_until(lambda: system.is_published("/plan"), what="the topic in ROS 1")
+    samples: list[Sample] = []
+    received: list[str] = []
+
+    qos = TopicQos(durability=Durability.TRANSIENT_LOCAL)
+    system.ros2.subscribe("/map", STRING, STRING_HASH, qos, samples.append)
+    system.ros1.subscribe("/plan", String, lambda message: received.append(message.data))
+
+    wait_until(lambda: {*texts(samples)} == {"one", "two"}, what="latched messages of ROS 1")
+    wait_until(lambda: received, what="the latched message of ROS 2")
+    assert set(received) == {"plan"}
+
+
+def test_static_transforms_of_several_nodes_are_merged(system: System) -> None:
+    gateway = system.gateway()
+    for node, frame in ((system.ros1, "laser"), (system.node("second"), "camera")):
+        message = TFMessage([TransformStamped(child_frame_id=frame)])
+        message.transforms[0].transform.rotation.w = 1.0
+        node.advertise("/tf_static", TFMessage, latch=True).publish(message)
+    samples: list[Sample] = []
+
+    system.ros2.subscribe(
+        "/tf_static", TRANSFORMS, PAIRS.of_ros2(TRANSFORMS).type_hash, LATCHED, samples.append
+    )
+
+    def frames() -> set[str]:
+        newest = bytes(samples[-1].payload) if samples else b""
+        return {frame for frame in ("laser", "camera") if frame.encode() in newest}
+
+    wait_until(lambda: frames() == {"laser", "camera"}, what="both transforms in one message")
+    assert gateway.status()["passed"][0]["dropped"] == 0
+
+
+def test_two_gateways_of_one_master_pass_each_message_once(system: System) -> None:
+    gateways = [system.gateway(), system.gateway(name="ros2_gateway_1")]
+    publisher = system.ros1.advertise("/chatter", String)
+    announcement = system.announce("/other", STRING, STRING_HASH, TopicQos())
+    wait_until(
+        lambda: any("another gateway" in str(each.status()["left_out"]) for each in gateways),
+        what="a gateway that leaves the topic to the other one",
+    )
+    samples: list[Sample] = []
+    system.ros2.subscribe("/chatter", STRING, STRING_HASH, TopicQos(), samples.append)
+    count = 0
+
+    def publish() -> None:
+        nonlocal count
+        publisher.publish(String(str(count)))
+        count += 1
+
+    wait_while_publishing(publish, lambda: len(samples) > 5, "messages")
+    assert len(set(texts(samples))) == len(samples)
+    passed = {
+        row["name"] for each in gateways for row in each.status()["passed"] if row["direction"] == "to_ros1"
+    }
+    assert passed <= {"/other"}
+    announcement.close()
+
+
+def test_nothing_enters_from_other_machines_unless_allowed(system: System) -> None:
+    gateway = system.gateway("topics: {to_ros1: {allow: [/allowed]}}", is_local=False)
+    system.announce("/other", STRING, STRING_HASH, TopicQos())
+    system.announce("/allowed", STRING, STRING_HASH, TopicQos())
+
+    wait_until(lambda: system.is_published("/allowed"), what="the allowed topic")
+    wait_until(lambda: gateway.status()["left_out"], what="the reason")
+
+    assert not system.is_published("/other")
+    assert gateway.status()["left_out"]["topics: to_ros1: /other"].startswith("the allow list")
+
+
+def test_unfit_types_are_left_out_with_the_reason(system: System) -> None:
+    gateway = system.gateway()
+    system.announce("/strange", "no_msgs/msg/Such", "", TopicQos())
+    system.announce("/changed", STRING, "RIHS01_" + "0" * 64, TopicQos())
+
+    wait_until(lambda: len(gateway.status()["left_out"]) == 2, what="the reasons")
+
+    reasons = gateway.status()["left_out"]
+    assert "no type of ROS 1 corresponds to no_msgs/msg/Such" in reasons["topics: to_ros1: /strange"]
+    assert "another definition there" in reasons["topics: to_ros1: /changed"]
+
+
+def test_static_rules_rename_topics(system: System) -> None:
+    system.gateway("topics: {static: [{ros1: /scan, ros2: /front/scan, direction: to_ros2}]}")
+    system.ros1.advertise("/scan", String)
+
+    wait_until(lambda: system.has(EndpointKind.PUBLISHER, "/front/scan"), what="the renamed topic")
+
+    assert not system.has(EndpointKind.PUBLISHER, "/scan")
+
+
+def test_services_of_ros2_are_offered_in_ros1(system: System) -> None:
+    system.gateway()
+    system.ros2.serve(
+        "/switch", SET_BOOL, SET_BOOL_HASH, lambda request: CDR + request[4:5] + b"\0" * 3 + cdr("on")[4:]
+    )
+    wait_until(
+        lambda: "/switch" in {name for name, _ in system.ros1.master.get_system_state()[2]},
+        what="the service in ROS 1",
+    )
+    client = system.ros1.client("/switch", SetBool)
+
+    reply = client.call(SetBool._request_class(True), 10.0)
+
+    assert (reply.success, reply.message) == (True, "on")
+
+
+def test_services_of_ros1_are_offered_in_ros2_only_if_allowed(system: System) -> None:
+    for name in ("/switch", "/hidden"):
+        system.ros1.serve(name, SetBool, lambda request: SetBool._response_class(request.data, "done"))
+    gateway = system.gateway("services: {to_ros1: {allow: [/switch]}}")
+    caller = system.ros2.caller("/switch", SET_BOOL, SET_BOOL_HASH)
+    wait_until(lambda: caller.is_available, what="the service in ROS 2")
+
+    reply = caller.call(CDR + b"\1\0\0\0", 10.0)
+
+    assert reply[4:5] == b"\1"
+    assert b"done" in reply
+    assert not system.has(EndpointKind.SERVER, "/hidden")
+    assert "services: to_ros1: /hidden" in gateway.status()["left_out"]
+
+
+def test_diagnostics_have_the_rates_of_topics(system: System) -> None:
+    system.gateway()
+    system.ros1.advertise("/chatter", String)
+    arrays: list[Any] = []
+
+    system.ros1.subscribe(
+        "/diagnostics", load_message_class("diagnostic_msgs/DiagnosticArray"), arrays.append
+    )
+
+    def values() -> dict[str, str]:
+        return {each.key: each.value for array in arrays[-1:] for each in array.status[0].values}
+
+    wait_until(lambda: values() == {"/chatter to_ros2": "0.0/s, 0 dropped"}, what="the topic", timeout_s=20)
+    assert arrays[-1].status[0].name == "/ROS 2/ros2_gateway_0"

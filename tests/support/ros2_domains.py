@@ -1,0 +1,23 @@
+"""Domains of ROS 2 for tests on one machine."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from collections.abc import Iterator
+
+from pipros.ros2.rtps.domain import MAX_DOMAIN, multicast_port
+
+
+@contextlib.contextmanager
+def free_domain() -> Iterator[int]:
+    """Claim a domain that no other test on this machine uses, by a port between those of RTPS."""
+    for domain in range(1, MAX_DOMAIN + 1):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as claim:
+            try:
+                claim.bind(("127.0.0.1", multicast_port(domain) + 5))
+            except OSError:
+                continue
+            yield domain
+            return
+    raise RuntimeError("all domains are in use")
