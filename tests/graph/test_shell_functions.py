@@ -161,7 +161,7 @@ def test_commands_that_are_not_here_are_explained(ros: RosSystem, program: str) 
     options = {"bash": "--norc", "zsh": "--no-rcs", "fish": "--no-config"}
     clean = {"PATH": f"{VENV_BIN}:{ros.home}"}  # without rosdep, which may be installed
     typed = ros.pipros.run(shutil.which(program) or program, options[program], "-ic", script, **clean)
-    assert "gazebo: The programs of gazebo_ros are C++" in typed.output
+    assert "gazebo: The programs of gazebo_ros are written in C++" in typed.output
     assert "On this machine, roslaunch pipros_sim sim.launch" in typed.output
     assert "rosdep: rosdep does not come with pipros, but from PyPI: pip install rosdep" in typed.output
     assert re.search(

@@ -62,7 +62,7 @@ from pipros.web import serve_page
 async def about(_):
     print("blocked", flush=True)
     time.sleep(100)
-serve_page.services = lambda system, permitted, **_: serve_page.Services({}, {"about": about})
+serve_page.services = lambda *_, **__: serve_page.Services({}, {"about": about})
 serve_page.serve_page(serve_page.PageOptions(opens_browser=False))
 """
 

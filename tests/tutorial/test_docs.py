@@ -27,19 +27,29 @@ OTHERS = {
     ("bags.md", "python"): "tests/unit/bag/test_docs.py",
     ("bridges.md", "console"): "tests/graph/test_serve.py",
     ("client.md", "python"): "tests/tutorial/test_client_docs.py",
+    ("fleets.md", "console"): "tests/graph/test_fleet_command.py",
+    ("fleets.md", "yaml"): "tests/unit/fleet/test_docs.py",
     ("launch.md", "python"): "tests/graph/test_launch_facade.py",
     ("launch.md", "sh"): "tests/graph/test_launch_child.py",
     ("launch.md", "xml"): "tests/interop/test_remote_machines.py",
     ("messages.md", "python"): "tests/unit/msg/test_docs.py",
     ("page.md", "console"): "tests/graph/test_rqt_graph.py",
+    ("page.md", "xml"): "tests/graph/test_page_tabs.py",
+    ("ros2.md", "console"): "tests/graph/test_ros2_command.py",
+    ("ros2.md", "yaml"): "tests/unit/ros2/test_docs.py",
+    ("rtps.md", "python"): "tests/graph/test_rtps_participant.py",
+    ("scene.md", "console"): "tests/graph/test_rviz.py",
     ("testing.md", "console"): "tests/graph/test_pytest_plugin.py",
     ("testing.md", "python"): "tests/graph/test_pytest_plugin.py",
     ("testing.md", "xml"): "tests/graph/test_pytest_plugin.py",
 }
-# Other tests cover installation, settings for several computers, options of rosbag, and clients of bridges.
+# Other tests cover installation, settings for several computers and containers, options of rosbag, and
+# clients of bridges.
 NOT_RUN = {
     ("start.md", "sh"),
     ("classroom.md", "sh"),
+    ("containers.md", "sh"),
+    ("containers.md", "yaml"),
     ("robot.md", "sh"),
     ("bags.md", "sh"),
     ("bridges.md", "javascript"),

@@ -8,14 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import bridge_clients, browser, genuine, pyright
+from tests.support import bridge_clients, browser, dds_peers, genuine, pyright
 from tests.support.environments import REPOSITORY
 
 PLUGIN = """
-from tests.support import bridge_clients, browser, genuine, pyright
+from tests.support import bridge_clients, browser, dds_peers, genuine, pyright
 bridge_clients.missing = lambda: ["roslib"]
 bridge_clients.missing_foxglove = lambda: ["ws"]
 browser.find_chromium = lambda: None
+dds_peers.missing = lambda: ["tshark"]
 genuine._FILES = {"/no/such/file": "python3-rospy"}
 genuine._MODULES = {}
 pyright.find_pyright = lambda: None
@@ -51,9 +52,9 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     ended = run(run_without_genuine, "tests/interop", "tests/unit/test_support_genuine.py")
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
-    *_, checker, how, page, get, clients, install, what, lacking, cure, last = ended.stdout.rstrip(
-        "\n"
-    ).splitlines()
+    *_, checker, how, page, get, clients, install, dds, peers, what, lacking, cure, last = (
+        ended.stdout.rstrip("\n").splitlines()
+    )
     assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
     assert how == f"to have it where Node.js is: {pyright.INSTALL}"
     assert page.startswith(
@@ -63,6 +64,8 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     assert clients.startswith("tests/clients: ")
     assert clients.endswith("this machine lacks: roslib, ws")
     assert install == f"to have them where Node.js is: {bridge_clients.INSTALL}"
+    assert dds == "tests/dds: Fast DDS and Cyclone DDS are not tried; this machine lacks: tshark"
+    assert peers == f"to have them on Debian 12, as root: {dds_peers.INSTALL}"
     assert what == "tests/interop: genuine ROS 1 is not complete on this machine"
     assert lacking == "lacking: python3-rospy"
     assert cure.startswith("to have it on Debian 12, as root: apt-get install --no-install-recommends ")

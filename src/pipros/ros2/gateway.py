@@ -167,7 +167,9 @@ class Gateway:
                 each.update(graph.topics[name].publishers)
             elif isinstance(each, ToRos1):
                 of_type = each.route.pair.plan.ros2_type
-                each.update([one for one in found.publishers.get(name, ()) if one.type == of_type])
+                each.update(
+                    [endpoint for endpoint in found.publishers.get(name, ()) if endpoint.type == of_type]
+                )
 
     def _wanted(self, graph: Ros1Graph, found: _Found, skipped: dict[str, str]) -> dict[Key, _Wanted]:
         """Return what should be passed. Add to `skipped` what is left out."""

@@ -51,7 +51,7 @@ class RtpsEngine:
 
     Args:
         node: full name of the node that owns all endpoints.
-        gateway: identity of the gateway, or empty if it is none.
+        gateway: identity of the gateway; empty if the participant is not a gateway.
         gid_bytes: size of GIDs in this domain; None to learn it before the node is announced.
         limits: defaults to the process-wide limits.
 

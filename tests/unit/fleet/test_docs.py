@@ -1,0 +1,18 @@
+"""The example of docs/fleets.md."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from pipros.fleet.fleet_file import parse_fleet_file
+
+DOCUMENT = (Path(__file__).resolve().parents[3] / "docs" / "fleets.md").read_text()
+
+
+def test_the_file_is_valid() -> None:
+    (example,) = re.findall(r"^```yaml\n(.*?)^```", DOCUMENT, re.MULTILINE | re.DOTALL)
+
+    file = parse_fleet_file(example, "docs/fleets.md")
+
+    assert file.router == "tls/fleet.example.org:7447"
