@@ -221,7 +221,7 @@ def test_layouts_are_stored_for_all_browsers(robot: RosSystem, open_tab: OpenTab
     expect(panel(other, "TF")).to_be_visible()
     expect_layout(other, "panels/row(console~tf)")
     other.get_by_role("button", name="Delete", exact=True).click()
-    expect(other.get_by_label("Stored layouts").locator("option")).to_have_text("No layouts stored")
+    expect(other.get_by_label("Stored layouts").locator("option")).to_have_text(["No layouts stored"])
 
 
 def test_layouts_are_exported_and_imported(robot: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
@@ -278,7 +278,7 @@ def test_a_launch_file_opens_a_layout_and_a_perspective(
 
 EVERY_VIEW = (
     "panels/column(row(graph~topics~plot~console~params)~row(nodes~images~tf~diagnostics~services)"
-    "~row(publish~actions~teleop~reconfigure))"
+    "~row(publish~actions~teleop~reconfigure~scene))"
 )
 CONTENTS = {
     "Graph": ".vertex",
@@ -289,6 +289,7 @@ CONTENTS = {
     "Nodes": "tbody tr",
     "Images": "select[aria-label=Topic] option >> nth=1",
     "TF": "tbody tr",
+    "Scene": "canvas",
     "Diagnostics": "tbody tr",
     "Services": "thead",
     "Publish": "textarea",

@@ -112,6 +112,11 @@ class Terminal:
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
 
+    def send_keys(self, keys: str) -> None:
+        """Press keys, without Enter, for the running program."""
+        self._typed_at = len(self._screen)
+        os.write(self._keyboard, keys.encode())
+
     def type(self, line: str) -> None:
         """Type a line and Enter after the prompt has appeared."""
         self.wait_for_prompt()
