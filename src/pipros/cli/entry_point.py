@@ -1,4 +1,4 @@
-"""A decorator for every command that provides usable standard streams and reliable Ctrl-C."""
+"""A decorator that gives every command usable standard streams and reliable handling of Ctrl-C."""
 
 from __future__ import annotations
 

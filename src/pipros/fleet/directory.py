@@ -82,7 +82,7 @@ def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Di
 
     Raises:
         LimitExceeded: it is larger than `Limits.fleet_directory_bytes`.
-        ProtocolError: it is malformed, or of another member.
+        ProtocolError: the directory is malformed, or belongs to another member.
     """
     limit_bytes = process_limits().fleet_directory_bytes if limit_bytes is None else limit_bytes
     if len(content) > limit_bytes:

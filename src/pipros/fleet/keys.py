@@ -115,7 +115,7 @@ def statistics(member: str) -> str:
 
 
 def parts(key: str) -> tuple[str, str, list[str]] | None:
-    """Return the member, the kind and the further parts of a key; None for a key of another protocol.
+    """Return the member, the kind and the remaining parts of a key; None if it belongs to another protocol.
 
     >>> parts("pipros/r1/s/operator/arm/move")
     ('r1', 's', ['operator', 'arm', 'move'])

@@ -170,4 +170,4 @@ class Ros2Engine(Protocol):
         """Return the known endpoints of other processes."""
 
     def close(self) -> None:
-        """End all endpoints and threads, and tell the peers. May be called repeatedly."""
+        """Close all endpoints, stop the threads and notify the peers. May be called repeatedly."""

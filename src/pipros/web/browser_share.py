@@ -1,4 +1,4 @@
-"""Limit of the page's service calls per browser."""
+"""Limit on concurrent service calls from the page, per browser."""
 
 from __future__ import annotations
 

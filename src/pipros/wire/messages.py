@@ -70,7 +70,7 @@ class MessageReader:
                 `whole_bytes`.
         """
         self._keeps_large = keeps_large
-        self._expects_large = False  # the last messages were large, and must be kept
+        self._expects_large = False  # whether to expect another large message, and to receive it as `bytes`
         self._whole: bytes | None = None  # a large message that is received as `bytes`
         self.limit_bytes = process_limits().frame_bytes if limit_bytes is None else limit_bytes
         self._use(bytearray(_INITIAL_BYTES))

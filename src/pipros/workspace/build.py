@@ -205,7 +205,7 @@ class _Build:
         definitions: Definitions,
         find_folder: Callable[[str], Path | None],
     ) -> Project | None:
-        """Read and check a package; report a failure and return None."""
+        """Read and check a package. If that fails, report the failure and return None."""
         self._say(f"-- +++ processing catkin package: '{package.name}'")
         if not (package.folder / "CMakeLists.txt").is_file():
             self._fail(package, f"{package.folder}: the package has no CMakeLists.txt")

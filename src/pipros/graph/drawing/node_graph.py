@@ -50,7 +50,7 @@ class GraphOptions:
 
 
 class Key(NamedTuple):
-    """Identifies a vertex in a graph, because a node and a topic can have the same name."""
+    """Identifies a vertex by kind and name, because a node and a topic can have the same name."""
 
     kind: Kind
     name: str

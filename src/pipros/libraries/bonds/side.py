@@ -147,6 +147,6 @@ class BondSide:
             return is_reached(self.state)
 
     def wake(self) -> None:
-        """End heartbeats and waits if `is_over` returns true."""
+        """Make the heartbeat loop and all waiting callers check `is_over` at once."""
         with self._changed:
             self._changed.notify_all()

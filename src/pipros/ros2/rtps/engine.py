@@ -96,7 +96,7 @@ class _Local:
 
 
 class Engine:
-    """A participant; see the head of the module."""
+    """A participant; see the module docstring."""
 
     def __init__(self, settings: Settings, limits: Limits, now: float) -> None:
         self.settings = settings

@@ -88,7 +88,7 @@ class WriterProxy:
 
 @dataclass(slots=True, eq=False)
 class Reader:
-    """A reader of samples; see the head of the module. Not thread-safe.
+    """A reader of samples; see the module docstring. Not thread-safe.
 
     Attributes:
         deliver: called for each sample.
@@ -127,7 +127,7 @@ class Reader:
             self._wait(writer, now)
 
     def unmatch(self, guid: bytes) -> None:
-        """Remove a writer, if it is known, with its incomplete samples."""
+        """Remove a writer and its incomplete samples. Do nothing if the writer is unknown."""
         self._waiting.pop(guid, None)
         writer = self.writers.pop(guid, None)
         if writer is None:

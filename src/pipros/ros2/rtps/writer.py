@@ -98,7 +98,7 @@ class ReaderProxy:
 
 @dataclass(slots=True, eq=False)
 class Writer:
-    """A writer of samples; see the head of the module. Not thread-safe."""
+    """A writer of samples; see the module docstring. Not thread-safe."""
 
     prefix: bytes
     entity: bytes
