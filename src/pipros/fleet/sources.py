@@ -29,8 +29,8 @@ FULL_AFTER_S_PER_BYTE: Final = 1e-8
 """If sending a message takes longer than both together, the link is full. (Half of the time that Zenoh waits
 for room. A smaller value would take a busy processor for a full link.)
 """
-FULL_S: Final = 0.1
-"""Time after that in which the thread sends everything."""
+FULL_S: Final = 0.02
+"""Time after that in which the thread sends everything. While messages wait, it does so longer."""
 _MOST_SOURCES: Final = 1000
 """Publishers of one topic that are told apart."""
 
