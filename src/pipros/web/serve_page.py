@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import signal
 import socket
 import ssl
 import sys
-import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
@@ -155,30 +153,6 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
         _warn_about_network(options, server.access)
     if options.opens_browser:
         open_in_browser(server.access, reachable, options.tab)
-
-
-@contextlib.contextmanager
-def set_by_signals(over: OnceEvent) -> Iterator[None]:
-    """Set `over` at the first SIGINT or SIGTERM, and end the process at the second.
-
-    Does nothing outside the main thread.
-    """
-    numbers = (signal.SIGINT, signal.SIGTERM)
-
-    def end(*_: object) -> None:
-        for number in numbers:
-            signal.signal(number, signal.SIG_DFL)
-        over.set()
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    previous = [(number, signal.signal(number, end)) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in previous:
-            signal.signal(number, handler)
 
 
 def _restriction(permitted: frozenset[str]) -> str:

@@ -16,6 +16,7 @@ export const TABS = [
   ["tf", "TF"],
   ["scene", "Scene"],
   ["diagnostics", "Diagnostics"],
+  ["fleet", "Fleet"],
   ["services", "Services"],
   ["actions", "Actions"],
   ["publish", "Publish"],
