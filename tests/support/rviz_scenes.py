@@ -105,6 +105,7 @@ SCENES: Mapping[str, tuple[str, str]] = {
     "cells": (ORTHO, display("GridCells", Topic="/cells")),
     "markers": (ORTHO, display("MarkerArray", Marker_Topic="/shapes")),
     "markers_orbit": (ORBIT, display("MarkerArray", Marker_Topic="/shapes")),
+    "wrench": (ORBIT, display("WrenchStamped", Topic="/wrench", Arrow_Width=3)),
     "tf": (ORTHO, display("TF", Marker_Scale=6, Show_Names="false")),
 }
 

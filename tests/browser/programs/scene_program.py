@@ -16,6 +16,9 @@ from geometry_msgs.msg import (
     PoseStamped,
     PoseWithCovarianceStamped,
     TransformStamped,
+    Vector3,
+    Wrench,
+    WrenchStamped,
 )
 from nav_msgs.msg import GridCells, OccupancyGrid, Odometry, Path
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
@@ -86,6 +89,7 @@ def poses() -> dict[str, object]:
         "point": PointStamped(header=header, point=Point(1, 2, 0)),
         "range": reach,
         "cells": cells,
+        "wrench": WrenchStamped(header=header, wrench=Wrench(Vector3(-1, 0.5, 0), Vector3(0.3, 0.4, 2))),
     }
 
 

@@ -8,6 +8,7 @@ import { Marker, MarkerArray } from "./displays/markers.js";
 import { GridCells, Odometry, Path, PointStamped, Polygon, Pose, PoseArray, PoseWithCovariance, Range } from "./displays/poses.js";
 import { Axes, Grid } from "./displays/simple.js";
 import { RobotModel } from "./displays/robot.js";
+import { Imu, WrenchStamped } from "./displays/sensors.js";
 import { Tf } from "./displays/tf.js";
 import { DISPLAYS, className } from "./properties.js";
 
@@ -64,6 +65,8 @@ const CLASSES = {
   "rviz/Range": Range,
   "rviz/RobotModel": RobotModel,
   "rviz/TF": Tf,
+  "rviz/WrenchStamped": WrenchStamped,
+  "rviz_imu_plugin/Imu": Imu,
 };
 
 export const SUPPORTED = Object.keys(CLASSES);
