@@ -271,3 +271,52 @@ def test_links_and_namespaces_are_switched_one_by_one(
         tab.get_by_label(part, exact=True).uncheck()
     tab.get_by_role("button", name="Displays").click()
     wait_for_colours(tab, {(4, 2): GREY, (2, 4): GREY, (2, 2): (204, 102, 51)}, tolerance=1)
+
+
+def test_an_inertial_sensor_and_a_depth_image_are_drawn(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    displays = (
+        "{Class: rviz_imu_plugin/Imu, Name: Imu, Enabled: true, Topic: /imu, Box properties: "
+        "{Enable box: true, Box color: 0; 0; 255, z_scale: 20}, Axes properties: {Enable axes: false}}, "
+        "{Class: rviz/DepthCloud, Name: Depth, Enabled: true, Depth Map Topic: /depth/image, "
+        "Color Image Topic: /colour/image}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, displays)
+    # Pixels are 2.5 m wide at that depth. The camera's x is ours, its y the opposite; its last pixel is empty.
+    wait_for_colours(
+        tab, {(0.2, 0.2): (0, 0, 255), (-4, 4): (200, 100, 0), (2.2, 2.2): (200, 100, 0)}, tolerance=1
+    )
+    assert statuses(tab, "Depth")["Depth Map"].endswith("depth maps received")
+
+
+CAMERA = """(places) => {
+  const scene = document.querySelector(".tab-scene")?.scene;
+  const { canvas } = scene?.all().find((each) => each.name === "Camera") ?? {};
+  if (!canvas || canvas.width < 40) return [];
+  const drawing = canvas.getContext("2d");
+  return places.map(([x, y]) => [...drawing.getImageData(x, y, 1, 1).data].slice(0, 3));
+}"""
+
+
+def test_a_camera_shows_the_scene_over_its_image(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    displays = (
+        f"{ROBOT}, {{Class: rviz/Marker, Name: Cube, Enabled: true, Marker Topic: /visualization_marker}}, "
+        "{Class: rviz/Camera, Name: Camera, Enabled: true, Image Topic: /camera/image, "
+        "Overlay Alpha: 0.25, Visibility: {Robot: false}}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, displays)
+    # The image, the green cube that is 4 m ahead of the camera's middle, and the robot, which is not visible.
+    places, expected = [[1, 38], [20, 2], [29, 11]], [[200, 100, 0], [50, 216, 0], [200, 100, 0]]
+
+    def found() -> Any:
+        return tab.evaluate(CAMERA, places)
+
+    def is_right() -> bool:
+        pairs = zip(found(), expected, strict=False)
+        return bool(found()) and all(one == pytest.approx(other, abs=2) for one, other in pairs)
+
+    wait_until(is_right, 30.0, what=lambda: str(found()))
+    assert statuses(tab, "Camera")["Camera Info"] == "OK"

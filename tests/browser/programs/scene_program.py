@@ -21,7 +21,7 @@ from geometry_msgs.msg import (
     WrenchStamped,
 )
 from nav_msgs.msg import GridCells, OccupancyGrid, Odometry, Path
-from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
+from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2, PointField, Range
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -124,12 +124,40 @@ def shapes() -> MarkerArray:
     return MarkerArray(found)
 
 
+def cameras() -> dict[str, object]:
+    """Return a camera 5 m above the origin that looks down: its depths, its colours, and an inertial sensor."""
+    header = Header(frame_id="camera")
+    depth = Image(header=header, width=4, height=4, encoding="16UC1", step=8)
+    depth.data = struct.pack("<16H", *[5000] * 15, 0)
+    colour = Image(header=header, width=4, height=4, encoding="rgb8", step=12, data=bytes([200, 100, 0] * 16))
+    info = CameraInfo(header=header, width=4, height=4)
+    info.P = [2.0, 0, 2.0, 0, 0, 2.0, 2.0, 0, 0, 0, 1.0, 0]
+    large = Image(
+        header=header, width=40, height=40, encoding="rgb8", step=120, data=bytes([200, 100, 0] * 1600)
+    )
+    large_info = CameraInfo(header=header, width=40, height=40)
+    large_info.P = [20.0, 0, 20.0, 0, 0, 20.0, 20.0, 0, 0, 0, 1.0, 0]
+    imu = Imu(header=Header(frame_id="map"))
+    imu.orientation.w = 1.0
+    imu.linear_acceleration.x = 4.0
+    return {
+        "depth/image": depth,
+        "depth/camera_info": info,
+        "colour/image": colour,
+        "camera/image": large,
+        "camera/camera_info": large_info,
+        "imu": imu,
+    }
+
+
 def main() -> None:
     rospy.init_node("scene_program")
     rospy.set_param("/robot_description", ROBOT)
     rospy.set_param("/meshes", mesh_robot())
     frames = tf2_ros.StaticTransformBroadcaster()
-    frames.sendTransform([transform("map", "base_link", 2, 2), transform("map", "bare", 4, 2)])
+    camera = transform("map", "camera", 0, 0)
+    camera.transform.translation.z, camera.transform.rotation.x, camera.transform.rotation.w = 5.0, 1.0, 0.0
+    frames.sendTransform([transform("map", "base_link", 2, 2), transform("map", "bare", 4, 2), camera])
     grid = OccupancyGrid(header=Header(frame_id="map"))
     grid.info.resolution, grid.info.width, grid.info.height = 1.0, 3, 1
     grid.info.origin.position.x, grid.info.origin.position.y = -4.0, 2.0
@@ -160,7 +188,7 @@ def main() -> None:
     spheres.color.r = spheres.color.a = 1.0
     messages = {"map": grid, "path": path, "cloud": cloud, "scan": scan, "visualization_marker": cube}
     messages["markers"] = MarkerArray([spheres])
-    messages |= poses() | {"shapes": shapes()}
+    messages |= poses() | cameras() | {"shapes": shapes()}
     publishers = {
         name: rospy.Publisher(f"/{name}", type(message), queue_size=1, latch=True)
         for name, message in messages.items()

@@ -106,7 +106,7 @@ export class Display {
     const { key } = this.parts();
     if (typeof this.config[key] !== "object" || !this.config[key]) this.config[key] = {};
     const all = this.config[key];
-    if (key === "Namespaces") all[name] = String(isShown);
+    if (key === "Namespaces" || (key === "Visibility" && typeof all[name] !== "object")) all[name] = String(isShown);
     else all[name] = { ...(typeof all[name] === "object" ? all[name] : {}), Value: String(isShown) };
   }
 

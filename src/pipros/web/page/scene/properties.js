@@ -35,6 +35,13 @@ const CLOUD = [
   ["Use Fixed Frame", "bool", true],
 ];
 
+const IMAGE = [
+  topic("sensor_msgs/Image", "Image Topic"),
+  ["Transport Hint", "text", "raw"],
+  ["Queue Size", "int", 2],
+  ["Unreliable", "bool", false],
+];
+
 const POSE_SHAPE = [
   ["Shape", "enum", "Arrow", ["Arrow", "Axes"]],
   ["Color", "colour", [255, 25, 0]],
@@ -189,11 +196,26 @@ export const DISPLAYS = {
   ],
   "rviz/Marker": [topic("visualization_msgs/Marker", "Marker Topic", "visualization_marker"), ...MARKERS],
   "rviz/MarkerArray": [topic("visualization_msgs/MarkerArray", "Marker Topic", "visualization_marker_array"), ...MARKERS],
+  "rviz/DepthCloud": [
+    ["Topic Filter", "bool", true],
+    topic("sensor_msgs/Image", "Depth Map Topic"),
+    ["Depth Map Transport Hint", "text", "raw"],
+    topic("sensor_msgs/Image", "Color Image Topic"),
+    ["Color Transport Hint", "text", "raw"],
+    ["Queue Size", "int", 5],
+    ["Auto Size", "switch", true, [["Auto Size Factor", "float", 1]]],
+    ["Occlusion Compensation", "switch", false, [["Occlusion Time-Out", "float", 30]]],
+    ...CLOUD,
+  ],
+  "rviz/Camera": [
+    ...IMAGE,
+    ["Image Rendering", "enum", "background and overlay", ["background", "overlay", "background and overlay"]],
+    ["Overlay Alpha", "float", 0.5],
+    ["Zoom Factor", "float", 1],
+    ["Visibility", "names", true],
+  ],
   "rviz/Image": [
-    topic("sensor_msgs/Image", "Image Topic"),
-    ["Transport Hint", "text", "raw"],
-    ["Queue Size", "int", 2],
-    ["Unreliable", "bool", false],
+    ...IMAGE,
     ["Normalize Range", "bool", true],
     ["Min Value", "float", 0],
     ["Max Value", "float", 1],

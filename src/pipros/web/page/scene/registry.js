@@ -1,7 +1,9 @@
 // The displays that exist, by class. Others are listed, and keep their configuration.
 
 import { Display } from "./display.js";
+import { Camera } from "./displays/camera.js";
 import { LaserScan, PointCloud2 } from "./displays/clouds.js";
+import { DepthCloud } from "./displays/depth.js";
 import { Image } from "./displays/image.js";
 import { MapDisplay } from "./displays/map.js";
 import { Marker, MarkerArray } from "./displays/markers.js";
@@ -45,6 +47,8 @@ class Unsupported extends Display {
 
 const CLASSES = {
   "rviz/Axes": Axes,
+  "rviz/Camera": Camera,
+  "rviz/DepthCloud": DepthCloud,
   "rviz/Grid": Grid,
   "rviz/GridCells": GridCells,
   "rviz/Group": Group,
