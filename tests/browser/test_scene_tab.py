@@ -283,7 +283,7 @@ def test_an_inertial_sensor_and_a_depth_image_are_drawn(
         "Color Image Topic: /colour/image}"
     )
     tab = scene_of(system, open_tab, tmp_path, displays)
-    # Pixels are 2.5 m wide at that depth. The camera's x is ours, its y the opposite; its last pixel is empty.
+    # Pixels are 2.5 m wide at that depth; the last one, at the right below, is empty.
     wait_for_colours(
         tab, {(0.2, 0.2): (0, 0, 255), (-4, 4): (200, 100, 0), (2.2, 2.2): (200, 100, 0)}, tolerance=1
     )
@@ -320,3 +320,63 @@ def test_a_camera_shows_the_scene_over_its_image(
 
     wait_until(is_right, 30.0, what=lambda: str(found()))
     assert statuses(tab, "Camera")["Camera Info"] == "OK"
+
+
+def feedback_of(line: str) -> tuple[str, str, int, float, float]:
+    """Return control, frame, event, x and the sine of half the yaw, in a line of `rostopic echo -p`."""
+    part = line.split(",")
+    return part[6], part[3], int(part[7]), float(part[8]), float(part[13])
+
+
+def test_interactive_markers_are_moved_turned_and_clicked(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    echo = system.pipros.start("rostopic", "echo", "-p", "/controls/feedback")
+    markers = (
+        "{Class: rviz/InteractiveMarkers, Name: Controls, Enabled: true, Update Topic: /controls/update}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, markers, "--control")
+    wait_for_colours(tab, {(-3, -1): (0, 0, 255)}, tolerance=1)
+    tab.locator(".scene-canvas").focus()
+    tab.keyboard.press("i")
+
+    def drag(*places: tuple[float, float]) -> None:
+        tab.mouse.move(*place_on(tab, *places[0]))
+        tab.mouse.down()
+        for place in places[1:]:
+            tab.mouse.move(*place_on(tab, *place))
+        tab.mouse.up()
+
+    def feedback() -> list[str]:
+        return [line for line in echo.stdout if not line.startswith("%")]
+
+    drag((-0.3, -1), (0.7, -1))
+    wait_for_colours(tab, {(-2, -1): (0, 0, 255)}, tolerance=1)
+    drag((-2, -1))
+    drag((-2.27, 3.5), (-4, 5.23))
+    tab.mouse.click(*place_on(tab, -2, -1), button="right")
+    tab.get_by_role("menuitem", name="Second").click()
+    wait_until(lambda: any(feedback_of(line)[2] == 2 for line in feedback()), 30.0)
+    lines = feedback()
+    found = [feedback_of(line) for line in lines]
+    assert {line.split(",")[4].split("/")[-1] for line in lines} == {"Controls"}
+    assert {frame for _, frame, *_ in found} == {"map"}
+    moves = [(event, x) for control, _, event, x, _ in found if control == "move_x"]
+    assert [event for event, _ in moves if event] == [1, 4, 1, 1, 5]
+    assert moves[-1][1] == pytest.approx(-2, abs=0.03)
+    assert [event for control, _, event, *_ in found if control == "press"] == [1, 4, 1, 5, 3, 2]
+    turns = [(event, z) for control, _, event, _, z in found if control == "ROTATE_AXIS"]
+    assert turns[-1][0] == 5
+    assert turns[-1][1] == pytest.approx(0.7071, abs=0.02)
+
+
+def test_interactive_markers_need_control(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    markers = (
+        "{Class: rviz/InteractiveMarkers, Name: Controls, Enabled: true, Update Topic: /controls/update}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, markers)
+    wait_for_colours(tab, {(-3, -1): (0, 0, 255)}, tolerance=1)
+    tab.locator(".scene-canvas").focus()
+    tab.keyboard.press("i")
+    tab.mouse.click(*place_on(tab, -0.3, -1))
+    expect(tab.locator(".scene-status")).to_contain_text("start the command with --control")

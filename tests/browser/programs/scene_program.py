@@ -15,6 +15,7 @@ from geometry_msgs.msg import (
     PoseArray,
     PoseStamped,
     PoseWithCovarianceStamped,
+    Quaternion,
     TransformStamped,
     Vector3,
     Wrench,
@@ -23,10 +24,11 @@ from geometry_msgs.msg import (
 from nav_msgs.msg import GridCells, OccupancyGrid, Odometry, Path
 from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2, PointField, Range
 from std_msgs.msg import Header
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, Marker, MarkerArray, MenuEntry
 
 import rospy
 import tf2_ros
+from interactive_markers.interactive_marker_server import InteractiveMarkerServer
 
 ROBOT = """<robot name="r">
 <link name="base_link"><visual><geometry><box size="1 1 1"/></geometry>
@@ -125,7 +127,7 @@ def shapes() -> MarkerArray:
 
 
 def cameras() -> dict[str, object]:
-    """Return a camera 5 m above the origin that looks down: its depths, its colours, and an inertial sensor."""
+    """Return messages of a camera 5 m above the origin that looks down, and of an inertial sensor."""
     header = Header(frame_id="camera")
     depth = Image(header=header, width=4, height=4, encoding="16UC1", step=8)
     depth.data = struct.pack("<16H", *[5000] * 15, 0)
@@ -148,6 +150,24 @@ def cameras() -> dict[str, object]:
         "camera/camera_info": large_info,
         "imu": imu,
     }
+
+
+def interactive() -> InteractiveMarker:
+    """Return a marker that moves along x, and has a menu and a button."""
+    made = InteractiveMarker(header=Header(frame_id="map"), name="box", scale=4.0, pose=pose_at(-3, -1))
+    made.menu_entries = [MenuEntry(id=1, title="First"), MenuEntry(id=2, title="[x] Second")]
+    for name, mode, orientation in (
+        ("move_x", InteractiveMarkerControl.MOVE_AXIS, (0.0, 0.0, 0.0, 1.0)),
+        ("press", InteractiveMarkerControl.BUTTON, (0.0, 0.0, 0.0, 1.0)),
+    ):
+        control = InteractiveMarkerControl(name=name, interaction_mode=mode, always_visible=True)
+        control.orientation = Quaternion(*orientation)
+        made.controls.append(control)
+    cube = Marker(type=Marker.CUBE, pose=pose_at(0, 0))
+    cube.scale.x = cube.scale.y = cube.scale.z = 1.0
+    cube.color.b = cube.color.a = 1.0
+    made.controls[1].markers.append(cube)
+    return made
 
 
 def main() -> None:
@@ -193,6 +213,16 @@ def main() -> None:
         name: rospy.Publisher(f"/{name}", type(message), queue_size=1, latch=True)
         for name, message in messages.items()
     }
+    server = InteractiveMarkerServer("controls")
+    server.insert(interactive(), lambda _: None)
+    for name, x, y in (("MOVE_ROTATE", 5, 2), ("MOVE_PLANE", 5, -3), ("ROTATE_AXIS", -4, 3.5)):
+        flat = InteractiveMarker(header=Header(frame_id="map"), name=name, scale=3.0, pose=pose_at(x, y))
+        mode = getattr(InteractiveMarkerControl, name)
+        control = InteractiveMarkerControl(name=name, interaction_mode=mode, always_visible=True)
+        control.orientation = Quaternion(0, 1, 0, 1)
+        flat.controls.append(control)
+        server.insert(flat, lambda _: None)
+    server.applyChanges()
     rate = rospy.Rate(2)
     while not rospy.is_shutdown():
         for name, message in messages.items():

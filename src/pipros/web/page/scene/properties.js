@@ -196,6 +196,13 @@ export const DISPLAYS = {
   ],
   "rviz/Marker": [topic("visualization_msgs/Marker", "Marker Topic", "visualization_marker"), ...MARKERS],
   "rviz/MarkerArray": [topic("visualization_msgs/MarkerArray", "Marker Topic", "visualization_marker_array"), ...MARKERS],
+  "rviz/InteractiveMarkers": [
+    topic("visualization_msgs/InteractiveMarkerUpdate", "Update Topic"),
+    ["Show Descriptions", "bool", true],
+    ["Show Axes", "bool", false],
+    ["Show Visual Aids", "bool", false],
+    ["Enable Transparency", "bool", true],
+  ],
   "rviz/DepthCloud": [
     ["Topic Filter", "bool", true],
     topic("sensor_msgs/Image", "Depth Map Topic"),

@@ -5,6 +5,7 @@ import { Camera } from "./displays/camera.js";
 import { LaserScan, PointCloud2 } from "./displays/clouds.js";
 import { DepthCloud } from "./displays/depth.js";
 import { Image } from "./displays/image.js";
+import { InteractiveMarkers } from "./displays/interactive.js";
 import { MapDisplay } from "./displays/map.js";
 import { Marker, MarkerArray } from "./displays/markers.js";
 import { GridCells, Odometry, Path, PointStamped, Polygon, Pose, PoseArray, PoseWithCovariance, Range } from "./displays/poses.js";
@@ -53,6 +54,7 @@ const CLASSES = {
   "rviz/GridCells": GridCells,
   "rviz/Group": Group,
   "rviz/Image": Image,
+  "rviz/InteractiveMarkers": InteractiveMarkers,
   "rviz/LaserScan": LaserScan,
   "rviz/Map": MapDisplay,
   "rviz/Marker": Marker,

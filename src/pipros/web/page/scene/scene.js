@@ -43,6 +43,7 @@ export class Scene {
     this.last = { time: 0, version: -1 };
     this.figures = { pictures: 0, ms: 0 };
     this.isLost = false;
+    this.isInteracting = false; // whether the tool Interact is chosen
     /** @type {HTMLElement | null} */
     this.images = null; // where displays show images
     canvas.addEventListener("webglcontextlost", (event) => {
