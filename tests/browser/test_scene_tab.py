@@ -5,7 +5,9 @@ In the view from above one metre is 50 pixels, and the middle of the picture is 
 
 from __future__ import annotations
 
+import os
 import re
+import struct
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,6 +18,7 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.browser import find_chromium
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -380,3 +383,22 @@ def test_interactive_markers_need_control(system: RosSystem, open_tab: OpenTab, 
     tab.keyboard.press("i")
     tab.mouse.click(*place_on(tab, -0.3, -1))
     expect(tab.locator(".scene-status")).to_contain_text("start the command with --control")
+
+
+def test_a_picture_is_saved_without_a_window(system: RosSystem, tmp_path: Path) -> None:
+    file, picture = tmp_path / "scene.rviz", tmp_path / "scene.png"
+    file.write_text(
+        VIEW.format(displays=f"{ROBOT}, {{Class: rviz/Map, Name: M, Enabled: true, Topic: /none}}")
+    )
+    chromium = find_chromium()
+    assert chromium is not None
+    path = f"{system.pipros.environment['PATH']}{os.pathsep}{Path(chromium).parent}"
+    options = ("--size", "640x480", "--timeout", "5")
+    done = system.pipros.run("rviz", "--png", picture, "-d", file, *options, timeout_s=100.0, PATH=path)
+    assert done.returncode == 0
+    assert "rviz: M: " in "\n".join(done.stderr)
+    assert "Robot: lost: No transform" in "\n".join(done.stderr)
+    content = picture.read_bytes()
+    assert content[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", content[16:24]) == (640, 480)
+    assert len(set(content)) > 100
