@@ -402,3 +402,23 @@ def test_a_picture_is_saved_without_a_window(system: RosSystem, tmp_path: Path) 
     assert content[:8] == b"\x89PNG\r\n\x1a\n"
     assert struct.unpack(">II", content[16:24]) == (640, 480)
     assert len(set(content)) > 100
+
+
+def test_a_link_that_has_ended_is_named(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = scene_of(system, open_tab, tmp_path, "{Class: rviz/Path, Name: Way, Enabled: true, Topic: /none}")
+    wait_until(lambda: "Topic" in statuses(tab, "Way"), 30.0)
+    tab.evaluate(
+        """() => {
+          const { scene } = document.querySelector(".tab-scene");
+          const now = scene.now();
+          const turned = { translation: { x: 0, y: 0, z: 0 }, rotation: { x: 0, y: 0, z: 0, w: 1 } };
+          const send = (parent, child, stamp) => scene.addTransforms({ transforms: [
+            { header: { frame_id: parent, stamp }, child_frame_id: child, transform: turned }] }, false);
+          send("map", "odom", now - 7000000000n);
+          send("odom", "moving", now);
+          const [way] = scene.all();
+          way.whenPlaced({ header: { frame_id: "moving", stamp: now } }, () => {});
+        }"""
+    )
+    expected = r"The transform from \[odom\] to \[map\] is \d+ s old; its sender may have stopped."
+    assert re.fullmatch(expected, statuses(tab, "Way")["Link"])
