@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import struct
+import zipfile
 from pathlib import Path
 
 from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
-from pipros.bag import BagWriter
+from pipros.bag import BagReader, BagWriter
 from pipros.bag.connection import Connection
 from pipros.msg import load_message_class
 from tests.browser.conftest import OpenTab, keep_screenshots
@@ -139,3 +140,27 @@ def test_a_bag_that_is_still_recorded_is_read(ros: RosSystem, open_tab: OpenTab,
     jump_to(tab, "12")
     tab.evaluate("location.hash = 'topics//number'")
     expect(tab.locator("aside")).to_contain_text("data: 12")
+
+
+def test_a_part_of_a_bag_is_exported(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_bare_master()
+    make_bag(tmp_path / "run.bag")
+    tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
+    area = tab.get_by_role("slider", name="Moment")
+    jump_to(tab, "10")
+    area.press("Shift+ArrowRight")  # a hundredth of 20 s
+    tab.locator(".timeline [data-topic='/rosout']").first.uncheck()
+    files = {}
+    for form in ("bag", "csv", "images"):
+        tab.get_by_label("Format").select_option(form)
+        with tab.expect_download() as download:
+            tab.get_by_role("button", name="Export selection").click()
+        files[form] = Path(download.value.path())
+    with BagReader(files["bag"]) as bag:
+        stamps = [(topic, time.to_sec()) for topic, _, time, _ in bag.messages()]
+    assert sorted(stamps) == [("/camera", 1010), ("/number", 1010), ("/number", 1010.1), ("/number", 1010.2)]
+    tables, images = zipfile.ZipFile(files["csv"]), zipfile.ZipFile(files["images"])
+    rows = tables.read("number.csv").decode().splitlines()
+    assert rows == ["%time,field.data", "1010000000000,10.0", "1010100000000,10.1", "1010200000000,10.2"]
+    assert images.namelist() == ["camera/000000_1010.000000000.png"]
+    assert images.read(images.namelist()[0]).startswith(b"\x89PNG")

@@ -219,6 +219,7 @@ def services(
         "action": goals.action,
         "actions": goals.actions,
         "bag": bag_views.bag,
+        "bag_export": bag_views.bag_export,
         "bag_thumbnails": bag_views.bag_thumbnails,
         "bags": bag_views.bags,
         "console": console.console,

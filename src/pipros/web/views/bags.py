@@ -6,10 +6,11 @@ import asyncio
 import dataclasses
 import json
 import math
+import tempfile
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import IO, Any, Final
 
 from pipros.bag.errors import BagError, NoMessages, NotIndexed
 from pipros.bag.layout import BagLayout
@@ -20,6 +21,7 @@ from pipros.basics.limits import limit_text, process_limits
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.web.bag_export import FORMATS, export
 from pipros.web.bag_folder import BagFolder
 from pipros.web.bag_playback import BagPlayback, newest_before
 from pipros.web.bag_tracks import BINS, tracks
@@ -33,6 +35,7 @@ from pipros.web.watched_system import WatchedSystem
 STATE_INTERVAL_S: Final = 0.1
 CLOSING_TURNS: Final = 20
 LIST_INTERVAL_S: Final = 2.0
+PIECE_BYTES: Final = 1_000_000
 THUMBNAIL_BYTES: Final = 30_000
 MOST_THUMBNAILS: Final = 60
 
@@ -151,6 +154,25 @@ class BagViews:
             if found is not None:
                 yield found
 
+    async def bag_export(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield a part of a bag as a file: its pieces as bytes, then `{"done": true}`."""
+        path, form, topics = (
+            self._path(arguments.get("name")),
+            arguments.get("format"),
+            arguments.get("topics"),
+        )
+        if form not in FORMATS or not isinstance(topics, list) or not topics:
+            raise RequestRefused(f"format must be one of {', '.join(FORMATS)}, and topics a list of names")
+        range_ns = tuple(round(_number(arguments, key) * NS_PER_S) for key in ("begin", "end"))
+        wanted = {topic_name({"name": each}) for each in topics}
+        work = self._system.computations.run
+        with tempfile.TemporaryFile() as file:
+            await work(_export, path, _playback().layout, wanted, (range_ns[0], range_ns[1]), form, file)
+            file.seek(0)
+            while piece := await work(file.read, PIECE_BYTES):
+                yield piece
+        yield {"done": True}
+
     def _path(self, name: object) -> Any:
         if self._folder is None:
             raise RequestRefused("this page has no folder of bags; start it with --bags DIR")
@@ -202,6 +224,21 @@ def _number(arguments: Mapping[str, Any], key: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
         raise RequestRefused(f"{key} must be a number >= 0, got {value!r:.100}")
     return float(value)
+
+
+def _export(
+    path: Path,
+    layout: BagLayout | None,
+    topics: set[str],
+    range_ns: tuple[int, int],
+    form: str,
+    file: IO[bytes],
+) -> None:
+    with open_bag(path) if layout is None else BagReader(path, layout=layout) as reader:
+        try:
+            export(reader, topics, range_ns, form, file, process_limits().page_export_bytes)
+        except PiprosError as error:
+            raise RequestRefused(str(error)) from None
 
 
 def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:

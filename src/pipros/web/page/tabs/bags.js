@@ -2,7 +2,7 @@
 
 import { playback, elapsed } from "../bags/playback.js";
 import { timeline } from "../bags/timeline.js";
-import { bytes, h, replace } from "../dom.js";
+import { bytes, download, h, replace } from "../dom.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
@@ -23,7 +23,11 @@ export function open(view, argument, context) {
     button("|◀", "To the beginning", () => jump(playback.bag.begin)), button("◂|", "Previous message", () => step(-1)), play, button("▸|", "Next message", () => step(1)),
     speed, h("label", {}, loop, "Loop"), moment,
     h("form", { onsubmit: (event) => { event.preventDefault(); jumpToText(goal.value); } }, goal, h("button", {}, "Jump")));
-  const tracks = timeline({ jump: (time) => jump(time), select: () => {}, choose: () => {} });
+  const form = h("select", { "aria-label": "Format" }, [["bag", "Bag"], ["csv", "CSV"], ["images", "Images"]].map(([value, text]) => h("option", { value }, text)));
+  const exported = h("button", { title: "Save the checked topics: the part selected with Shift, or all", onclick: () => save() }, "Export");
+  const tracks = timeline({ jump: (time) => jump(time), select: (range) => { selection = range; replace(exported, range ? "Export selection" : "Export"); }, choose: () => {} });
+  let selection = null; // [from, to]
+  controls.append(h("span", { class: "spring" }), form, exported);
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), button("Close", "Close the bag", () => { context.remember(""); playback.close(); })),
     error, controls, hint, h("div", { class: "scroll" }, tracks.element)));
@@ -42,6 +46,21 @@ export function open(view, argument, context) {
     }
     show();
   }, (problem) => replace(error, problem));
+
+  // Saves the selected part, whose pieces come one after the other.
+  function save() {
+    const { bag } = playback;
+    const [begin, end] = selection ?? [bag.begin, bag.end];
+    const pieces = [];
+    exported.disabled = true;
+    const finish = (text) => { exported.disabled = false; replace(error, text); stop(); };
+    const stop = context.watch("bag_export", { name: bag.name, format: form.value, topics: tracks.topics(), begin, end }, (data) => {
+      if (!data.done) { pieces.push(data); return; }
+      const name = bag.name.split("/").at(-1).replace(/\.(bag|mcap|bag\.active)$/, "");
+      download(`${name}-part.${form.value === "bag" ? "bag" : "zip"}`, new Blob(pieces), "application/octet-stream");
+      finish("");
+    }, (problem) => problem && finish(problem), { always: true });
+  }
 
   // While a jump is under way, only the newest goal is kept: dragging asks for many.
   let isJumping = false;
