@@ -52,7 +52,7 @@ def tracks(reader: BagReader) -> list[Track]:
     found: dict[str, Track] = {}
     for each in reader.connections:
         known = found.get(each.topic, Track(each.topic, each.type, 0, [0.0] * BINS))
-        total = [round(a + b, 2) for a, b in zip(known.bins, bins[each.id], strict=True)]
+        total = [round(a + b, 4) for a, b in zip(known.bins, bins[each.id], strict=True)]
         found[each.topic] = Track(each.topic, each.type, known.count + totals.get(each.id, 0), total)
     return [found[topic] for topic in sorted(found)]
 
