@@ -15,6 +15,7 @@ export const TABS = [
   ["images", "Images"],
   ["tf", "TF"],
   ["scene", "Scene"],
+  ["bags", "Bags"],
   ["diagnostics", "Diagnostics"],
   ["fleet", "Fleet"],
   ["services", "Services"],
