@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
 """Bags at scale: `info` on 10 GB, memory, playing at 1 kHz, recording images; genuine rosbag in the same run.
 
-    benchmarks/bag_scale.py [--only info,memory,play,record] [--dir FOLDER]
+    benchmarks/bag_scale.py [--only info,memory,play,record,page] [--dir FOLDER]
 
 `info` creates sparse bags, in which all records exist but the messages are holes. `memory` prints the maximum
 resident size. `play` plays at 1 kHz to genuine `record`, whose reception times show the delays. `record`
 makes genuine `play` publish images of 1 MB faster and faster, and counts the images in the file. Each part
-takes 20 to 60 seconds.
+takes 20 to 60 seconds. `page` opens a sparse bag on the page and jumps in it; it needs no genuine rosbag.
 """
 
 import argparse
+import json
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -21,15 +23,16 @@ from io import BytesIO
 from pathlib import Path
 
 from table import heed_interrupts
+from websockets.sync.client import connect
 
 from pipros.bag import BagReader, BagWriter, merged
 from pipros.bag.connection import Connection, connection_record
 from pipros.bag.index import ChunkInfo, chunk_header_bytes, chunk_info_record, index_record
-from pipros.bag.records import ENTRY, MAGIC, file_header
+from pipros.bag.records import ENTRY, MAGIC, U32, Op, file_header, record_bytes, time_bytes
 from pipros.bag.writer import CHUNK_BYTES
 from pipros.msg import load_message_class
 
-PARTS = ("info", "memory", "play", "record")
+PARTS = ("info", "memory", "play", "record", "page")
 PORT = 11397
 OURS = str(Path(sys.executable).parent / "rosbag")
 GENUINE = "/usr/bin/rosbag"
@@ -72,13 +75,14 @@ def header(topic, name):
 
 
 def make_sparse(path, size, topics):
-    """Write a bag of about this size whose messages are holes. Everything else is written as by a
-    recorder.
+    """Write a bag of about this size whose messages are holes, except those of the first topic.
+
+    Everything else is written as by a recorder.
     """
     connections = [
         Connection(n, f"/topic{n}", header(f"/topic{n}", "std_msgs/String")) for n in range(topics)
     ]
-    counts = dict.fromkeys(range(topics), 10)
+    counts = {**dict.fromkeys(range(topics), 10), 0: 1}
     chunks, position = [], len(MAGIC) + 8 + 4096
     with path.open("wb") as file:
         while position < size:
@@ -86,9 +90,13 @@ def make_sparse(path, size, topics):
             second = 1000 + len(chunks)
             chunks.append(ChunkInfo(position, second * 10**9, second * 10**9 + 9, counts))
             file.write(chunk_header_bytes("none", CHUNK_BYTES, CHUNK_BYTES))
-            file.seek(CHUNK_BYTES, os.SEEK_CUR)
+            end = file.tell() + CHUNK_BYTES
+            fields = {"op": bytes([Op.MESSAGE]), "conn": U32.pack(0), "time": time_bytes(second * 10**9)}
+            file.write(record_bytes(fields, U32.pack(4) + b"%04d" % (len(chunks) % 10000)))
+            file.seek(end)
             entries = b"".join(ENTRY.pack(second, n, n * 100) for n in range(10))
-            file.write(b"".join(index_record(n, entries) for n in range(topics)))
+            first = ENTRY.pack(second, 0, 0)
+            file.write(b"".join(index_record(n, entries if n else first) for n in range(topics)))
             position = file.tell()
         file.write(b"".join(map(connection_record, connections)))
         file.write(b"".join(map(chunk_info_record, chunks)))
@@ -208,6 +216,47 @@ def record(folder):
             )
 
 
+def page(folder):
+    make_sparse(folder / "sparse.bag", 10**10, 20)
+    argv = [Path(OURS).with_name("rqt_graph"), "--no-browser", "--bags", "."]
+    server = subprocess.Popen(
+        argv, cwd=folder, env=environment(OURS), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
+    try:
+        host, token = re.search(r"http://(\S+)/#token=([^/\s]+)", server.stderr.readline()).groups()
+        with connect(f"ws://{host}/live", origin=f"http://{host}", proxy=None) as browser:
+            ask(browser, 0, {"token": token})
+            took, bag = until(browser, 1, {"view": "bag", "args": {"name": "sparse.bag"}}, "bag")
+            print(f"page, 10 GB opened {'':34} {took:8.2f} s", flush=True)
+            for part in (0.9, 0.1, 0.5, 0.99, 0.3):
+                moment = bag["begin"] + round(part * (bag["end"] - bag["begin"]))
+                start = time.perf_counter()
+                until(browser, 2, {"action": "bag_control", "args": {"jump": moment}}, "epoch")
+                until(browser, 3, {"view": "topic", "args": {"name": "/topic0"}}, "message")
+                print(f"page, jump to {part:5.0%} {'':35} {time.perf_counter() - start:8.2f} s", flush=True)
+    finally:
+        server.send_signal(signal.SIGINT)
+        server.wait()
+        (folder / "sparse.bag").unlink()
+
+
+def ask(browser, number, request):
+    browser.send(json.dumps({"id": number, **request} if number else request))
+    return json.loads(browser.recv(timeout=60))
+
+
+def until(browser, number, request, key):
+    """Send a request. Return the seconds until an answer contains `key`, and its value."""
+    start = time.perf_counter()
+    browser.send(json.dumps({"id": number, **request}))
+    while True:
+        answer = json.loads(browser.recv(timeout=60))
+        if answer["id"] == number and "error" in answer:
+            raise RuntimeError(answer["error"])
+        if answer["id"] == number and key in answer["data"]:
+            return time.perf_counter() - start, answer["data"][key]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--only", default=",".join(PARTS))
@@ -223,7 +272,7 @@ def main():
         master = started([str(Path(OURS).with_name("rosmaster")), "--core", "-p", str(PORT)], folder)
         try:
             for part in options.only.split(","):
-                {"info": info, "memory": memory, "play": play, "record": record}[part](folder)
+                {"info": info, "memory": memory, "play": play, "record": record, "page": page}[part](folder)
         finally:
             master.send_signal(signal.SIGINT)
             master.wait()

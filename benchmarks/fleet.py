@@ -1,14 +1,16 @@
 #!/usr/bin/env python3
 """The fleet link beside bare Zenoh and direct TCPROS, in one run.
 
-    benchmarks/fleet.py [--only trip,flow,cost,robots] [--rounds 3] [--seconds 2] [--robots 100] [--quick]
+    benchmarks/fleet.py [--only trip,flow,cost,robots,wan] [--rounds 3] [--seconds 2] [--robots 100] [--quick]
 
 trip: round trip of a message between two nodes: on one master, between two sessions of Zenoh over a router,
 and between the masters of two members. flow: messages per second that arrive, sent as fast as possible.
 cost: memory and processor time of an agent, idle and at 1,000 messages/s. robots: members with 20 topics each
 in one process, without masters: the time until an operator knows all directories, also after a restart of the
-router. Each side is a process of its own. The sides take turns, and the median of the rounds counts. Nothing
-else should be running.
+router. wan (only if named, as root): round trips of a command to a robot behind a link of 1 Mbit/s, 50 ms of
+delay each way and 1 % of lost packets, alone and while the robot sends images of twice the link's bandwidth.
+Each side is a process of its own. The sides take turns, and the median of the rounds counts. Nothing else
+should be running.
 """
 
 import argparse
@@ -19,6 +21,7 @@ import socket
 import statistics
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 
@@ -112,7 +115,7 @@ def count(side, place, sends, receives):
 
 
 def trips(side, place, sends, receives, size, seconds):
-    """Print the median round trip in us."""
+    """Print the median, the 95th percentile (of at least two) and the number of the round trips, in us."""
     arrived = threading.Semaphore(0)
     end = end_of(side, place, sends, receives, lambda _: arrived.release())
     body = body_of(size) if side != "zenoh" else body_of(size).encode()
@@ -132,7 +135,7 @@ def trips(side, place, sends, receives, size, seconds):
         end.send(body)
         if arrived.acquire(timeout=5):
             found.append(time.perf_counter() - begin)
-    print(1e6 * statistics.median(found), flush=True)
+    print(1e6 * statistics.median(found), 1e6 * statistics.quantiles(found, n=20)[-1], len(found), flush=True)
 
 
 def flood(side, place, sends, receives, size, rate):
@@ -149,6 +152,15 @@ def flood(side, place, sends, receives, size, rate):
         if rate:
             is_over.wait(max(0.0, begin + sent / rate - time.monotonic()))
     os._exit(0)
+
+
+def master():
+    """Run a master and print its address."""
+    from pipros.master.master import Master
+
+    with Master(port=0) as running:
+        print(f"ready {running.uri}", flush=True)
+        sys.stdin.read()
 
 
 def many(router, number):
@@ -185,7 +197,7 @@ def many(router, number):
     os._exit(0)
 
 
-WORKERS = {"echo": echo, "count": count, "trips": trips, "flood": flood, "many": many}
+WORKERS = {"echo": echo, "count": count, "trips": trips, "flood": flood, "many": many, "master": master}
 
 
 # ---- the run
@@ -200,17 +212,18 @@ def free_port():
 class Program:
     """A process that is ended with the run."""
 
-    def __init__(self, stack, *argv, wait="ready", **environment):
+    def __init__(self, stack, *argv, wait="ready", prefix=(), **environment):
         self.process = subprocess.Popen(
-            [sys.executable, *argv],
+            [*prefix, sys.executable, *argv],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
             env={**os.environ, **environment},
         )
         stack.callback(self.end)
-        while wait and wait not in self.line():
-            pass
+        self.first_line = ""
+        while wait and wait not in self.first_line:
+            self.first_line = self.line()
 
     def line(self):
         line = self.process.stdout.readline()
@@ -285,7 +298,7 @@ def trip(system, side, size, seconds):
     near, far = system.ends(side)
     with contextlib.ExitStack() as stack:
         worker(stack, "echo", side, *far)
-        return float(worker(stack, "trips", side, *near, size, seconds, wait="").line())
+        return float(worker(stack, "trips", side, *near, size, seconds, wait="").line().split()[0])
 
 
 def flow(system, side, size, seconds):
@@ -319,6 +332,63 @@ def cost(system, seconds):
             after = agent.usage()
             share = 100 * (after[0] - before[0]) / (time.monotonic() - begin)
             print(f"agent, {what}: {share:.1f} % of a core, {after[1]:.0f} MB")
+
+
+WAN_ROBOT = """
+bandwidth_kbit: 900
+share:
+  topics:
+    - {name: /images, priority: low, latest_only: true}
+    - {name: /to_operator, priority: high}
+accept: {topics: [/from_operator]}
+"""
+
+
+def wan(seconds):
+    """Measure a command's round trip between an operator here and a robot behind a narrow link."""
+    from narrow_link import HERE, NarrowLink
+
+    from pipros.master.master import Master
+
+    with contextlib.ExitStack() as stack:
+        link = stack.enter_context(NarrowLink(kbit=1000, delay_s=0.05, loss=0.01))
+        here, robot = {"ROS_IP": "127.0.0.1"}, {"ROS_IP": "127.0.0.1", "prefix": link.prefix}
+        router = f"tcp/{HERE}:{free_port()}"
+        pipros(stack, "fleet", "router", router, "--without-tls", wait="router at")
+        far = worker(stack, "master", **robot).first_line.split()[1]
+        near = stack.enter_context(Master(port=0)).uri
+        file = stack.enter_context(tempfile.NamedTemporaryFile("w", suffix=".yaml"))
+        file.write(WAN_ROBOT)
+        file.flush()
+        for name, uri, more in (
+            ("robot", far, [robot, ["--file", file.name]]),
+            ("operator", near, [here, []]),
+        ):
+            where, options = more
+            pipros(
+                stack, "fleet", "join", name, "--router", router, *options,
+                wait="joined", ROS_MASTER_URI=uri, **where,
+            )  # fmt: skip
+        worker(stack, "echo", "fleet", far, "/to_operator", "/from_operator", **robot)
+        images = worker(stack, "count", "fleet", near, "/unused", "/robot/images", **here)
+        for what in ("alone", "with images"):
+            if what != "alone":
+                worker(stack, "flood", "fleet", far, "/images", "/unused", 25_000, 10, **robot)
+                while images.ask() < 2:
+                    time.sleep(0.1)
+            before, begin = images.ask(), time.monotonic()
+            line = worker(
+                stack, "trips", "fleet", near, "/robot/from_operator", "/robot/to_operator", 100, seconds,
+                wait="", **here,
+            ).line()  # fmt: skip
+            median, slow, number = map(float, line.split())
+            rate = (images.ask() - before) / (time.monotonic() - begin)
+            print(
+                f"wan, {what}: round trip of a command {median / 1000:.0f} ms, "
+                f"95th percentile {slow / 1000:.0f} ms, {number:.0f} trips; "
+                f"{rate:.1f} images/s of 25 kB; {link.lost} packets lost so far",
+                flush=True,
+            )
 
 
 def robots(number):
@@ -372,7 +442,7 @@ def main():
     wanted = options.only.split(",")
     print(f"load before the run: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
     with contextlib.ExitStack() as stack:
-        system = System(stack)
+        system = System(stack) if {"trip", "flow", "cost"} & set(wanted) else None
         for name, measure, unit in (("trip", trip, "us"), ("flow", flow, "messages/s")):
             if name not in wanted:
                 continue
@@ -388,6 +458,8 @@ def main():
             cost(system, 5 * options.seconds)
     if "robots" in wanted:
         robots(options.robots)
+    if "wan" in wanted:
+        wan(5 * options.seconds)
 
 
 if __name__ == "__main__":

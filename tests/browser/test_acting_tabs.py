@@ -229,3 +229,37 @@ def test_diagnostics_list_errors_first_with_letters(system: RosSystem, open_tab:
     keep_screenshots(tab, "diagnostics")
     rows.nth(1).click()
     expect(tab.get_by_role("complementary", name="Component")).to_contain_text("/Motors/left")
+
+
+FLEET = """
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+rospy.init_node("agent")
+diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=1)
+received = 0
+while not rospy.is_shutdown():
+    received += 10
+    values = {"topics received": "3", "messages": str(received), "lost": "7", "malformed": "0"}
+    from_robot = [KeyValue(*each) for each in values.items()]
+    link = [KeyValue("sent", "0"), KeyValue("dropped", "4")]
+    diagnostics.publish(DiagnosticArray(status=[
+        DiagnosticStatus(0, "/Fleet/operator", "connected", "", link),
+        DiagnosticStatus(1, "/Fleet/operator/robot1", "7 lost recently", "", from_robot),
+        DiagnosticStatus(0, "/Motors/left", "fine", "", link),
+    ]))
+    rospy.sleep(0.2)
+"""
+
+
+def test_the_fleet_has_links_members_rates_and_losses(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "fleet")
+    expect(tab.locator(".tab-fleet .note")).to_contain_text("pipros fleet join")
+    system.pipros.start(sys.executable, "-c", FLEET)
+    rows = tab.get_by_role("table", name="Fleet").locator("tbody tr:not(.more)")
+    expect(rows).to_have_count(2)
+    expect(rows.nth(0)).to_have_text(re.compile(r"operator.*connected.*4"))
+    expect(rows.nth(1)).to_have_text(re.compile(r"operator.*robot1.*7 lost recently.*3"))
+    expect(rows.nth(1).locator("td").nth(4)).to_have_text(
+        re.compile(r"^[1-9]\d*\.\d$")
+    )  # messages per second
+    expect(tab.locator(".tab-fleet .note")).to_be_hidden()

@@ -26,6 +26,7 @@ TABS = {
     "images/%2Ffront%2Fimage_raw": "canvas",
     "tf/base_link>camera": ".pair dl",
     "diagnostics/%2FMotors%2Fright": "aside table",
+    "fleet": "#view",
     "services/%2Frobot%2Fget_loggers": "aside textarea",
     "actions": "#view",
     "publish": "#view",

@@ -5,7 +5,9 @@ In the view from above one metre is 50 pixels, and the middle of the picture is 
 
 from __future__ import annotations
 
+import os
 import re
+import struct
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,6 +18,7 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.browser import find_chromium
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -271,3 +274,151 @@ def test_links_and_namespaces_are_switched_one_by_one(
         tab.get_by_label(part, exact=True).uncheck()
     tab.get_by_role("button", name="Displays").click()
     wait_for_colours(tab, {(4, 2): GREY, (2, 4): GREY, (2, 2): (204, 102, 51)}, tolerance=1)
+
+
+def test_an_inertial_sensor_and_a_depth_image_are_drawn(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    displays = (
+        "{Class: rviz_imu_plugin/Imu, Name: Imu, Enabled: true, Topic: /imu, Box properties: "
+        "{Enable box: true, Box color: 0; 0; 255, z_scale: 20}, Axes properties: {Enable axes: false}}, "
+        "{Class: rviz/DepthCloud, Name: Depth, Enabled: true, Depth Map Topic: /depth/image, "
+        "Color Image Topic: /colour/image}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, displays)
+    # Pixels are 2.5 m wide at that depth; the last one, at the right below, is empty.
+    wait_for_colours(
+        tab, {(0.2, 0.2): (0, 0, 255), (-4, 4): (200, 100, 0), (2.2, 2.2): (200, 100, 0)}, tolerance=1
+    )
+    assert statuses(tab, "Depth")["Depth Map"].endswith("depth maps received")
+
+
+CAMERA = """(places) => {
+  const scene = document.querySelector(".tab-scene")?.scene;
+  const { canvas } = scene?.all().find((each) => each.name === "Camera") ?? {};
+  if (!canvas || canvas.width < 40) return [];
+  const drawing = canvas.getContext("2d");
+  return places.map(([x, y]) => [...drawing.getImageData(x, y, 1, 1).data].slice(0, 3));
+}"""
+
+
+def test_a_camera_shows_the_scene_over_its_image(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    displays = (
+        f"{ROBOT}, {{Class: rviz/Marker, Name: Cube, Enabled: true, Marker Topic: /visualization_marker}}, "
+        "{Class: rviz/Camera, Name: Camera, Enabled: true, Image Topic: /camera/image, "
+        "Overlay Alpha: 0.25, Visibility: {Robot: false}}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, displays)
+    # The image, the green cube that is 4 m ahead of the camera's middle, and the robot, which is not visible.
+    places, expected = [[1, 38], [20, 2], [29, 11]], [[200, 100, 0], [50, 216, 0], [200, 100, 0]]
+
+    def found() -> Any:
+        return tab.evaluate(CAMERA, places)
+
+    def is_right() -> bool:
+        pairs = zip(found(), expected, strict=False)
+        return bool(found()) and all(one == pytest.approx(other, abs=2) for one, other in pairs)
+
+    wait_until(is_right, 30.0, what=lambda: str(found()))
+    assert statuses(tab, "Camera")["Camera Info"] == "OK"
+
+
+def feedback_of(line: str) -> tuple[str, str, int, float, float]:
+    """Return control, frame, event, x and the sine of half the yaw, in a line of `rostopic echo -p`."""
+    part = line.split(",")
+    return part[6], part[3], int(part[7]), float(part[8]), float(part[13])
+
+
+def test_interactive_markers_are_moved_turned_and_clicked(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    echo = system.pipros.start("rostopic", "echo", "-p", "/controls/feedback")
+    markers = (
+        "{Class: rviz/InteractiveMarkers, Name: Controls, Enabled: true, Update Topic: /controls/update}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, markers, "--control")
+    wait_for_colours(tab, {(-3, -1): (0, 0, 255)}, tolerance=1)
+    tab.locator(".scene-canvas").focus()
+    tab.keyboard.press("i")
+
+    def drag(*places: tuple[float, float]) -> None:
+        tab.mouse.move(*place_on(tab, *places[0]))
+        tab.mouse.down()
+        for place in places[1:]:
+            tab.mouse.move(*place_on(tab, *place))
+        tab.mouse.up()
+
+    def feedback() -> list[str]:
+        return [line for line in echo.stdout if not line.startswith("%")]
+
+    drag((-0.3, -1), (0.7, -1))
+    wait_for_colours(tab, {(-2, -1): (0, 0, 255)}, tolerance=1)
+    drag((-2, -1))
+    drag((-2.27, 3.5), (-4, 5.23))
+    tab.mouse.click(*place_on(tab, -2, -1), button="right")
+    tab.get_by_role("menuitem", name="Second").click()
+    wait_until(lambda: any(feedback_of(line)[2] == 2 for line in feedback()), 30.0)
+    lines = feedback()
+    found = [feedback_of(line) for line in lines]
+    assert {line.split(",")[4].split("/")[-1] for line in lines} == {"Controls"}
+    assert {frame for _, frame, *_ in found} == {"map"}
+    moves = [(event, x) for control, _, event, x, _ in found if control == "move_x"]
+    assert [event for event, _ in moves if event] == [1, 4, 1, 1, 5]
+    assert moves[-1][1] == pytest.approx(-2, abs=0.03)
+    assert [event for control, _, event, *_ in found if control == "press"] == [1, 4, 1, 5, 3, 2]
+    turns = [(event, z) for control, _, event, _, z in found if control == "ROTATE_AXIS"]
+    assert turns[-1][0] == 5
+    assert turns[-1][1] == pytest.approx(0.7071, abs=0.02)
+
+
+def test_interactive_markers_need_control(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    markers = (
+        "{Class: rviz/InteractiveMarkers, Name: Controls, Enabled: true, Update Topic: /controls/update}"
+    )
+    tab = scene_of(system, open_tab, tmp_path, markers)
+    wait_for_colours(tab, {(-3, -1): (0, 0, 255)}, tolerance=1)
+    tab.locator(".scene-canvas").focus()
+    tab.keyboard.press("i")
+    tab.mouse.click(*place_on(tab, -0.3, -1))
+    expect(tab.locator(".scene-status")).to_contain_text("start the command with --control")
+
+
+def test_a_picture_is_saved_without_a_window(system: RosSystem, tmp_path: Path) -> None:
+    file, picture = tmp_path / "scene.rviz", tmp_path / "scene.png"
+    file.write_text(
+        VIEW.format(displays=f"{ROBOT}, {{Class: rviz/Map, Name: M, Enabled: true, Topic: /none}}")
+    )
+    chromium = find_chromium()
+    assert chromium is not None
+    path = f"{system.pipros.environment['PATH']}{os.pathsep}{Path(chromium).parent}"
+    options = ("--size", "640x480", "--timeout", "5")
+    done = system.pipros.run("rviz", "--png", picture, "-d", file, *options, timeout_s=100.0, PATH=path)
+    assert done.returncode == 0
+    assert "rviz: M: " in "\n".join(done.stderr)
+    assert "Robot: lost: No transform" in "\n".join(done.stderr)
+    content = picture.read_bytes()
+    assert content[:8] == b"\x89PNG\r\n\x1a\n"
+    assert struct.unpack(">II", content[16:24]) == (640, 480)
+    assert len(set(content)) > 100
+
+
+def test_a_link_that_has_ended_is_named(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = scene_of(system, open_tab, tmp_path, "{Class: rviz/Path, Name: Way, Enabled: true, Topic: /none}")
+    wait_until(lambda: "Topic" in statuses(tab, "Way"), 30.0)
+    tab.evaluate(
+        """() => {
+          const { scene } = document.querySelector(".tab-scene");
+          const now = scene.now();
+          const turned = { translation: { x: 0, y: 0, z: 0 }, rotation: { x: 0, y: 0, z: 0, w: 1 } };
+          const send = (parent, child, stamp) => scene.addTransforms({ transforms: [
+            { header: { frame_id: parent, stamp }, child_frame_id: child, transform: turned }] }, false);
+          send("map", "odom", now - 7000000000n);
+          send("odom", "moving", now);
+          const [way] = scene.all();
+          way.whenPlaced({ header: { frame_id: "moving", stamp: now } }, () => {});
+        }"""
+    )
+    expected = r"The transform from \[odom\] to \[map\] is \d+ s old; its sender may have stopped."
+    assert re.fullmatch(expected, statuses(tab, "Way")["Link"])

@@ -200,6 +200,26 @@ def test_a_rate_limit_keeps_the_last_message(router: str) -> None:
         assert counts[2] > 0, "what was dropped is counted"
 
 
+def test_whatever_is_dropped_before_the_link_is_counted(router: str) -> None:
+    file = "share: {topics: [{name: /**, latest_only: true}]}"
+    with Member("robot1", router, file) as robot, Member("operator", router) as operator:
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        publish_until(talker, received, "first")
+        for number in range(2000):
+            talker.publish(String(str(number)))
+
+        def counted() -> int:
+            return sum(
+                messages + dropped + unsent
+                for messages, _, dropped, unsent in robot.agent.statistics()["sent"].values()
+            )
+
+        wait_until(lambda: received[-1].data == "1999", 15, "the newest message")
+        wait_until(lambda: counted() == talker.statistics()["frames"], 15, "all messages in the counters")
+
+
 def test_links_and_members_are_on_diagnostics(router: str) -> None:
     array: Any = load_message_class("diagnostic_msgs/DiagnosticArray")
     with Member("operator", router) as operator, Member("robot1", router):

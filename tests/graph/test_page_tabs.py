@@ -199,7 +199,7 @@ def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[s
     ("arguments", "error"),
     [
         (["--control", "--read-only"], "--control and --read-only cannot be combined"),
-        (["-s", "rqt_bag"], "rqt has no plugin [rqt_bag] in pipros; there are console, graph, image_view, "),
+        (["-s", "rqt_shell"], "rqt has no plugin [rqt_shell] in pipros; there are bag, console, graph, "),
         (["-s"], "-s needs the name of a plugin"),
         (["--perspective-file", "/missing.json"], "cannot read /missing.json: No such file or directory"),
         (["--perspective", "nothing"], "there is no layout [nothing]"),
@@ -246,6 +246,7 @@ def test_publishing_stops_when_the_browser_disconnects(robot: RosSystem) -> None
         (("rqt", "-s", "reconfigure"), "reconfigure"),
         (("rqt", "--standalone=rqt_plot/Plot", "/imu/x"), "plot/%2Fimu%2Fx"),
         (("rqt", "-s", "rqt_graph"), "graph"),
+        (("rqt_bag",), "bags"),
         (("rqt_console",), "console"),
         (("rqt_image_view", "camera"), "images/%2Fcamera"),
         (("rqt_logger_level", "/robot"), "console/%2Frobot"),

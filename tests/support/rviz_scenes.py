@@ -105,6 +105,8 @@ SCENES: Mapping[str, tuple[str, str]] = {
     "cells": (ORTHO, display("GridCells", Topic="/cells")),
     "markers": (ORTHO, display("MarkerArray", Marker_Topic="/shapes")),
     "markers_orbit": (ORBIT, display("MarkerArray", Marker_Topic="/shapes")),
+    "interactive": (ORTHO, display("InteractiveMarkers", Update_Topic="/controls/update")),
+    "wrench": (ORBIT, display("WrenchStamped", Topic="/wrench", Arrow_Width=3)),
     "tf": (ORTHO, display("TF", Marker_Scale=6, Show_Names="false")),
 }
 
@@ -139,7 +141,7 @@ def pixel(rgb: bytes, x: int, y: int) -> tuple[int, int, int]:
 def is_inside(rgb: bytes, x: int, y: int, colour: Sequence[int]) -> bool:
     """Return whether the surrounding pixels have nearly the same colour."""
     around = (pixel(rgb, x + dx, y + dy) for dx in (-EDGE, 0, EDGE) for dy in (-EDGE, 0, EDGE))
-    return all(abs(one - other) <= 12 for each in around for one, other in zip(each, colour, strict=True))
+    return all(abs(one - other) <= 5 for each in around for one, other in zip(each, colour, strict=True))
 
 
 def silhouette(rgb: bytes) -> bytes:

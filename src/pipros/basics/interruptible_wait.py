@@ -12,9 +12,10 @@ blocks when it is called by a handler that interrupts `wait`. `OnceEvent` has ne
 from __future__ import annotations
 
 import contextlib
+import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
@@ -57,6 +58,30 @@ class OnceEvent:
     def _release(self) -> None:
         with contextlib.suppress(RuntimeError):  # another thread has released it
             self._lock.release()
+
+
+@contextlib.contextmanager
+def set_by_signals(over: OnceEvent) -> Iterator[None]:
+    """Set `over` at the first SIGINT or SIGTERM, and end the process at the second.
+
+    Does nothing outside the main thread.
+    """
+    numbers = (signal.SIGINT, signal.SIGTERM)
+
+    def end(*_: object) -> None:
+        for number in numbers:
+            signal.signal(number, signal.SIG_DFL)
+        over.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = [(number, signal.signal(number, end)) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in previous:
+            signal.signal(number, handler)
 
 
 def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:

@@ -105,6 +105,8 @@ class Limits(NamedTuple):
             parameters.
         page_layout_bytes: a layout of panels, which a browser stores or a file contains.
         page_topics: topics that all browsers connected to a page watch together.
+        page_bags: bags that all browsers connected to a page have opened together.
+        page_export_bytes: the messages in a part of a bag that a browser exports.
         scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
         bridge_clients: clients of rosbridge and Foxglove servers of a process.
         bridge_topics: topics that all these clients receive together.
@@ -209,6 +211,8 @@ class Limits(NamedTuple):
     page_view_bytes: int = 8 * _MIB
     page_layout_bytes: int = 65_536
     page_topics: int = 500
+    page_bags: int = 20
+    page_export_bytes: int = 512 * _MIB
     scene_resource_bytes: int = 100 * _MIB
     bridge_clients: int = 250
     bridge_topics: int = 1000

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.bridges.admission import Admission
 from pipros.bridges.door import Door, Handler
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on
 from pipros.web.secret import Secret
-from pipros.web.serve_page import EVERYWHERE, ServerFailed, fingerprint_of, set_by_signals, tls_context
+from pipros.web.serve_page import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
 from pipros.web.server import PageServer
 from pipros.web.token_file import read_tokens
 

@@ -34,6 +34,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rqt_logger_level": "the logger levels of nodes",
         "rqt_top": "CPU and memory usage of nodes",
         "rqt_image_view": "images",
+        "rqt_bag": "bags on a timeline",
         "rqt_tf_tree": "coordinate frames",
         "rviz": "robots, sensors and maps in 3D, from .rviz files",
         "rqt_robot_monitor": "diagnostics",

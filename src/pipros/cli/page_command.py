@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from ipaddress import ip_address
 from optparse import OptionParser
+from pathlib import Path
 from typing import Any
 
 from pipros.basics.names import is_legal_remapping
@@ -26,6 +27,7 @@ def page_parser(name: str, usage: str) -> OptionParser:
         "--token-file", metavar="FILE", help="file of tokens, one per line, to use instead of a new token"
     )
     add_flag(parser, "--read-only", help="do not let the page change the system")
+    parser.add_option("--bags", metavar="DIR", help="folder of bags that the page may open")
     add_flag(parser, "--no-browser", help="only print the address")
     return parser
 
@@ -46,6 +48,8 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
     if options.control and options.read_only:
         raise CommandError("--control and --read-only cannot be combined")
     host, port = bind_address(options.bind)
+    if options.bags is not None and not Path(options.bags).is_dir():
+        raise CommandError(f"--bags must be a folder, got {options.bags}")
     permitted = frozenset({usual} if usual and _is_loopback(host) else ())
     if options.control:
         permitted = CHANGING
@@ -63,6 +67,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
             permitted=permitted,
             saves_layouts=not options.read_only and (_is_loopback(host) or options.control),
             opens_browser=not options.no_browser,
+            bags=options.bags,
             **more,
         )
     )

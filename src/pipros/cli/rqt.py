@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from urllib.parse import quote
 
 from pipros.cli.entry_point import command
@@ -46,6 +47,33 @@ def _resolved(graph: GraphClient, word: str) -> str:
     return graph.resolve(word[:end]) + word[end:]
 
 
+@command
+def rqt_bag(argv: Sequence[str] | None = None) -> int:
+    """Open the page at its bags: those in the current folder, or in the folder of the given bag."""
+    return run(lambda: _show_bags(sys.argv[1:] if argv is None else argv))
+
+
+def _show_bags(argv: Sequence[str]) -> int:
+    parser = page_parser("rqt_bag", "[options] [bag]")
+    options, words = parser.parse_args(without_remappings(argv))
+    if len(words) > 1:
+        parser.error(f"unexpected argument: {words[1]}")
+    path = Path(words[0]).absolute() if words else None
+    if path is not None and not path.is_file():
+        raise CommandError(f"there is no bag {words[0]}")
+    if options.bags is None:
+        options.bags = str(path.parent if path is not None else Path.cwd())
+    name = "" if path is None else str(path.resolve().relative_to(_folder_of(options.bags, path)))
+    return show("rqt_bag", f"bags/{quote(name, safe='')}" if name else "bags", options)
+
+
+def _folder_of(bags: str, path: Path) -> Path:
+    folder = Path(bags).resolve()
+    if not path.resolve().is_relative_to(folder):
+        raise CommandError(f"{path} must be in the folder of --bags, {bags}")
+    return folder
+
+
 rqt_console = _tool("rqt_console", "console")
 rqt_image_view = _tool("rqt_image_view", "images", "[topic]")
 rqt_logger_level = _tool("rqt_logger_level", "console", "[node]", change="set_logger_level")
@@ -66,6 +94,7 @@ def _robot_steering(argv: Sequence[str] | None = None) -> int:
 
 
 _PLUGINS: Mapping[str, Main] = {
+    "bag": rqt_bag,
     "console": rqt_console,
     "graph": rqt_graph,
     "image_view": rqt_image_view,

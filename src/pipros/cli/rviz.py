@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from optparse import OptionParser
 from pathlib import Path
+from typing import Any
 
 from pipros.cli.entry_point import command
 from pipros.cli.page_command import page_parser, show, without_remappings
@@ -25,6 +26,8 @@ def _main(argv: Sequence[str]) -> int:
     if len(words) > 1:
         raise CommandError(f"unexpected argument: {words[1]}")
     name = options.display_config or (words[0] if words else "")
+    if options.png:
+        return _save_picture(options, name, argv)
     from pipros.web.views.scene import SceneFile
 
     try:
@@ -38,12 +41,32 @@ def _main(argv: Sequence[str]) -> int:
     return show("rviz", "scene", options, argv=tuple(remappings), scene=file)
 
 
+def _save_picture(options: Any, name: str, argv: Sequence[str]) -> int:
+    from pipros.cli.scene_picture import picture_size, save_picture
+
+    arguments = [word for word in argv if word not in without_remappings([word])]
+    if name:
+        config_path(name)  # refuse a missing file now
+        arguments += ["-d", name]
+    if options.fixed_frame:
+        arguments += ["-f", options.fixed_frame]
+    size = picture_size(options.size)
+    for problem in save_picture(Path(options.png), arguments, size, options.timeout):
+        print(f"rviz: {problem}", file=sys.stderr)
+    return 0
+
+
 def _parser() -> OptionParser:
     parser = page_parser("rviz", "[options] [FILE]")
     parser.add_option(
         "-d", "--display-config", metavar="FILE", help="a .rviz file, or the name of one in ~/.rviz"
     )
     parser.add_option("-f", "--fixed-frame", metavar="FRAME", help="the fixed frame, instead of the file's")
+    parser.add_option("--png", metavar="FILE", help="write a picture and exit; needs Chromium")
+    parser.add_option("--size", metavar="WxH", default="1280x720", help="size of that picture (1280x720)")
+    parser.add_option(
+        "--timeout", metavar="SECONDS", type="float", default=10.0, help="how long that waits for data (10)"
+    )
     for names in (("-s", "--splash-screen"), ("--help-file",), ("--opengl",)):
         parser.add_option(*names, metavar="VALUE", help=_IGNORED)
     for names in (

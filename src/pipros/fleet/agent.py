@@ -339,7 +339,7 @@ class Agent:
         if not is_present:
             self._leaving[key] = time.monotonic() + LEAVE_S
             return
-        has_returned = self._leaving.pop(key, None) is not None
+        has_returned = self._leaving.pop(key, None) is not None or key in self._away
         self._away.discard(key)
         found = keys.read_live(key)
         if has_returned and found is not None and found[0] in self.shown:

@@ -17,7 +17,8 @@ FrameChange = Callable[[bytes], bytes]
 TF_TYPE: Final = "tf2_msgs/TFMessage"
 TF_TYPES: Final = (TF_TYPE, "tf/tfMessage")
 STATIC_TOPIC: Final = "/tf_static"
-_MOST_FRAMES: Final = 10_000
+MOST_FRAMES: Final = 10_000
+"""Static transforms of one member. Beyond that, only known frames are updated."""
 
 
 def frame_change(entry: Entry, rule: Rule, member: str) -> FrameChange | None:
@@ -47,8 +48,9 @@ class _Change:
         for transform in message.transforms:
             transform.header.frame_id = self._prefixed(transform.header.frame_id)
             transform.child_frame_id = self._prefixed(transform.child_frame_id)
-            if self._merged is not None and len(self._merged) < _MOST_FRAMES:
-                self._merged[transform.child_frame_id] = transform
+            child = transform.child_frame_id
+            if self._merged is not None and (child in self._merged or len(self._merged) < MOST_FRAMES):
+                self._merged[child] = transform
         if self._merged is not None:
             message.transforms = list(self._merged.values())
         return b"".join(self._encode(message))

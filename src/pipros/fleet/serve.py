@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.fleet.agent import Agent, agent_node_name
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.zenoh_session import Link, LinkFailed, Tls, checked_address, connect, open_router
 from pipros.node import Node
 from pipros.node.start_params import is_on
-from pipros.web.serve_page import set_by_signals
 
 RETRY_S: Final = 1.0
 CHANGES_S: Final = 1.0

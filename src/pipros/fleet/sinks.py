@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Callable
 
 from pipros.basics.errors import PiprosError, ProtocolError
 from pipros.fleet.directory import Entry
 from pipros.fleet.messages import Attachment, Received, decompressed, unpack
 from pipros.fleet.outbox import QUEUE
-from pipros.fleet.sources import MARK, SENT_AT_ONCE_BYTES
+from pipros.fleet.sources import MARK
 from pipros.libraries.topic_tools.raw import class_like
-from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
@@ -61,9 +59,6 @@ class Sink:
         self._latched: dict[tuple[str, int], AnyMsg] = {}
         self._newest: AnyMsg | None = None
         self._reported: set[str] = set()
-        self._lock = threading.Lock()
-        self._waiting_bytes = 0
-        self._large = Workers(f"large messages of {entry.name}", limit=1, kept_idle=0)
         self._publishers[0].publication.listeners.append(self)
 
     def _advertise(self, *, latch: bool) -> Publisher[AnyMsg]:
@@ -103,26 +98,7 @@ class Sink:
             if len(self._latched) < _KEPT:
                 self._latched[sender, attachment.source] = message
             self._newest = message
-        size = len(body)
-        with self._lock:
-            is_small = size <= SENT_AT_ONCE_BYTES and not self._waiting_bytes
-            if not is_small:
-                if self._waiting_bytes + size > self._node.limits.fleet_queue_bytes:
-                    self.received[sender].lost += 1
-                    return
-                self._waiting_bytes += size
-        if is_small:
-            self._publishers[0].publish(message)
-        else:
-            self._large.run(self._publish_large, message, size)
-
-    def _publish_large(self, message: AnyMsg, size: int) -> None:
-        """Publish in a thread, because local subscribers that read slowly delay it for milliseconds."""
-        try:
-            self._publishers[0].publish(message)
-        finally:
-            with self._lock:
-                self._waiting_bytes -= size
+        self._publishers[0].publish(message)
 
     def restart(self) -> None:
         """Forget what was received last, because the topic was not wanted in between."""

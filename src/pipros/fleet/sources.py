@@ -14,7 +14,7 @@ from pipros.fleet.fleet_file import Priority, Rule
 from pipros.fleet.frames import FrameChange
 from pipros.fleet.local_graph import is_agent
 from pipros.fleet.messages import Attachment, compressed, pack
-from pipros.fleet.outbox import QUEUE, Outbox
+from pipros.fleet.outbox import Outbox
 from pipros.libraries.topic_tools.raw import class_like
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -24,11 +24,13 @@ MARK: Final = "pipros_fleet"
 """Field in the connection header of each topic that an agent publishes. What has it is never sent again, so
 no message runs in circles, whatever the topology.
 """
-SENT_AT_ONCE_BYTES: Final = 32 * 1024
-"""Larger messages are left to a thread, which may wait for the link."""
-FULL_AFTER_S: Final = 0.0005
-FULL_S: Final = 0.1
-"""If sending takes longer than the first, the link is full; for the second, the thread sends everything."""
+FULL_AFTER_S: Final = 0.01
+FULL_AFTER_S_PER_BYTE: Final = 1e-8
+"""If sending a message takes longer than both together, the link is full. (Half of the time that Zenoh waits
+for room. A smaller value would take a busy processor for a full link.)
+"""
+FULL_S: Final = 0.02
+"""Time after that in which the thread sends everything. While messages wait, it does so longer."""
 _MOST_SOURCES: Final = 1000
 """Publishers of one topic that are told apart."""
 
@@ -63,7 +65,10 @@ class Kept:
 
 
 class Sender:
-    """Sends the messages of all sources over one link. Thread-safe. `offer` never blocks.
+    """Sends the messages of all sources over one link. Thread-safe.
+
+    While the link has room, a message is sent by the thread that received it, because each hand-over to
+    another thread costs more than sending. Otherwise the outbox decides, and a thread sends.
 
     Attributes:
         outbox: the messages that wait. Access is guarded by the sender's lock.
@@ -104,13 +109,15 @@ class Sender:
             return self.outbox.dropped.get(key, 0)
 
     def offer(self, message: Outgoing) -> None:
-        """Send a message at once, or leave it to the thread."""
+        """Send a message at once, or leave it to the thread. Blocks for at most the time that the link waits
+        for room, and not while the link is known to be full. Not to be called concurrently for one source,
+        so that its messages keep their order.
+        """
         source, size = message.source, len(message.body)
+        now_s = time.monotonic()
         with self._changed:
-            now_s = time.monotonic()
             if (
-                size > SENT_AT_ONCE_BYTES
-                or now_s < self._full_until_s
+                now_s < self._full_until_s
                 or source.rule.is_compressed
                 or self._is_sending is source
                 or not self.outbox.is_idle(source.key)
@@ -118,9 +125,10 @@ class Sender:
                 self.outbox.push(source.key, message, size)
                 self._changed.notify()
                 return
-            source.send(self._link, message, is_up=self.is_up)
-            if time.monotonic() - now_s > FULL_AFTER_S:
-                self._full_until_s = time.monotonic() + FULL_S
+        source.send(self._link, message, is_up=self.is_up)
+        end_s = time.monotonic()
+        if end_s - now_s > FULL_AFTER_S + size * FULL_AFTER_S_PER_BYTE:
+            self._full_until_s = end_s + FULL_S
 
     def close(self) -> None:
         with self._changed:
@@ -176,7 +184,9 @@ class Source:
         """Subscribe to the local topic. Blocks until the master answers."""
         self._sender.add(self)
         message_class = class_like({"type": self.entry.type, "md5sum": self.entry.md5sum})
-        room = 1 if self.rule.is_latest_only else QUEUE
+        # without a queue, a publisher that is faster than the link is slowed down, or drops messages itself,
+        # while dropping them here would cost the time in which others could be sent
+        room = 1 if self.rule.is_latest_only else None
         self._subscriber = self._node.subscribe(
             self.entry.name, message_class, self._on_message, queue_size=room
         )
@@ -197,7 +207,9 @@ class Source:
 
     @property
     def dropped(self) -> int:
-        return self._sender.dropped(self.key)
+        """Messages dropped before they were sent, by the subscriber or by the outbox."""
+        before = self._subscriber.statistics()["dropped"] if self._subscriber is not None else 0
+        return before + self._sender.dropped(self.key)
 
     def send(self, link: Sends, message: Outgoing, *, is_up: bool) -> None:
         """Number a message and send it. For `Sender`."""

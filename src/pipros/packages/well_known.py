@@ -51,7 +51,6 @@ _PACKAGE_OF_COMMAND = {
     "gazebo": "gazebo_ros",
     "gzclient": "gazebo_ros",
     "gzserver": "gazebo_ros",
-    "rqt_bag": "rqt_bag",
 }
 _PYPI = {"catkin": "catkin-tools", "rosdep": "rosdep"}
 """Commands of Noetic, and the distributions on PyPI that contain them."""
@@ -66,7 +65,7 @@ _PYTHON = frozenset(_PYTHON_NAMES.split())
 """Packages from Noetic and from courses that do not contain C++ programs."""
 
 _QT_NAMES = """
-    rqt_action rqt_bag rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep
+    rqt_action rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep
     rqt_joint_trajectory_controller rqt_launch rqt_msg rqt_nav_view rqt_pose_view rqt_py_console
     rqt_robot_dashboard rqt_robot_plugins rqt_runtime_monitor rqt_rviz rqt_shell rqt_srv
     rqt_web

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.graph.ping import ask_pid
 from pipros.graph.system_state import ROS2_GATEWAY_PREFIX
 from pipros.node import Node
@@ -23,7 +23,6 @@ from pipros.ros2.rtps.ros2_engine import RtpsEngine
 from pipros.ros2.rules import GatewayRules
 from pipros.ros2.type_pairs import TypePairs
 from pipros.ros2.zenoh.engine import ZenohEngine
-from pipros.web.serve_page import set_by_signals
 
 _ENDING_S: Final = 0.3
 """How long node, gateway and engine can delay the end of the process."""

@@ -1,8 +1,10 @@
-"""Limit on concurrent service calls from the page, per browser."""
+"""State of one browser: its slots for service calls, and the bag that it has opened."""
 
 from __future__ import annotations
 
 from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Any
 
 from pipros.node.service_connection import Slots
 
@@ -11,11 +13,33 @@ CALLS_OF_A_BROWSER = 4
 _CALLS: ContextVar[Slots] = ContextVar("calls of this browser")
 
 
+@dataclass(slots=True)
+class BrowserBag:
+    """The bag whose moment a browser shows.
+
+    Attributes:
+        playback: a `BagPlayback`; None if the browser shows the running system.
+        views: the playback's current system, and the views and actions that show it, by name.
+    """
+
+    playback: Any = None  # importing the types would make a cycle
+    views: Any = None
+
+
+_BAG: ContextVar[BrowserBag] = ContextVar("bag of this browser")
+
+
 def begin_browser() -> None:
-    """Set a separate limit of service calls for the current context, which serves one browser."""
+    """Set separate values for the current context, which serves one browser."""
     _CALLS.set(Slots(CALLS_OF_A_BROWSER))
+    _BAG.set(BrowserBag())
 
 
 def share_of_calls() -> Slots:
     """Return the service-call slots of the browser to which the current context belongs."""
     return _CALLS.get()
+
+
+def bag_of_browser() -> BrowserBag:
+    """Return the bag of the browser to which the current context belongs."""
+    return _BAG.get()

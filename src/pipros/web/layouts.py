@@ -28,6 +28,7 @@ _LARGEST_PERSPECTIVE: Final = 4_000_000
 _ONE_ROW: Final = 3
 
 PLUGIN_TABS: Final[Mapping[str, str]] = {
+    "rqt_bag": "bags",
     "rqt_console": "console",
     "rqt_graph": "graph",
     "rqt_image_view": "images",

@@ -4,28 +4,29 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import signal
 import socket
 import ssl
 import sys
-import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
+from pipros.web.bag_folder import BagFolder
+from pipros.web.bag_views import ShownBags
 from pipros.web.desktop import open_in_browser
 from pipros.web.scene_services import serve_scene_file
 from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
 from pipros.web.token_file import read_tokens
 from pipros.web.views.actions import ActionViews
+from pipros.web.views.bags import BagViews
 from pipros.web.views.calls import CallViews
 from pipros.web.views.console import ConsoleViews
 from pipros.web.views.diagnostics import DiagnosticViews
@@ -49,6 +50,7 @@ _KINDS = {
     "delete_param": "delete parameters",
     "publishing": "publish messages",
     "send_goal": "send goals",
+    "scene_feedback": "move interactive markers",
     "scene_save": "save scenes",
     "set_logger_level": "set logger levels",
     "set_param": "set parameters",
@@ -87,6 +89,7 @@ class PageOptions:
         opens_browser: whether to open the page in a browser if there is a display.
         argv: remappings of the page's node.
         scene: the file of the Scene tab; with one, the node offers the services of rviz.
+        bags: the folder of bags that browsers may open.
     """
 
     tool: str = "rqt_graph"
@@ -101,6 +104,7 @@ class PageOptions:
     opens_browser: bool = True
     argv: tuple[str, ...] = ()
     scene: SceneFile | None = None
+    bags: str | None = None
 
 
 def serve_page(options: PageOptions) -> int:
@@ -121,7 +125,13 @@ def serve_page(options: PageOptions) -> int:
     ):
         loop.start()
         system = WatchedSystem(graph, node)
-        views = services(system, options.permitted, options.scene, saves_layouts=options.saves_layouts)
+        views = services(
+            system,
+            options.permitted,
+            options.scene,
+            saves_layouts=options.saves_layouts,
+            bags=BagFolder(options.bags) if options.bags is not None else None,
+        )
         server = PageServer(views, secret)
         try:
             if options.scene is not None:
@@ -157,30 +167,6 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
         open_in_browser(server.access, reachable, options.tab)
 
 
-@contextlib.contextmanager
-def set_by_signals(over: OnceEvent) -> Iterator[None]:
-    """Set `over` at the first SIGINT or SIGTERM, and end the process at the second.
-
-    Does nothing outside the main thread.
-    """
-    numbers = (signal.SIGINT, signal.SIGTERM)
-
-    def end(*_: object) -> None:
-        for number in numbers:
-            signal.signal(number, signal.SIG_DFL)
-        over.set()
-
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    previous = [(number, signal.signal(number, end)) for number in numbers]
-    try:
-        yield
-    finally:
-        for number, handler in previous:
-            signal.signal(number, handler)
-
-
 def _restriction(permitted: frozenset[str]) -> str:
     if not permitted:
         return "The page is read-only. With --control, it can also change the system."
@@ -194,17 +180,23 @@ def services(
     scene_file: SceneFile | None = None,
     *,
     saves_layouts: bool = False,
+    bags: BagFolder | None = None,
 ) -> Services:
-    """Return all views and actions of the page. `saves_layouts`: see `PageOptions`."""
+    """Return all views and actions of the page. `saves_layouts`, `bags`: see `PageOptions`."""
     scene = SceneViews(system, scene_file)
     frames = FrameViews(system)
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
     layouts = LayoutActions(system, may_save=saves_layouts)
+    bag_views, shown = BagViews(system, bags), ShownBags()
     goals, teleop = ActionViews(system), TeleopViews(system)
     views: Mapping[str, View] = {
         "action": goals.action,
         "actions": goals.actions,
+        "bag": bag_views.bag,
+        "bag_export": bag_views.bag_export,
+        "bag_thumbnails": bag_views.bag_thumbnails,
+        "bags": bag_views.bags,
         "console": console.console,
         "diagnostics": DiagnosticViews(system).diagnostics,
         "events": graph.events,
@@ -238,6 +230,7 @@ def services(
 
     actions: Mapping[str, Action] = {
         "about": about,
+        "bag_control": bag_views.bag_control,
         "call_service": calls.call_service,
         "cancel_goal": goals.cancel_goal,
         "definition": topics.definition,
@@ -251,6 +244,7 @@ def services(
         "message_text": topics.message_text,
         "picture": graph.picture,
         "save_layout": layouts.save_layout,
+        "scene_feedback": scene.feedback,
         "scene_save": scene.save,
         "send_goal": goals.send_goal,
         "service": calls.service,
@@ -259,7 +253,7 @@ def services(
         "set_reconfigured": servers.set_reconfigured,
         "steer": teleop.steer,
     }
-    return Services(views, actions, CHANGING, permitted)
+    return Services(shown.views(views), shown.actions(actions), CHANGING, permitted)
 
 
 def tls_context(certificate: str | None, key: str | None) -> ssl.SSLContext | None:

@@ -52,24 +52,38 @@ class TopicWatch:
     """Statistics and newest message of one topic. Messages are counted in the threads of its links."""
 
     def __init__(
-        self, topic: str, decoder: RawDecoder, queue_size: int = WINDOW, limits: Limits | None = None
+        self,
+        topic: str,
+        decoder: RawDecoder,
+        queue_size: int = WINDOW,
+        limits: Limits | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        """`clock` returns the time (s) in which rates are measured."""
         self.topic = topic
         self._most_bytes = (limits or process_limits()).page_message_bytes
         self.queue_size = queue_size
         self.users = 0
         self.newest: Newest | None = None
         self._decoder = decoder
+        self._clock = clock
         self._lock = threading.Lock()
         self._rate = RateWindow(WINDOW)
         self._bandwidth = BandwidthWindow(WINDOW)
         self._last_s = 0.0
         self._count = 0
         self._listeners: list[Listener] = []
+        self._leading: list[tuple[AnyMsg, float]] = []
 
-    def note(self, message: AnyMsg) -> None:
-        """Count a message, and pass it to the listeners."""
-        moment_s, wall_s = time.monotonic(), time.time()
+    def note(self, message: AnyMsg, received_s: float | None = None, *, is_leading: bool = False) -> None:
+        """Count a message, and pass it to the listeners.
+
+        Args:
+            received_s: the time in a bag.
+            is_leading: whether listeners that are added later get the message, too.
+        """
+        moment_s = self._clock() if received_s is None else received_s
+        wall_s = time.time() if received_s is None else received_s
         with self._lock:
             self._count += 1
             self._rate.add(moment_s)
@@ -77,12 +91,14 @@ class TopicWatch:
             self._last_s = moment_s
             self.newest = Newest(self._count, message, wall_s)
             listeners = list(self._listeners)
+            if is_leading:
+                self._leading.append((message, wall_s))
         for listener in listeners:
             listener(message, wall_s)
 
     def figures(self) -> Mapping[str, float | int | None]:
         """Return messages and bytes per second, mean size in bytes, and total number of messages."""
-        now_s = time.monotonic()
+        now_s = self._clock()
         with self._lock:
             rate, bandwidth = self._rate.figures(), self._bandwidth.figures(now_s)
             is_quiet = now_s - self._last_s > max(QUIET_S, 3 * rate.mean if rate else 0.0)
@@ -103,10 +119,12 @@ class TopicWatch:
         """
         with self._lock:
             self._listeners.append(listener)
-            newest = self.newest
+            first, newest = list(self._leading), self.newest
+        if from_newest and newest is not None and not (first and first[-1][0] is newest.message):
+            first.append((newest.message, newest.wall_s))
         try:
-            if from_newest and newest is not None:
-                listener(newest.message, newest.wall_s)
+            for message, wall_s in first:
+                listener(message, wall_s)
             yield
         finally:
             with self._lock:
@@ -173,9 +191,9 @@ class TopicWatches:
                 most = self._limits.page_topics
                 if len(self._watches) >= most:
                     raise LimitExceeded(f"too many topics are watched; {limit_text('page_topics', most)}")
-                watch = self._watches[topic] = TopicWatch(topic, self._decoder, queue_size, self._limits)
+                watch = self._watches[topic] = self._new_watch(topic, queue_size)
             watch.users += 1
-        self._subscribe()
+        self.update()
         try:
             yield watch
         finally:
@@ -183,9 +201,17 @@ class TopicWatches:
                 watch.users -= 1
                 if not watch.users:
                     del self._watches[topic]
-            self._subscribe()
+            self.update()
 
-    def _subscribe(self) -> None:
+    def watches(self) -> list[TopicWatch]:
+        """Return all current watches."""
+        with self._lock:
+            return list(self._watches.values())
+
+    def _new_watch(self, topic: str, queue_size: int) -> TopicWatch:
+        return TopicWatch(topic, self._decoder, queue_size, self._limits)
+
+    def update(self) -> None:
         """Start a thread that updates the subscriptions to match the watches."""
         with self._lock:
             if not self._is_subscribing and self._next_change() is not None:

@@ -73,6 +73,15 @@ class WatchedSystem:
         self._wanted.set()
         self.node_clients.keep_only(())
 
+    @property
+    def is_live(self) -> bool:
+        """Whether the messages are those of the running system, not of a bag."""
+        return True
+
+    def now_s(self) -> float:
+        """Return the time (s) with which arrivals of messages are compared."""
+        return time.time()
+
     async def observations(self) -> AsyncIterator[Observation]:
         """Yield the newest observation, at most once per interval."""
         while True:

@@ -15,15 +15,20 @@ from geometry_msgs.msg import (
     PoseArray,
     PoseStamped,
     PoseWithCovarianceStamped,
+    Quaternion,
     TransformStamped,
+    Vector3,
+    Wrench,
+    WrenchStamped,
 )
 from nav_msgs.msg import GridCells, OccupancyGrid, Odometry, Path
-from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
+from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2, PointField, Range
 from std_msgs.msg import Header
-from visualization_msgs.msg import Marker, MarkerArray
+from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, Marker, MarkerArray, MenuEntry
 
 import rospy
 import tf2_ros
+from interactive_markers.interactive_marker_server import InteractiveMarkerServer
 
 ROBOT = """<robot name="r">
 <link name="base_link"><visual><geometry><box size="1 1 1"/></geometry>
@@ -86,6 +91,7 @@ def poses() -> dict[str, object]:
         "point": PointStamped(header=header, point=Point(1, 2, 0)),
         "range": reach,
         "cells": cells,
+        "wrench": WrenchStamped(header=header, wrench=Wrench(Vector3(-1, 0.5, 0), Vector3(0.3, 0.4, 2))),
     }
 
 
@@ -120,12 +126,58 @@ def shapes() -> MarkerArray:
     return MarkerArray(found)
 
 
+def cameras() -> dict[str, object]:
+    """Return messages of a camera 5 m above the origin that looks down, and of an inertial sensor."""
+    header = Header(frame_id="camera")
+    depth = Image(header=header, width=4, height=4, encoding="16UC1", step=8)
+    depth.data = struct.pack("<16H", *[5000] * 15, 0)
+    colour = Image(header=header, width=4, height=4, encoding="rgb8", step=12, data=bytes([200, 100, 0] * 16))
+    info = CameraInfo(header=header, width=4, height=4)
+    info.P = [2.0, 0, 2.0, 0, 0, 2.0, 2.0, 0, 0, 0, 1.0, 0]
+    large = Image(
+        header=header, width=40, height=40, encoding="rgb8", step=120, data=bytes([200, 100, 0] * 1600)
+    )
+    large_info = CameraInfo(header=header, width=40, height=40)
+    large_info.P = [20.0, 0, 20.0, 0, 0, 20.0, 20.0, 0, 0, 0, 1.0, 0]
+    imu = Imu(header=Header(frame_id="map"))
+    imu.orientation.w = 1.0
+    imu.linear_acceleration.x = 4.0
+    return {
+        "depth/image": depth,
+        "depth/camera_info": info,
+        "colour/image": colour,
+        "camera/image": large,
+        "camera/camera_info": large_info,
+        "imu": imu,
+    }
+
+
+def interactive() -> InteractiveMarker:
+    """Return a marker that moves along x, and has a menu and a button."""
+    made = InteractiveMarker(header=Header(frame_id="map"), name="box", scale=4.0, pose=pose_at(-3, -1))
+    made.menu_entries = [MenuEntry(id=1, title="First"), MenuEntry(id=2, title="[x] Second")]
+    for name, mode, orientation in (
+        ("move_x", InteractiveMarkerControl.MOVE_AXIS, (0.0, 0.0, 0.0, 1.0)),
+        ("press", InteractiveMarkerControl.BUTTON, (0.0, 0.0, 0.0, 1.0)),
+    ):
+        control = InteractiveMarkerControl(name=name, interaction_mode=mode, always_visible=True)
+        control.orientation = Quaternion(*orientation)
+        made.controls.append(control)
+    cube = Marker(type=Marker.CUBE, pose=pose_at(0, 0))
+    cube.scale.x = cube.scale.y = cube.scale.z = 1.0
+    cube.color.b = cube.color.a = 1.0
+    made.controls[1].markers.append(cube)
+    return made
+
+
 def main() -> None:
     rospy.init_node("scene_program")
     rospy.set_param("/robot_description", ROBOT)
     rospy.set_param("/meshes", mesh_robot())
     frames = tf2_ros.StaticTransformBroadcaster()
-    frames.sendTransform([transform("map", "base_link", 2, 2), transform("map", "bare", 4, 2)])
+    camera = transform("map", "camera", 0, 0)
+    camera.transform.translation.z, camera.transform.rotation.x, camera.transform.rotation.w = 5.0, 1.0, 0.0
+    frames.sendTransform([transform("map", "base_link", 2, 2), transform("map", "bare", 4, 2), camera])
     grid = OccupancyGrid(header=Header(frame_id="map"))
     grid.info.resolution, grid.info.width, grid.info.height = 1.0, 3, 1
     grid.info.origin.position.x, grid.info.origin.position.y = -4.0, 2.0
@@ -156,11 +208,21 @@ def main() -> None:
     spheres.color.r = spheres.color.a = 1.0
     messages = {"map": grid, "path": path, "cloud": cloud, "scan": scan, "visualization_marker": cube}
     messages["markers"] = MarkerArray([spheres])
-    messages |= poses() | {"shapes": shapes()}
+    messages |= poses() | cameras() | {"shapes": shapes()}
     publishers = {
         name: rospy.Publisher(f"/{name}", type(message), queue_size=1, latch=True)
         for name, message in messages.items()
     }
+    server = InteractiveMarkerServer("controls")
+    server.insert(interactive(), lambda _: None)
+    for name, x, y in (("MOVE_ROTATE", 5, 2), ("MOVE_PLANE", 5, -3), ("ROTATE_AXIS", -4, 3.5)):
+        flat = InteractiveMarker(header=Header(frame_id="map"), name=name, scale=3.0, pose=pose_at(x, y))
+        mode = getattr(InteractiveMarkerControl, name)
+        control = InteractiveMarkerControl(name=name, interaction_mode=mode, always_visible=True)
+        control.orientation = Quaternion(0, 1, 0, 1)
+        flat.controls.append(control)
+        server.insert(flat, lambda _: None)
+    server.applyChanges()
     rate = rospy.Rate(2)
     while not rospy.is_shutdown():
         for name, message in messages.items():

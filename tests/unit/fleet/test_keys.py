@@ -47,6 +47,24 @@ def test_tokens_are_read_strictly() -> None:
     assert keys.parts("pipros") is None
 
 
+@pytest.mark.parametrize(
+    ("key", "expected"),
+    [
+        (keys.directory("r1"), ("r1", "directory", [])),
+        (keys.wanted("r1", "op"), ("r1", "wanted", ["op"])),
+        (keys.into("op", "r1", "/cmd vel"), ("op", "in", ["r1", "cmd%20vel"])),
+        (keys.service("r1", "op", "/arm/move"), ("r1", "s", ["op", "arm", "move"])),
+        (keys.parameters("r1", "get", "op"), ("r1", "get", ["op"])),
+        (keys.definition("r1", "std_msgs/String"), ("r1", "definition", ["std_msgs%2FString"])),
+        (keys.statistics("r1"), ("r1", "statistics", [])),
+    ],
+)
+def test_keys_begin_with_the_member_that_answers_or_sends(
+    key: str, expected: tuple[str, str, list[str]]
+) -> None:
+    assert keys.parts(key) == expected
+
+
 @pytest.mark.parametrize("name", ["", "a/b", "1a", "a-b", "*", "a b", "/a"])
 def test_illegal_members_raise(name: str) -> None:
     with pytest.raises(InvalidName, match="is not a legal name for a member"):

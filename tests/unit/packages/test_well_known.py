@@ -35,7 +35,6 @@ def test_a_package_of_launch_files_names_the_programs_that_they_start() -> None:
     [
         ("gazebo", "On this machine, roslaunch pipros_sim sim.launch simulates robots"),
         ("catkin", "catkin does not come with pipros, but from PyPI: pip install catkin-tools"),
-        ("rqt_bag", "its rqt is a page in the browser"),
     ],
 )
 def test_commands_that_are_not_here_name_a_substitute(name: str, says: str) -> None:
@@ -93,7 +92,7 @@ def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:
     assert why_missing("my_package") is None
 
 
-@pytest.mark.parametrize("package", ["gazebo_ros", "rosserial_python", "rqt_bag"])
+@pytest.mark.parametrize("package", ["gazebo_ros", "rosserial_python", "rqt_shell"])
 def test_all_tools_give_the_same_advice(
     package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

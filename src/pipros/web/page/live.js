@@ -5,6 +5,8 @@ import { accepted, currentProof, refused, takeFromAddress, wasAccepted } from ".
 const RETRY_MS = 1000;
 const POLICY_VIOLATION = 1008; // close code for a missing or wrong token
 const LOGIN_ID = 0;
+// The views that show messages: of the system, or of a bag.
+const MESSAGE_VIEWS = new Set(["console", "diagnostics", "frames", "image", "measured", "plot", "scene_cloud", "scene_messages", "topic", "topics", "transform"]);
 
 class Live extends EventTarget {
   constructor() {
@@ -98,13 +100,25 @@ class Live extends EventTarget {
 
   // Subscribes to a view. Returns a function that unsubscribes.
   watch(view, args, onData, onError = (text) => text && console.warn(text)) {
-    const id = this.next++;
-    const message = { id, view, args };
-    this.requests.set(id, { message, onData, onError });
-    this.send(message);
+    const request = { message: { id: this.next++, view, args }, onData, onError };
+    this.requests.set(request.message.id, request);
+    this.send(request.message);
     return () => {
-      if (this.requests.delete(id)) this.send({ id, stop: true });
+      if (this.requests.delete(request.message.id)) this.send({ id: request.message.id, stop: true });
     };
+  }
+
+  // Subscribes anew to the views that show messages: they come from another source now.
+  restart() {
+    this.dispatchEvent(new Event("source"));
+    for (const [id, request] of [...this.requests]) {
+      if (!MESSAGE_VIEWS.has(request.message.view)) continue;
+      this.requests.delete(id);
+      this.send({ id, stop: true });
+      request.message = { ...request.message, id: this.next++ };
+      this.requests.set(request.message.id, request);
+      this.send(request.message);
+    }
   }
 
   // Requests an action. Returns a promise of the answer.

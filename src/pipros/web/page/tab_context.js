@@ -37,6 +37,11 @@ export class TabContext {
     };
   }
 
+  // Calls `forget` when messages begin to come from another source, or another moment of a bag.
+  onSource(forget) {
+    live.addEventListener("source", forget, { signal: this.signal });
+  }
+
   act(action, args) {
     return live.act(action, args);
   }

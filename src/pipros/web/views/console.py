@@ -46,7 +46,7 @@ class ConsoleViews:
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the entries of the run's log file as `history`, then new entries as `entries`."""
         with self._shared.use() as (log, topic):
-            number = log.end
+            number = log.end if self._system.is_live else 0  # a bag's first entries come at once
             history = await self._system.questions.run(self._history)
             entries, lost, number = log.since(number, MOST_SENT_BYTES)
             written = {_identity(entry) for entry in entries}
@@ -73,6 +73,8 @@ class ConsoleViews:
                         break
 
     def _history(self) -> list[Entry]:
+        if not self._system.is_live:
+            return []
         graph = self._system.graph
         try:
             if not is_this_machine(split_uri(graph.master_uri)[0]):

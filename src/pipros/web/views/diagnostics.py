@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import sys
 import threading
-import time
 from collections import deque
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -149,7 +148,7 @@ class DiagnosticViews:
                     "components": components,
                     "fresh": is_fresh,
                     "topics": names,
-                    "now": time.time(),
+                    "now": self._system.now_s(),
                     "stale": STALE_S,
                     "error": "\n".join(filter(None, (topic.problem for _statuses, topic in opened))),
                 }

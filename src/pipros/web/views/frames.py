@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import math
 import threading
-import time
 from collections.abc import AsyncIterator, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -159,7 +158,10 @@ class FrameViews:
         with self._shared.use() as (tree, topics):
             while True:
                 problems = filter(None, (topic.problem for topic in topics))
-                values: dict[str, Any] = {"frames": tree.rows(time.time()), "error": "\n".join(problems)}
+                values: dict[str, Any] = {
+                    "frames": tree.rows(self._system.now_s()),
+                    "error": "\n".join(problems),
+                }
                 graph = tree.graph()
                 if graph != shown:
                     shown = graph
@@ -172,7 +174,7 @@ class FrameViews:
         target, source = (_frame_name(arguments, key) for key in ("target", "source"))
         with self._shared.use() as (tree, _):
             while True:
-                yield pose_values(tree, target, source, time.time())
+                yield pose_values(tree, target, source, self._system.now_s())
                 await asyncio.sleep(POSE_INTERVAL_S)
 
     @contextlib.contextmanager

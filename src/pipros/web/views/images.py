@@ -60,7 +60,7 @@ def decoded_image(watch: TopicWatch, message: AnyMsg) -> tuple[Mapping[str, Any]
     return packed(watch.decode_as(message, load_message_class(kind)))
 
 
-def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
+def packed(message: Any, largest_bytes: int = LARGEST_BYTES) -> tuple[Mapping[str, Any], bytes]:
     """Encode a `sensor_msgs/Image` or `CompressedImage` for the browser: a header, and the pixels.
 
     Raises:
@@ -80,7 +80,7 @@ def packed(message: Any) -> tuple[Mapping[str, Any], bytes]:
     row = width * size
     if depth == "16U" and not is_grey:  # screens have 8 bits per colour, so use the more significant byte
         depth, size, plane = "8U", size // 2, slice(0 if message.is_bigendian else 1, None, 2)
-    every = _step(message.encoding, width * height * size)
+    every = _step(message.encoding, width * height * size, largest_bytes)
     data = memoryview(message.data)
     tops = range(0, height * step, step * every) if width else ()
     pixels = b"".join(_thinned(data[top : top + row][plane], size, every) for top in tops)
@@ -115,11 +115,11 @@ def _compressed(message: Any) -> tuple[Mapping[str, Any], bytes]:
     return {"compressed": "depth", **values}, data[_DEPTH_HEADER.size :]
 
 
-def _step(encoding: str, size: int) -> int:
+def _step(encoding: str, size: int, largest_bytes: int) -> int:
     if encoding.startswith(("bayer", "yuv")):  # keep whole groups of neighbouring pixels
         return 1
     every = 1
-    while size // every**2 > LARGEST_BYTES:
+    while size // every**2 > largest_bytes:
         every += 1
     return every
 

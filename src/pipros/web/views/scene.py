@@ -16,6 +16,7 @@ import time
 import zlib
 from collections import deque
 from collections.abc import AsyncIterator, Collection, Iterator, Mapping
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import unquote
@@ -25,10 +26,12 @@ from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import limit_text, process_limits
 from pipros.graph import params
+from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.libraries.robot_model.urdf import UrdfError
 from pipros.libraries.robot_model.visuals import named_files, read_shapes
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
+from pipros.node.publisher import Publisher
 from pipros.packages.assets import NAMES, PREFIX, read_asset
 from pipros.web.cloud_columns import cloud_columns, point_columns
 from pipros.web.message_layout import message_layout
@@ -46,6 +49,8 @@ LOOK_INTERVAL_S: Final = 1.0
 LONGEST_QUEUE: Final = 10_000
 MOST_LATCHED: Final = 1000
 """Maximum number of latching publishers of a topic whose newest messages are kept."""
+MOST_FEEDBACK_TOPICS: Final = 100
+FEEDBACK_QUEUE: Final = 100
 MOST_POINTS: Final = 2_000_000
 MOST_FIELDS: Final = 8
 LARGE_BYTES: Final = 256_000
@@ -120,6 +125,7 @@ class SceneViews:
         self._topics: dict[str, Shared[SceneTopic]] = {}
         self._packages = PackageIndex.from_environment(system.node.environment)
         self._files: frozenset[str] = frozenset()
+        self._feedback: dict[str, Future[Publisher[Any]]] = {}
 
     async def config(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the configuration, and again whenever a file is loaded."""
@@ -141,6 +147,33 @@ class SceneViews:
             return str(await self._system.computations.run(self._file.save, arguments.get("config")))
         except OSError as error:
             raise RequestRefused(f"cannot write {self._file.path}: {error.strerror}") from None
+
+    async def feedback(self, arguments: Mapping[str, Any]) -> Any:
+        """Publish the feedback of an interactive marker, or only advertise the topic if there is none yet.
+
+        The publishers stay until the server ends, because feedback of one drag must not be lost or overtaken.
+        """
+        name, value = topic_name(arguments), arguments.get("feedback")
+        if not isinstance(value, (dict, type(None))):
+            raise RequestRefused(f"feedback must be a message, got {value!r:.100}")
+        message_class = load_message_class("visualization_msgs/InteractiveMarkerFeedback")
+        if name not in self._feedback:
+            if len(self._feedback) >= MOST_FEEDBACK_TOPICS:
+                raise RequestRefused(f"feedback can go to at most {MOST_FEEDBACK_TOPICS} topics")
+            self._feedback[name] = self._system.questions.start(
+                self._system.node.advertise, name, message_class, queue_size=FEEDBACK_QUEUE
+            )
+        advertising = self._feedback[name]
+        try:
+            publisher = await asyncio.shield(asyncio.wrap_future(advertising))
+        except PiprosError:
+            self._feedback.pop(name, None)
+            raise
+        if value is None:
+            return None
+        client = f"{self._system.node.name}/{value.get('client_id', '')}"
+        publisher.publish(message_from_yaml(message_class, {**value, "client_id": client}, 0))
+        return None
 
     async def messages(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the layout of a topic's type as JSON, then its messages in order, as they are on the wire.

@@ -135,7 +135,7 @@ if [[ $- == *i* && $(declare -f command_not_found_handle) != *pipros-complete* ]
   fi
   command_not_found_handle() {
     case $1 in
-      catkin | gazebo | gzclient | gzserver | rosdep | rqt_bag) pipros-complete --absent "$1" ;;
+      catkin | gazebo | gzclient | gzserver | rosdep) pipros-complete --absent "$1" ;;
       *)
         if declare -F _pipros_former_command_not_found_handle > /dev/null; then
           _pipros_former_command_not_found_handle "$@"

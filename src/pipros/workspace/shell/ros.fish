@@ -121,7 +121,7 @@ if status is-interactive; and not functions -q _pipros_former_command_not_found
     end
     function fish_command_not_found
         switch $argv[1]
-            case catkin gazebo gzclient gzserver rosdep rqt_bag
+            case catkin gazebo gzclient gzserver rosdep
                 pipros-complete --absent $argv[1]
             case '*'
                 _pipros_former_command_not_found $argv

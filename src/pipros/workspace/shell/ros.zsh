@@ -135,7 +135,7 @@ if [[ -o interactive && ${functions[command_not_found_handler]:-} != *pipros-com
   fi
   command_not_found_handler() {
     case $1 in
-      catkin | gazebo | gzclient | gzserver | rosdep | rqt_bag) pipros-complete --absent $1 ;;
+      catkin | gazebo | gzclient | gzserver | rosdep) pipros-complete --absent $1 ;;
       *)
         if (( $+functions[_pipros_former_command_not_found_handler] )); then
           _pipros_former_command_not_found_handler "$@"

@@ -18,6 +18,11 @@ export class TimeLink extends EventTarget {
     signal.addEventListener("abort", () => this.ends.delete(view));
   }
 
+  // Forgets the samples of a view.
+  forget(view) {
+    this.ends.delete(view);
+  }
+
   // Notes the time of a view's newest sample, and returns where its axis ends: at the newest sample of all.
   end(view, time) {
     this.ends.set(view, time);

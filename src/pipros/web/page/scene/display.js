@@ -106,7 +106,7 @@ export class Display {
     const { key } = this.parts();
     if (typeof this.config[key] !== "object" || !this.config[key]) this.config[key] = {};
     const all = this.config[key];
-    if (key === "Namespaces") all[name] = String(isShown);
+    if (key === "Namespaces" || (key === "Visibility" && typeof all[name] !== "object")) all[name] = String(isShown);
     else all[name] = { ...(typeof all[name] === "object" ? all[name] : {}), Value: String(isShown) };
   }
 
@@ -164,6 +164,7 @@ export class Display {
         if (until(message) !== message.header.stamp) this.scene.poseOf(frame, until(message));
         put(message, pose);
         this.setStatus("Transform", "ok", "Transform OK");
+        this.dropStatus("Link");
       } catch (error) {
         if (!(error instanceof TransformError)) {
           this.setStatus("Message", "error", error.message);
@@ -174,10 +175,18 @@ export class Display {
           continue;
         }
         this.setStatus("Transform", "error", this.scene.whyNot(frame, error));
+        this.explain(frame);
         left.push(entry);
       }
     }
     this.waiting = left;
+  }
+
+  // Names the link that has ended, if one between a frame and the fixed frame has.
+  explain(frame) {
+    const text = this.scene.oldestLink(frame);
+    if (text) this.setStatus("Link", "warning", text);
+    else this.dropStatus("Link");
   }
 
   isTooOld(frame, stamp) {

@@ -9,6 +9,7 @@ const VERTEX = `
 attribute vec4 tint;
 uniform float size;
 uniform float metric;
+uniform float perDepth;
 uniform float height;
 varying vec4 colour;
 void main() {
@@ -16,7 +17,7 @@ void main() {
   vec4 place = modelViewMatrix * vec4(position, 1.0);
   gl_Position = projectionMatrix * place;
   float metre = projectionMatrix[1][1] * height * 0.5 / (isOrthographic ? 1.0 : max(-place.z, 1e-6));
-  gl_PointSize = metric > 0.5 ? max(1.0, size * metre) : size;
+  gl_PointSize = metric > 0.5 ? max(1.0, (perDepth > 0.0 ? perDepth * position.z : size) * metre) : size;
 }`;
 
 const FRAGMENT = `
@@ -40,13 +41,14 @@ const BOX_VERTEX = `
 attribute vec3 offset;
 attribute vec4 tint;
 uniform vec3 sizes;
+uniform float perDepth;
 varying vec4 colour;
 varying vec2 place;
 void main() {
   float shade = normal.z > 0.5 ? 0.9 : normal.z < -0.5 ? 0.5 : abs(normal.x) > 0.5 ? 0.6 : normal.y > 0.5 ? 0.4 : 1.0;
   colour = vec4(tint.rgb * shade, tint.a);
   place = uv;
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(offset + position * sizes, 1.0);
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(offset + position * (perDepth > 0.0 ? vec3(perDepth * offset.z) : sizes), 1.0);
 }`;
 
 const BOX_FRAGMENT = `
@@ -63,14 +65,15 @@ void main() {
 //   positions: x, y, z of each point (Float32Array)
 //   tints: r, g, b, a of each point (Uint8Array)
 //   size: metres, or pixels for the style Points; for Boxes a number or [x, y, z]
-export function points(style, positions, tints, size, alpha = 1, hasAlpha = false) {
+//   perDepth: if not 0, the size is this number times the point's z
+export function points(style, positions, tints, size, alpha = 1, hasAlpha = false, perDepth = 0) {
   const isTransparent = alpha < OPAQUE || hasAlpha;
   const blending = { transparent: isTransparent, depthWrite: !isTransparent };
-  if (style === "Boxes") return boxes(positions, tints, size, alpha, blending);
+  if (style === "Boxes") return boxes(positions, tints, size, alpha, blending, perDepth);
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
   geometry.setAttribute("tint", new THREE.BufferAttribute(tints, 4, true));
-  const uniforms = { size: { value: size }, metric: { value: style === "Points" ? 0 : 1 }, height: { value: 1 }, style: { value: STYLES[style] ?? 1 }, alpha: { value: alpha } };
+  const uniforms = { size: { value: size }, perDepth: { value: perDepth }, metric: { value: style === "Points" ? 0 : 1 }, height: { value: 1 }, style: { value: STYLES[style] ?? 1 }, alpha: { value: alpha } };
   const material = new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, ...blending });
   const made = new THREE.Points(geometry, material);
   made.frustumCulled = false;
@@ -84,7 +87,7 @@ export function points(style, positions, tints, size, alpha = 1, hasAlpha = fals
   return made;
 }
 
-function boxes(positions, tints, size, alpha, blending) {
+function boxes(positions, tints, size, alpha, blending, perDepth) {
   const geometry = new THREE.InstancedBufferGeometry();
   for (const name of ["position", "normal", "uv"]) geometry.setAttribute(name, BOX.getAttribute(name).clone());
   geometry.setIndex(BOX.getIndex().clone());
@@ -92,7 +95,7 @@ function boxes(positions, tints, size, alpha, blending) {
   geometry.setAttribute("tint", new THREE.InstancedBufferAttribute(tints, 4, true));
   geometry.instanceCount = positions.length / 3;
   const sizes = new THREE.Vector3(...(Array.isArray(size) ? size : [size, size, size]));
-  const uniforms = { sizes: { value: sizes }, alpha: { value: alpha } };
+  const uniforms = { sizes: { value: sizes }, perDepth: { value: perDepth }, alpha: { value: alpha } };
   const material = new THREE.ShaderMaterial({ vertexShader: BOX_VERTEX, fragmentShader: BOX_FRAGMENT, uniforms, ...blending });
   const mesh = new THREE.Mesh(geometry, material);
   mesh.frustumCulled = false;

@@ -1,13 +1,17 @@
 // The displays that exist, by class. Others are listed, and keep their configuration.
 
 import { Display } from "./display.js";
+import { Camera } from "./displays/camera.js";
 import { LaserScan, PointCloud2 } from "./displays/clouds.js";
+import { DepthCloud } from "./displays/depth.js";
 import { Image } from "./displays/image.js";
+import { InteractiveMarkers } from "./displays/interactive.js";
 import { MapDisplay } from "./displays/map.js";
 import { Marker, MarkerArray } from "./displays/markers.js";
 import { GridCells, Odometry, Path, PointStamped, Polygon, Pose, PoseArray, PoseWithCovariance, Range } from "./displays/poses.js";
 import { Axes, Grid } from "./displays/simple.js";
 import { RobotModel } from "./displays/robot.js";
+import { Imu, WrenchStamped } from "./displays/sensors.js";
 import { Tf } from "./displays/tf.js";
 import { DISPLAYS, className } from "./properties.js";
 
@@ -44,10 +48,13 @@ class Unsupported extends Display {
 
 const CLASSES = {
   "rviz/Axes": Axes,
+  "rviz/Camera": Camera,
+  "rviz/DepthCloud": DepthCloud,
   "rviz/Grid": Grid,
   "rviz/GridCells": GridCells,
   "rviz/Group": Group,
   "rviz/Image": Image,
+  "rviz/InteractiveMarkers": InteractiveMarkers,
   "rviz/LaserScan": LaserScan,
   "rviz/Map": MapDisplay,
   "rviz/Marker": Marker,
@@ -64,6 +71,8 @@ const CLASSES = {
   "rviz/Range": Range,
   "rviz/RobotModel": RobotModel,
   "rviz/TF": Tf,
+  "rviz/WrenchStamped": WrenchStamped,
+  "rviz_imu_plugin/Imu": Imu,
 };
 
 export const SUPPORTED = Object.keys(CLASSES);

@@ -14,6 +14,7 @@ import { makeDisplay } from "./registry.js";
 THREE.ColorManagement.enabled = false;
 
 const TF_QUEUE = 1000;
+const LINK_AGE_S = 2;
 const isLocal = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
 
 export class Scene {
@@ -43,6 +44,7 @@ export class Scene {
     this.last = { time: 0, version: -1 };
     this.figures = { pictures: 0, ms: 0 };
     this.isLost = false;
+    this.isInteracting = false; // whether the tool Interact is chosen
     /** @type {HTMLElement | null} */
     this.images = null; // where displays show images
     canvas.addEventListener("webglcontextlost", (event) => {
@@ -148,6 +150,21 @@ export class Scene {
     if (!this.frames.has(frame)) return `For frame [${frame}]: Frame [${frame}] does not exist`;
     if (!this.frames.has(this.fixedFrame)) return `For frame [${frame}]: Fixed Frame [${this.fixedFrame}] does not exist`;
     return `For frame [${frame}]: No transform to fixed frame [${this.fixedFrame}].  TF error: [${error.message}]`;
+  }
+
+  // Returns which link between a frame and the fixed frame is the oldest, and how old; empty if that explains nothing.
+  oldestLink(frame) {
+    const moving = [];
+    for (let child of [frame, this.fixedFrame]) {
+      for (const [stamp, parent] of this.frames.ancestors(child)) {
+        if (stamp > 0n) moving.push({ child, parent, stamp });
+        child = parent;
+      }
+    }
+    const [oldest] = moving.sort((one, other) => (one.stamp < other.stamp ? -1 : 1));
+    if (!oldest) return "";
+    const age = Number(this.now() - oldest.stamp) / 1e9;
+    return age > LINK_AGE_S ? `The transform from [${oldest.child}] to [${oldest.parent}] is ${age.toFixed(0)} s old; its sender may have stopped.` : "";
   }
 
   // Returns the status of the fixed frame: [level, text].

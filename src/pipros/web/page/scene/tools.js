@@ -33,6 +33,7 @@ export class Tools {
     this.confirm = h("span", { class: "scene-confirm", hidden: true });
     this.fingers = new Map(); // pointers that are down, by id
     this.mouse = [0, 0];
+    this.grabbed = null; // the display whose control is held
     this.measured = [];
     this.current = "rviz/MoveCamera";
     this.first = this.current;
@@ -67,6 +68,8 @@ export class Tools {
     }
     this.current = kind;
     this.drag = null;
+    this.letGo(this.mouse);
+    this.scene.isInteracting = kind === "rviz/Interact";
     this.measured = [];
     clear(this.scene.tools);
     this.confirm.hidden = true;
@@ -93,12 +96,40 @@ export class Tools {
     const [x, y] = this.at(event);
     this.fingers.set(event.pointerId, { x, y });
     if (this.fingers.size > 1) {
+      this.letGo([x, y]);
       this.drag = null;
       clear(this.scene.tools);
       return;
     }
+    if (this.grab([x, y], event.button)) return;
     if (event.button === 2 && this.current === "rviz/Measure") this.measure(null);
     if (event.button === 0) this.apply(x, y, event.altKey);
+  }
+
+  // Grabs the control of an interactive marker. Returns whether there is one.
+  grab(pixel, button) {
+    if (button === 1) return false;
+    const found = this.controlAt(pixel);
+    if (!found) return false;
+    if (!this.context.control) {
+      this.say("Moving markers publishes; start the command with --control");
+      return false;
+    }
+    this.grabbed = found.display;
+    found.display.press(found, pixel, button);
+    return true;
+  }
+
+  letGo(pixel) {
+    this.grabbed?.release(pixel);
+    this.grabbed = null;
+  }
+
+  // Returns the nearest control of an interactive marker at a pixel, or null.
+  controlAt(pixel) {
+    if (this.current !== "rviz/Interact") return null;
+    const found = this.scene.all().flatMap((display) => (display.isOn && display.find ? (display.find(pixel) ?? []) : []));
+    return found.sort((one, other) => one.distance - other.distance)[0] ?? null;
   }
 
   // Applies the tool to a pixel.
@@ -127,10 +158,19 @@ export class Tools {
     this.mouse = [x, y];
     if (!finger) {
       if (this.current === "rviz/PublishPoint" && event.buttons === 0) this.hover(x, y);
+      if (this.current === "rviz/Interact") {
+        const found = this.controlAt([x, y]);
+        for (const display of this.scene.all()) if (display.isOn && display.find) display.hover(found?.display === display ? found.control : null);
+      }
       return;
     }
     const [dx, dy] = [x - finger.x, y - finger.y];
     if (!dx && !dy) return;
+    if (this.grabbed) {
+      Object.assign(finger, { x, y });
+      this.grabbed.drag([x, y], event);
+      return;
+    }
     const before = this.spread();
     Object.assign(finger, { x, y });
     if (this.fingers.size > 1) {
@@ -157,6 +197,7 @@ export class Tools {
 
   release(event) {
     this.fingers.delete(event.pointerId);
+    this.letGo(this.at(event));
     if (!this.drag) return;
     const { start, yaw } = this.drag;
     this.drag = null;
@@ -167,6 +208,7 @@ export class Tools {
 
   cancel(event) {
     this.fingers.delete(event.pointerId);
+    this.letGo(this.at(event));
     this.drag = null;
     clear(this.scene.tools);
     this.scene.invalidate();

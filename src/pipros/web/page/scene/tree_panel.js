@@ -150,19 +150,19 @@ export class TreePanel {
   offerKinds() {
     const byTopic = this.topics.flatMap(({ name, type }) => {
       const kind = SUPPORTED.find((each) => topicProperty(each)?.[3] === type);
-      return kind ? [h("option", { value: `${kind} ${name}` }, `${name} (${kind.slice(5)})`)] : [];
+      return kind ? [h("option", { value: `${kind} ${name}` }, `${name} (${shortName(kind)})`)] : [];
     });
     const count = byTopic.map((option) => option.value).join();
     if (this.offered === count) return;
     this.offered = count;
-    replace(this.kinds, h("option", { value: "" }, "Add …"), h("optgroup", { label: "By type" }, SUPPORTED.map((kind) => h("option", { value: kind }, kind.slice(5)))), byTopic.length ? h("optgroup", { label: "By topic" }, byTopic) : null);
+    replace(this.kinds, h("option", { value: "" }, "Add …"), h("optgroup", { label: "By type" }, SUPPORTED.map((kind) => h("option", { value: kind }, shortName(kind)))), byTopic.length ? h("optgroup", { label: "By topic" }, byTopic) : null);
   }
 
   addChosen() {
     const [kind, topic] = this.kinds.value.split(" ");
     this.kinds.value = "";
     if (!kind) return;
-    const config = { Class: kind, Enabled: "true", Name: kind.slice(5), Value: "true" };
+    const config = { Class: kind, Enabled: "true", Name: shortName(kind), Value: "true" };
     if (topic) config[topicProperty(kind)[0]] = topic;
     this.insert(config, this.scene, this.scene.displays.length);
   }
@@ -247,5 +247,6 @@ export class TreePanel {
   }
 }
 
+const shortName = (kind) => kind.split("/").at(-1);
 const topicProperty = (kind) => DISPLAYS[kind]?.find((each) => each[1] === "topic");
 

@@ -60,6 +60,8 @@ export function open(view, argument, context) {
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { title: "Save the entries that the filters let pass", onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"), h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file, h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
+  context.onSource(() => { entries = []; lost = 0; filter(); });
+
   let [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
   const matches = (entry) => levels.has(entry[LEVEL]) && isNode(entry[NODE]) && isText(entry[TEXT])
     && isPlace(`${entry[FILE]} ${entry[FUNCTION]}`);

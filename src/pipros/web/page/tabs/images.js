@@ -43,27 +43,9 @@ export function open(view, argument, context) {
   }
 
   async function show(data) {
-    const all = new Uint8Array(data.buffer, data.byteOffset);
-    const end = all.indexOf(10);
-    const head = JSON.parse(new TextDecoder().decode(all.subarray(0, end)));
-    const pixels = all.subarray(end + 1);
-    const drawing = canvas.getContext("2d");
+    let head = headOf(data);
     try {
-      if (head.compressed === "depth") {
-        const depth = await depthOf(pixels, head.quantised);
-        Object.assign(canvas, { width: depth.width, height: depth.height });
-        drawing.putImageData(new ImageData(shaded(depth.values), depth.width, depth.height), 0, 0);
-        head.full = [depth.width, depth.height];
-      } else if (head.compressed) {
-        const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
-        Object.assign(canvas, { width: image.width, height: image.height });
-        drawing.drawImage(image, 0, 0);
-        head.full = [image.width, image.height];
-        head.encoding = head.format;
-      } else if (head.width && head.height) {
-        Object.assign(canvas, { width: head.width, height: head.height });
-        drawing.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
-      }
+      head = await drawImage(canvas, data);
       canvas.hidden = false;
       hint.hidden = true;
       replace(error, "");
@@ -73,11 +55,41 @@ export function open(view, argument, context) {
     replace(figures, `${head.full?.join(" × ") ?? ""} ${head.encoding ?? head.format}${head.frame ? `, ${head.frame}` : ""} · ${hertz(head.rate)} · ${bandwidth(head.bandwidth)}`);
   }
 
+  context.onSource(() => { if (topic) canvas.hidden = true; });
   if (topic) {
     replace(choice, h("option", { value: topic }, topic));
     look(topic);
   }
   return { go: (name) => { choice.value = name; look(name); } };
+}
+
+function headOf(data) {
+  const all = new Uint8Array(data.buffer, data.byteOffset);
+  return JSON.parse(new TextDecoder().decode(all.subarray(0, all.indexOf(10))));
+}
+
+// Draws an image that the server sent, a JSON header and pixels, and returns the header.
+export async function drawImage(canvas, data) {
+  const head = headOf(data);
+  const all = new Uint8Array(data.buffer, data.byteOffset);
+  const pixels = all.subarray(all.indexOf(10) + 1);
+  const drawing = canvas.getContext("2d");
+  if (head.compressed === "depth") {
+    const depth = await depthOf(pixels, head.quantised);
+    Object.assign(canvas, { width: depth.width, height: depth.height });
+    drawing.putImageData(new ImageData(shaded(depth.values), depth.width, depth.height), 0, 0);
+    head.full = [depth.width, depth.height];
+  } else if (head.compressed) {
+    const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
+    Object.assign(canvas, { width: image.width, height: image.height });
+    drawing.drawImage(image, 0, 0);
+    head.full = [image.width, image.height];
+    head.encoding = head.format;
+  } else if (head.width && head.height) {
+    Object.assign(canvas, { width: head.width, height: head.height });
+    drawing.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
+  }
+  return head;
 }
 
 // Converts pixels to RGBA.

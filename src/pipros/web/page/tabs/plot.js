@@ -222,6 +222,11 @@ export function open(view, argument, context) {
     download("rqt_plot.csv", `time,field,value\n${rows.join("\n")}\n`, "text/csv");
   }
 
+  context.onSource(() => {
+    for (const curve of curves.values()) Object.assign(curve, { times: [], values: [], lost: 0 });
+    context.times?.forget(view);
+    needsDraw = true;
+  });
   requestAnimationFrame(function onFrame() {
     if (context.signal.aborted) return;
     if (needsDraw && !isPaused && context.isShown) draw();

@@ -11,7 +11,7 @@ const MOST_POINTS = 200000; // of one cloud
 const MOST_KEPT = 2000000; // of all clouds of a display with a decay time
 const TEXT = new TextDecoder();
 
-class Cloud extends Display {
+export class Cloud extends Display {
   begin() {
     this.kept = []; // {object, arrival (ns), count}
   }
@@ -45,7 +45,7 @@ class Cloud extends Display {
     });
     const style = this.get("Style");
     const size = style === "Points" ? this.get("Size (Pixels)") : this.get("Size (m)");
-    const object = points(style, positions, tints, size, this.get("Alpha"), finite.has("rgba") && transformer === "RGB8");
+    const object = points(style, positions, tints, size, this.get("Alpha"), finite.has("rgba") && transformer === "RGB8", style === "Points" ? 0 : this.sizePerDepth());
     place(object, pose);
     if (!(this.get("Decay Time") > 0)) {
       clear(this.root);
@@ -54,6 +54,11 @@ class Cloud extends Display {
     this.root.add(object);
     this.kept.push({ object, arrival: this.scene.now(), count });
     this.scene.invalidate();
+  }
+
+  // Returns the size of points per metre of their z, or 0 if all have the same size.
+  sizePerDepth() {
+    return 0;
   }
 
   heights(positions, pose) {

@@ -33,15 +33,12 @@ export class Image extends Display {
     const end = all.indexOf(10);
     const head = JSON.parse(TEXT.decode(all.subarray(0, end)));
     const pixels = all.subarray(end + 1);
-    const drawing = this.canvas.getContext("2d");
     try {
-      if (head.compressed) {
-        const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
-        Object.assign(this.canvas, { width: image.width, height: image.height });
-        drawing.drawImage(image, 0, 0);
-      } else if (head.width && head.height) {
-        Object.assign(this.canvas, { width: head.width, height: head.height });
-        drawing.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
+      if (head.compressed) this.present(await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` })));
+      else if (head.width && head.height) {
+        const image = new OffscreenCanvas(head.width, head.height);
+        image.getContext("2d").putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
+        this.present(image);
       }
       this.received += 1;
       this.setStatus("Image", "ok", `${this.received} images received`);
@@ -49,5 +46,10 @@ export class Image extends Display {
       this.setStatus("Image", "error", problem.message);
     }
   }
-}
 
+  // Shows a canvas or bitmap.
+  present(image) {
+    Object.assign(this.canvas, { width: image.width, height: image.height });
+    this.canvas.getContext("2d").drawImage(image, 0, 0);
+  }
+}

@@ -12,7 +12,7 @@ const MOST_MARKERS = 20000;
 const TYPES = [null, cube, sphere, cylinder, strip, list, cubes, spheres, squares, label, null, triangles];
 const [ARROW, LINE_STRIP, LINE_LIST, POINTS, TEXT, MESH] = [0, 4, 5, 8, 9, 10];
 
-class Markers extends Display {
+export class Markers extends Display {
   begin() {
     this.shown = new Map(); // "namespace/id" to {holder, message, until, stamp}
     this.namespaces = new Map(); // name to number of markers
@@ -164,7 +164,7 @@ export class MarkerArray extends Markers {
 // -- checks --------------------------------------------------------------------------------------------------------------
 
 // Returns why a marker cannot be drawn, or an empty text.
-function problemOf({ pose, scale, color, points: places, colors, type }) {
+export function problemOf({ pose, scale, color, points: places, colors, type }) {
   const numbers = [scale.x, scale.y, scale.z, color.r, color.g, color.b, color.a];
   const isValid = numbers.every(Number.isFinite) && isFinitePose(poseOf(pose)) && places.every(({ x, y, z }) => Number.isFinite(x + y + z));
   if (!isValid || !colors.every(({ r, g, b, a }) => Number.isFinite(r + g + b + a))) return "Contains invalid floating point values (nans or infs)";
@@ -297,12 +297,18 @@ function triangles(marker, rgb) {
     });
     geometry.setAttribute("color", new THREE.BufferAttribute(tints, 4));
   }
-  const both = { side: THREE.DoubleSide };
-  const material = isColoured ? unlit([255, 255, 255], color.a, { ...both, vertexColors: true }) : lit(rgb, color.a, both);
-  const mesh = new THREE.Mesh(geometry, material);
-  mesh.scale.set(scale.x || 1e-9, scale.y || 1e-9, scale.z || 1e-9);
   const group = new THREE.Group();
-  group.add(mesh);
+  const add = (material) => {
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.scale.set(scale.x || 1e-9, scale.y || 1e-9, scale.z || 1e-9);
+    group.add(mesh);
+  };
+  // The light reaches the front only; the back of triangles without colours is black.
+  if (isColoured) add(unlit([255, 255, 255], color.a, { side: THREE.DoubleSide, vertexColors: true }));
+  else {
+    add(lit(rgb, color.a));
+    add(unlit([0, 0, 0], color.a, { side: THREE.BackSide }));
+  }
   return group;
 }
 

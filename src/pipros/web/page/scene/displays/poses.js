@@ -10,7 +10,7 @@ const INVALID = "Message contained invalid floating point values (nans or infs)"
 const MOST_POSES = 20000;
 
 // Shows the newest messages, each as one object.
-class Placed extends Display {
+export class Placed extends Display {
   begin() {
     this.subscribe("Topic", (message) => this.whenPlaced(message, (each, pose) => this.take(each, pose)));
   }

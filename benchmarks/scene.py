@@ -1,0 +1,160 @@
+#!/usr/bin/env python3
+"""Costs of the Scene tab: the first picture, the time of a picture, clouds, and the server's processor time.
+
+    benchmarks/scene.py [--seconds 8]
+
+Needs Chromium and Playwright, which draw in software (SwiftShader) at 1000 x 600 pixels. A publisher sends 50
+frames, a robot of 30 links, a scan, and clouds of 50,000 and 200,000 points of 32 bytes ten times a second.
+Nothing else should be running.
+"""
+
+import argparse
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+import time
+
+import psutil
+from playwright.sync_api import sync_playwright
+
+SCRIPTS = os.path.dirname(sys.executable)
+PORT = 13971
+PUBLISHER = """
+import os
+import rospy, tf2_ros
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+import struct
+rospy.init_node("source")
+links = "".join(
+    f'<link name="l{n}"><visual><geometry><cylinder radius="0.1" length="0.3"/></geometry></visual>'
+    + "</link>"
+    + (f'<joint name="j{n}" type="fixed"><parent link="l0"/><child link="l{n}"/></joint>' if n else "")
+    for n in range(30))
+rospy.set_param("/robot_description", f'<robot name="r">{links}</robot>')
+def cloud(count):
+    fields = [PointField(name, 4 * n, 7, 1) for n, name in enumerate(("x", "y", "z", "intensity"))]
+    made = PointCloud2(height=1, width=count, point_step=32, row_step=32 * count, fields=fields)
+    made.header.frame_id = "map"
+    made.data = b"".join(struct.pack("<4f16x", n % 100 / 20 - 2, n // 100 % 100 / 20 - 2, n / count, n % 7)
+                         for n in range(count))
+    return made
+clouds = {rospy.Publisher(f"/cloud{n}", PointCloud2, queue_size=1): cloud(n * 1000) for n in (50, 200)}
+scans = rospy.Publisher("/scan", LaserScan, queue_size=1)
+scan = LaserScan(range_max=9, angle_increment=0.017, ranges=[3.0] * 360)
+scan.header.frame_id = "map"
+frames = tf2_ros.TransformBroadcaster()
+rate = rospy.Rate(10)
+while not rospy.is_shutdown():
+    now = rospy.Time.now()
+    sent = []
+    for n in range(50):
+        each = TransformStamped(child_frame_id=f"l{n}")
+        each.header.frame_id, each.header.stamp = "map", now
+        each.transform.translation.x, each.transform.translation.y = n % 10 - 5, n // 10 - 2
+        each.transform.rotation.w = 1
+        sent.append(each)
+    frames.sendTransform(sent)
+    scans.publish(scan)
+    for publisher, message in clouds.items():
+        if publisher.get_num_connections():
+            publisher.publish(message)
+    rate.sleep()
+"""
+FILE = """\
+Visualization Manager:
+  Displays: [{displays}]
+  Global Options: {{Fixed Frame: map}}
+Window Geometry: {{Hide Left Dock: true}}
+"""
+ROBOT = (
+    "{Class: rviz/Grid, Name: Grid}, {Class: rviz/RobotModel, Name: Robot}, {Class: rviz/TF, Name: TF}, "
+    "{Class: rviz/LaserScan, Name: Scan, Topic: /scan}"
+)
+CLOUD = "{{Class: rviz/PointCloud2, Name: Cloud, Topic: /cloud{0}, Style: Points}}"
+SCENES = {
+    "robot of 30 links, 50 frames, grid, scan": (ROBOT, "Scan"),
+    "50,000 points at 10 Hz": (CLOUD.format(50), "Cloud"),
+    "200,000 points at 10 Hz": (CLOUD.format(200), "Cloud"),
+}
+IS_DRAWN = """(name) => {
+  const scene = document.querySelector(".tab-scene")?.scene;
+  const display = scene?.all().find((each) => each.name === name);
+  return scene?.figures.pictures > 0 && display?.root.children.length > 0;
+}"""
+MEASURE = """async ([seconds, name]) => {
+  const { scene } = document.querySelector(".tab-scene");
+  Object.assign(scene.canvas.style, { width: "1000px", height: "600px" });
+  const display = scene.all().find((each) => each.name === name);
+  const gl = scene.renderer.getContext();
+  const times = [];
+  for (let i = 0; i < 20; i += 1) {
+    const begin = performance.now();
+    scene.draw();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    times.push(performance.now() - begin);
+    await new Promise(requestAnimationFrame);
+  }
+  const [pictures, received] = [scene.figures.pictures, display.received];
+  const begin = performance.now();
+  await new Promise((done) => { setTimeout(done, seconds * 1000); });
+  const spent = (performance.now() - begin) / 1000;
+  const counts = [scene.figures.pictures - pictures, display.received - received];
+  const rates = counts.map((count) => count / spent);
+  return [times.sort((a, b) => a - b)[10], ...rates];
+}"""
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seconds", type=float, default=8.0)
+    seconds = parser.parse_args().seconds
+    environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{PORT}"}
+    with contextlib.ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory())
+        environment["ROS_HOME"] = folder
+
+        def start(*argv, **more):
+            process = subprocess.Popen(argv, env=environment, **more)
+            stack.callback(process.wait)
+            stack.callback(process.terminate)
+            return process
+
+        start(os.path.join(SCRIPTS, "roscore"), "-p", str(PORT), stdout=subprocess.DEVNULL)
+        time.sleep(2)
+        start(sys.executable, "-c", PUBLISHER)
+        browser = stack.enter_context(sync_playwright()).chromium.launch(
+            executable_path="/usr/bin/chromium" if os.path.exists("/usr/bin/chromium") else None,
+            args=["--no-sandbox"],
+        )
+        print(f"{'scene':42} first picture  a picture  pictures/s  messages/s  server")
+        for label, (displays, name) in SCENES.items():
+            file = os.path.join(folder, "scene.rviz")
+            with open(file, "w") as out:
+                out.write(FILE.format(displays=displays))
+            server = start(
+                os.path.join(SCRIPTS, "rviz"), "--no-browser", "-d", file, stderr=subprocess.PIPE, text=True
+            )
+            address = server.stderr.readline().split(": ", 1)[1].strip()
+            tab = browser.new_page(viewport={"width": 1200, "height": 900})
+            begin = time.monotonic()
+            tab.goto(address, wait_until="commit")
+            tab.wait_for_function(IS_DRAWN, arg=name)
+            first = time.monotonic() - begin
+            usage = psutil.Process(server.pid)
+            before, since = sum(usage.cpu_times()[:2]), time.monotonic()
+            picture, rate, received = tab.evaluate(MEASURE, [seconds, name])
+            share = (sum(usage.cpu_times()[:2]) - before) / (time.monotonic() - since)
+            print(
+                f"{label:42} {first:11.2f} s {picture:7.0f} ms {rate:11.1f} {received:11.1f} {share:7.0%}",
+                flush=True,
+            )
+            tab.close()
+            server.terminate()
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+"""The folder of bags that a page may open. Names and links that lead out of it are refused."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Final
+
+from pipros.bag.errors import BagError
+
+ENDINGS: Final = (".bag", ".mcap", ".bag.active")
+MOST_FILES: Final = 1000
+MOST_LOOKED_AT: Final = 20_000
+"""Maximum number of directory entries that a listing reads."""
+_LONGEST_NAME: Final = 1000
+
+
+class BadBagName(BagError):
+    """A name does not denote a bag in the folder."""
+
+
+class BagFolder:
+    """A folder and its subfolders. All methods block.
+
+    Args:
+        path: the folder, in which links are followed only if they stay in it.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path: Final = Path(path).resolve()
+
+    def names(self) -> list[tuple[str, int]]:
+        """Return the names of the bags relative to the folder, with their sizes in bytes, newest first."""
+        found: list[tuple[float, str, int]] = []
+        left = MOST_LOOKED_AT
+        for folder, _, files in os.walk(self.path):  # which does not follow links to folders
+            left -= len(files) + 1
+            if left < 0 or len(found) >= MOST_FILES:
+                break
+            for name in files:
+                path = Path(folder, name)
+                try:
+                    known = self.find(str(path.relative_to(self.path))).stat()
+                except (BagError, OSError):
+                    continue
+                found.append((known.st_mtime, str(path.relative_to(self.path)), known.st_size))
+        return [(name, size) for _, name, size in sorted(found, reverse=True)[:MOST_FILES]]
+
+    def find(self, name: object) -> Path:
+        """Return the path of a bag.
+
+        Raises:
+            BadBagName: the name is not that of a bag, or it leads out of the folder.
+        """
+        if not isinstance(name, str) or not name.endswith(ENDINGS) or len(name) > _LONGEST_NAME:
+            raise BadBagName(f"the name of a bag must end in .bag, .mcap or .bag.active, got {name!r:.100}")
+        if "\0" in name:
+            raise BadBagName("the name of a bag must not contain a null character")
+        path = (self.path / name).resolve()
+        if not path.is_relative_to(self.path):
+            raise BadBagName(f"[{name:.100}] leads out of the folder of bags")
+        if not path.is_file():
+            raise BadBagName(f"there is no bag [{name:.100}]")
+        return path

@@ -1,0 +1,379 @@
+"""Play a bag for one browser: its tabs show the messages of the bag's moment instead of those of the system.
+
+Each jump begins a new epoch with an empty `BagSystem`. The browser opens its views again, and each watched
+topic first gets the messages that were current at the moment. A thread reads only the watched topics, a chunk
+at a time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from pipros.bag.connection import Connection, StoredMessage
+from pipros.bag.errors import BagError, NoMessages
+from pipros.bag.layout import BagLayout
+from pipros.bag.playback_clock import PlaybackClock
+from pipros.bag.reader import BagReader
+from pipros.graph.observer import Observation
+from pipros.graph.system_state import SystemState
+from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S
+from pipros.node.any_msg import AnyMsg
+from pipros.web.topic_watch import TopicWatch, TopicWatches
+from pipros.web.watched_system import LOOK_INTERVAL_S, WatchedSystem
+
+FIRST_WINDOW_NS: Final = NS_PER_S // 10
+"""The first window of time in which the newest message before a moment is looked for."""
+WINDOW_GROWTH: Final = 4
+LEAD_S: Final[Mapping[str, float | None]] = {
+    "/tf": 2.0,
+    "/tf_static": None,
+    "/diagnostics": 5.0,
+    "/diagnostics_agg": 5.0,
+    "/rosout": 5.0,
+    "/rosout_agg": 5.0,
+}
+"""Seconds before the moment that the tabs need of a topic; None for all. Of others, the newest message."""
+LEADING_MESSAGES: Final = 2000
+LOG_TOPICS: Final = ("/rosout_agg", "/rosout")
+CLOCK_TOPIC: Final = "/clock"
+TICK_S: Final = 0.1
+LOWEST_SPEED: Final = 0.01
+HIGHEST_SPEED: Final = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class PlaybackState:
+    """What the browser shows of a playback.
+
+    Attributes:
+        epoch: number of jumps so far; the browser opens its views again if it changes.
+        moment: time in the bag (s since 1970).
+        speed: seconds of the bag per second.
+        error: why the bag could not be read further.
+    """
+
+    epoch: int
+    moment: float
+    playing: bool
+    speed: float
+    loop: bool
+    error: str
+
+
+class BagSystem(WatchedSystem):
+    """The topics of a bag at a moment, in place of those of the running system."""
+
+    def __init__(self, live: WatchedSystem, topics: TopicWatches, now_s: Callable[[], float]) -> None:
+        super().__init__(live.graph, live.node)
+        self.topics = topics
+        self.questions, self.computations = live.questions, live.computations
+        self._now_s = now_s
+
+    @property
+    def is_live(self) -> bool:
+        return False
+
+    def now_s(self) -> float:
+        return self._now_s()
+
+    async def observations(self) -> AsyncIterator[Observation]:
+        """Yield the topics of the bag, with the nodes that published them."""
+        while True:
+            yield self.observation
+            await asyncio.sleep(LOOK_INTERVAL_S)
+
+
+class BagTopics(TopicWatches):
+    """Watched topics that a playback feeds. `on_change` is called when a topic was added or removed."""
+
+    def __init__(
+        self, live: WatchedSystem, on_change: Callable[[], None], now_s: Callable[[], float]
+    ) -> None:
+        super().__init__(live.node)
+        self._on_change = on_change
+        self._now_s = now_s
+
+    def update(self) -> None:
+        self._on_change()
+
+    def _new_watch(self, topic: str, queue_size: int) -> TopicWatch:
+        return TopicWatch(topic, self._decoder, queue_size, self._limits, self._now_s)
+
+
+class BagPlayback:
+    """A bag, and the moment of it that a browser shows. Its methods are thread-safe and do not block.
+
+    Args:
+        live: the running system, whose threads are used.
+        reader: the bag, which is closed with the playback.
+
+    Raises:
+        NoMessages: the bag is empty.
+    """
+
+    def __init__(self, live: WatchedSystem, reader: BagReader) -> None:
+        self._live = live
+        self._reader = reader
+        self.begin_ns, self.end_ns = reader.range_ns
+        self._changed = threading.Condition()
+        self._version = 0
+        self._epoch = 0
+        self._moment_ns = self.begin_ns
+        self._is_playing = self._is_looping = self._is_closed = False
+        self._speed = 1.0
+        self._error = ""
+        self._steps: deque[tuple[int, Sequence[Connection]]] = deque(maxlen=100)
+        self._fed: set[TopicWatch] = set()
+        self._headers = {each.id: _header(each) for each in reader.connections}
+        self.system = self._new_system()
+        threading.Thread(target=self._run, name="bag", daemon=True).start()
+
+    @property
+    def layout(self) -> BagLayout | None:
+        """The index, with which another reader opens the bag at once; None for MCAP."""
+        return self._reader.layout if self._reader.layout.chunks else None
+
+    @property
+    def state(self) -> PlaybackState:
+        with self._changed:
+            return PlaybackState(
+                self._epoch,
+                self._moment_ns / NS_PER_S,
+                self._is_playing,
+                self._speed,
+                self._is_looping,
+                self._error,
+            )
+
+    def close(self) -> None:
+        with self._changed:
+            self._is_closed = True
+            self._change()
+
+    def play(self, is_playing: bool) -> None:
+        """Start or pause. At the end of the bag, start from the beginning."""
+        with self._changed:
+            if is_playing and self._moment_ns >= self.end_ns:
+                self._jump(self.begin_ns)
+            self._is_playing = is_playing
+            self._change()
+
+    def set_speed(self, speed: float) -> None:
+        with self._changed:
+            self._speed = min(max(speed, LOWEST_SPEED), HIGHEST_SPEED)
+            self._change()
+
+    def set_loop(self, is_looping: bool) -> None:
+        with self._changed:
+            self._is_looping = is_looping
+            self._change()
+
+    def jump(self, moment_ns: int) -> None:
+        with self._changed:
+            self._jump(moment_ns)
+
+    def step(self, direction: int, topics: Sequence[str]) -> None:
+        """Pause, and go to the next (1) or previous (-1) message on the topics; by default, on any."""
+        wanted = [each for each in self._reader.connections if not topics or each.topic in topics]
+        with self._changed:
+            self._is_playing = False
+            self._steps.append((direction, wanted))
+            self._change()
+
+    def _change(self) -> None:
+        self._version += 1
+        self._changed.notify_all()
+
+    def _jump(self, moment_ns: int) -> None:
+        self._moment_ns = min(max(moment_ns, self.begin_ns), self.end_ns)
+        self._epoch += 1
+        self._fed.clear()
+        self._error = ""
+        self.system = self._new_system()
+        self._change()
+
+    def _new_system(self) -> BagSystem:
+        types = {each.topic: each.type for each in self._reader.connections}
+        publishers: dict[str, list[str]] = {}
+        for each in self._reader.connections:
+            nodes = publishers.setdefault(each.topic, [])
+            if each.callerid and each.callerid not in nodes:
+                nodes.append(each.callerid)
+        system = BagSystem(self._live, BagTopics(self._live, self._note_change, self._now_s), self._now_s)
+        system.observation = Observation(state=SystemState(publishers, {}, {}), types=types)
+        return system
+
+    def _note_change(self) -> None:
+        with self._changed:
+            self._change()
+
+    def _now_s(self) -> float:
+        return self._moment_ns / NS_PER_S
+
+    def _run(self) -> None:
+        try:
+            while self._turn():
+                pass
+        finally:
+            self._reader.close()
+
+    def _turn(self) -> bool:
+        """Do what is due. Return False once the playback is closed."""
+        with self._changed:
+            version, moment_ns = self._version, self._moment_ns
+            watches = self.system.topics.watches()
+            self._fed &= set(watches)
+            fresh = [watch for watch in watches if watch not in self._fed]
+            self._fed |= set(fresh)
+            step = self._steps.popleft() if self._steps else None
+            if self._is_closed:
+                return False
+            if not fresh and step is None and not self._is_playing:
+                self._changed.wait()
+                return True
+        try:
+            for watch in fresh:
+                self._lead(watch, moment_ns)
+            if step is not None:
+                self._step(*step, watches, moment_ns)
+            elif self._is_playing:
+                self._play(watches, version, moment_ns)
+        except (BagError, OSError) as error:
+            with self._changed:
+                self._error = str(error)
+                self._is_playing = False
+        return True
+
+    def _lead(self, watch: TopicWatch, moment_ns: int) -> None:
+        """Pass on the messages of a topic that were current at the moment."""
+        connections = self._connections(watch.topic)
+        if watch.topic == CLOCK_TOPIC:
+            self._tick([watch], moment_ns)
+        elif connections and watch.topic in LEAD_S:
+            lead_s = LEAD_S[watch.topic]
+            begin_ns = self.begin_ns if lead_s is None else moment_ns - round(lead_s * NS_PER_S)
+            found = self._reader.stored_messages(connections, max(begin_ns, 0), moment_ns)
+            for message in deque(found, maxlen=LEADING_MESSAGES):
+                self._deliver([watch], message, is_leading=True)
+        elif connections:
+            newest = newest_before(self._reader, connections, moment_ns)
+            if newest is not None:
+                self._deliver([watch], newest, is_leading=True)
+
+    def _step(
+        self, direction: int, wanted: Sequence[Connection], watches: Sequence[TopicWatch], moment_ns: int
+    ) -> None:
+        if direction < 0:
+            found = newest_before(self._reader, wanted, moment_ns - 1)
+            self.jump(found.time_ns if found is not None else self.begin_ns)
+            return
+        following = next(iter(self._reader.stored_messages(wanted, moment_ns + 1)), None)
+        target_ns = self.end_ns if following is None else following.time_ns
+        by_topic = self._by_topic(watches)
+        for message in self._reader.stored_messages(self._of(by_topic), moment_ns + 1, target_ns):
+            self._deliver(by_topic[message.connection.topic], message)
+        with self._changed:
+            self._moment_ns = target_ns
+        self._tick(watches, target_ns)
+
+    def _play(self, watches: Sequence[TopicWatch], version: int, moment_ns: int) -> None:
+        by_topic = self._by_topic(watches)
+        clock = PlaybackClock(moment_ns, time.monotonic_ns(), self._speed)
+        for message in self._reader.stored_messages(self._of(by_topic), moment_ns + 1):
+            if not self._wait_until(message.time_ns, clock, version, watches):
+                return
+            self._deliver(by_topic[message.connection.topic], message)
+        if not self._wait_until(self.end_ns, clock, version, watches):
+            return
+        with self._changed:
+            if self._is_looping:
+                self._jump(self.begin_ns)
+            else:
+                self._is_playing = False
+
+    def _wait_until(
+        self, time_ns: int, clock: PlaybackClock, version: int, watches: Sequence[TopicWatch]
+    ) -> bool:
+        """Wait until a message is due. Return False if something else is to be done first."""
+        while True:
+            with self._changed:
+                now_ns = time.monotonic_ns()
+                left_s = (clock.due(time_ns) - now_ns) / NS_PER_S
+                if version != self._version:
+                    return False
+                moment_ns = max(self._moment_ns, min(time_ns, clock.bag_time(now_ns)))
+                # The message at `time_ns` itself is read again if the playback is interrupted before it.
+                self._moment_ns = time_ns if left_s <= 0 else min(moment_ns, time_ns - 1)
+                if left_s > 0:
+                    self._changed.wait(min(left_s, TICK_S))
+            if left_s <= 0:
+                return True
+            self._tick(watches, moment_ns)
+
+    def _connections(self, topic: str) -> list[Connection]:
+        found = [each for each in self._reader.connections if each.topic == topic]
+        if not found and topic == LOG_TOPICS[0]:
+            return self._connections(LOG_TOPICS[1])
+        return found
+
+    def _by_topic(self, watches: Sequence[TopicWatch]) -> dict[str, list[TopicWatch]]:
+        """Return the watches by the topics of the bag that feed them."""
+        found: dict[str, list[TopicWatch]] = {}
+        for watch in watches:
+            for topic in {each.topic for each in self._connections(watch.topic)} - {CLOCK_TOPIC}:
+                found.setdefault(topic, []).append(watch)
+        return found
+
+    def _of(self, topics: Mapping[str, object]) -> list[Connection]:
+        return [each for each in self._reader.connections if each.topic in topics]
+
+    def _deliver(
+        self, watches: Iterable[TopicWatch], stored: StoredMessage, *, is_leading: bool = False
+    ) -> None:
+        message = AnyMsg(stored.data)
+        message._connection_header = self._headers[stored.connection.id]
+        for watch in watches:
+            watch.note(message, stored.time_ns / NS_PER_S, is_leading=is_leading)
+
+    def _tick(self, watches: Iterable[TopicWatch], moment_ns: int) -> None:
+        """Pass the bag's time to the tabs that use `/clock`."""
+        for watch in watches:
+            if watch.topic == CLOCK_TOPIC:
+                kind = load_message_class("rosgraph_msgs/Clock")
+                seconds, nanoseconds = divmod(moment_ns, NS_PER_S)
+                message = AnyMsg(seconds.to_bytes(4, "little") + nanoseconds.to_bytes(4, "little"))
+                message._connection_header = {"type": kind._type, "md5sum": kind._md5sum}
+                watch.note(message, moment_ns / NS_PER_S)
+
+
+def newest_before(
+    reader: BagReader, connections: Sequence[Connection], moment_ns: int
+) -> StoredMessage | None:
+    """Return the newest message at a moment or before. Reads backwards in growing windows of time."""
+    try:
+        begin_ns = reader.range_ns[0]
+    except NoMessages:
+        return None
+    end_ns, window_ns = moment_ns, FIRST_WINDOW_NS
+    while connections and end_ns >= begin_ns:
+        first_ns = max(begin_ns, end_ns - window_ns)
+        newest = deque(reader.stored_messages(connections, first_ns, end_ns), maxlen=1)
+        if newest:
+            return newest[0]
+        end_ns, window_ns = first_ns - 1, window_ns * WINDOW_GROWTH
+    return None
+
+
+def _header(connection: Connection) -> dict[str, str]:
+    """Return a connection's header as that of a publisher."""
+    fields: Mapping[str, str] = {
+        name: value.decode("utf-8", "replace") for name, value in connection.header.items()
+    }
+    return {"callerid": "", **fields}

@@ -1,0 +1,358 @@
+// InteractiveMarkers: markers with controls that the mouse moves, and menus.
+
+import * as THREE from "three";
+import { h } from "../../dom.js";
+import { markersOf, titleOf, unit } from "../default_controls.js";
+import { Drag, MODE, rayAt } from "../dragging.js";
+import { withoutSlash } from "../display.js";
+import { TransformError } from "../frames.js";
+import { InteractiveClient } from "../interactive_client.js";
+import { composed, inverted, isFinitePose, normalized, poseOf } from "../pose.js";
+import { axes, dispose, place } from "../shapes.js";
+import { Markers, problemOf } from "./markers.js";
+
+const MOST = 2000; // interactive markers of a display
+const MOST_CONTROLS = 200; // of one of them
+const UPDATE = /\/update$/;
+const QUEUE = 100;
+const KEEP_ALIVE_MS = 250;
+const EVENT = { keepAlive: 0, poseUpdate: 1, menuSelect: 2, buttonClick: 3, mouseDown: 4, mouseUp: 5 };
+const ORIENTATION = { inherit: 0, fixed: 1, viewFacing: 2 };
+const FEEDBACK_COMMAND = 0;
+const GLOW = { hover: 0.3, active: 0.5 };
+
+export class InteractiveMarkers extends Markers {
+  begin() {
+    super.begin();
+    this.entries = new Map(); // "server/name" to the shown marker
+    this.held = null; // {entry, control, drag} while a button is down
+    const topic = this.scene.topicName(this.get("Update Topic"));
+    if (!topic || !UPDATE.test(topic)) {
+      this.setStatus("Topic", "error", topic ? "Invalid topic name: the topic must end in /update" : "Error subscribing: Empty topic name");
+      return;
+    }
+    this.base = topic.replace(UPDATE, "");
+    this.client = new InteractiveClient({
+      add: (server, marker) => this.put(server, marker),
+      move: (server, pose) => this.shift(`${server}/${pose.name}`, pose),
+      erase: (server, name) => this.erase(`${server}/${name}`),
+      clear: (server) => this.eraseOf(server),
+      say: (level, text) => this.setStatus("Topic", level, text),
+      resubscribe: () => this.listenForStates(),
+    });
+    this.setStatus("Topic", "warning", "Waiting for the state of a server");
+    const failed = (text) => this.setStatus("Topic", "error", text);
+    this.stops.push(this.scene.subscribe(topic, QUEUE, (update) => this.client.update(update, performance.now()), failed));
+    this.listenForStates();
+    if (this.canAct) this.send(null);
+  }
+
+  listenForStates() {
+    this.stopStates?.();
+    this.stopStates = this.scene.subscribe(`${this.base}/update_full`, QUEUE, (state) => this.client.initialize(state, performance.now()), (text) => this.setStatus("Topic", "error", text));
+  }
+
+  end() {
+    this.stopStates?.();
+    this.stopStates = null;
+    this.closeMenu();
+    this.held = null;
+  }
+
+  // The state comes once: after a change of the fixed frame or a jump of time it is only placed anew.
+  reset() {
+    if (!this.isOn) {
+      super.reset();
+      this.entries = new Map();
+    } else for (const entry of this.entries.values()) entry.isPlaced = false;
+  }
+
+  get canAct() {
+    return this.scene.context.control;
+  }
+
+  // -- markers ------------------------------------------------------------------------------------------------------------
+
+  put(server, message) {
+    const key = `${server}/${message.name}`;
+    this.erase(key);
+    const pose = poseOf(message.pose);
+    if (!isFinitePose(pose) || !Number.isFinite(message.scale)) {
+      this.setStatus(message.name, "error", "Marker contains invalid floating point values (nans or infs)");
+      return;
+    }
+    if (this.entries.size >= MOST) {
+      this.setStatus("Markers", "error", `More than ${MOST} interactive markers are not shown.`);
+      return;
+    }
+    this.dropStatus(message.name);
+    const entry = { message, key, server, header: message.header, pose: normalized(pose), holder: new THREE.Group(), body: new THREE.Group(), controls: [], isPlaced: false, pending: null };
+    const scale = message.scale || 1;
+    entry.holder.add(entry.body);
+    this.root.add(entry.holder);
+    this.entries.set(key, entry);
+    for (const control of message.controls.slice(0, MOST_CONTROLS)) this.addControl(entry, control, scale);
+    const extras = new THREE.Group();
+    if (this.get("Show Descriptions") && message.description) this.addShape(extras, titleOf(message.description, scale), message.name);
+    if (this.get("Show Axes")) extras.add(axes(scale, 0.05 * scale));
+    entry.body.add(extras);
+    this.arrange(entry);
+    this.scene.invalidate();
+  }
+
+  addControl(entry, control, scale) {
+    const group = new THREE.Group();
+    const made = { ...control, orientation: unit(control.orientation), group, turned: 0 };
+    const markers = markersOf({ ...control, orientation: made.orientation }, scale, this.get("Enable Transparency") ? 0.5 : 1);
+    for (const marker of markers) this.addShape(group, marker, `${entry.message.name}/${control.name}`);
+    group.traverse((each) => { each.userData.control = made; });
+    made.entry = entry;
+    entry.controls.push(made);
+    entry.body.add(group);
+  }
+
+  addShape(parent, marker, name) {
+    const problem = problemOf(marker);
+    if (problem) {
+      this.setStatus(name, "error", problem);
+      return;
+    }
+    const object = this.draw(marker, name);
+    if (!object) return;
+    place(object, normalized(poseOf(marker.pose)));
+    parent.add(object);
+  }
+
+  // Moves a marker; while it is dragged, after that.
+  shift(key, { header, pose }) {
+    const entry = this.entries.get(key);
+    if (!entry) return;
+    if (this.held?.entry === entry) {
+      entry.pending = { header, pose };
+      return;
+    }
+    const next = poseOf(pose);
+    if (!isFinitePose(next)) return;
+    Object.assign(entry, { header, pose: normalized(next), isPlaced: false });
+    this.arrange(entry);
+  }
+
+  erase(key) {
+    const entry = this.entries.get(key);
+    if (!entry) return;
+    if (this.held?.entry === entry) this.held = null;
+    this.entries.delete(key);
+    this.root.remove(entry.holder);
+    dispose(entry.holder);
+    this.dropStatus(entry.message.name);
+  }
+
+  eraseOf(server) {
+    for (const [key, entry] of [...this.entries]) if (entry.server === server) this.erase(key);
+  }
+
+  isLocked({ header }) {
+    return header.stamp === 0n;
+  }
+
+  // Places the marker's frame: in each picture if its stamp is 0, else once.
+  arrange(entry) {
+    const frame = withoutSlash(entry.header.frame_id) || this.scene.fixedFrame;
+    const { name } = entry.message;
+    if (!entry.isPlaced) {
+      try {
+        entry.frame = this.scene.poseOf(frame, entry.header.stamp);
+        entry.isPlaced = !this.isLocked(entry);
+        entry.holder.visible = true;
+        if (entry.isLost) this.dropStatus(name);
+        entry.isLost = false;
+      } catch (error) {
+        if (!(error instanceof TransformError)) throw error;
+        entry.holder.visible = false;
+        entry.isLost = true;
+        this.setStatus(name, "error", this.scene.whyNot(frame, error));
+        return;
+      }
+    }
+    place(entry.holder, entry.frame);
+    entry.body.position.set(entry.pose[0], entry.pose[1], entry.pose[2]);
+    const own = new THREE.Quaternion(entry.pose[3], entry.pose[4], entry.pose[5], entry.pose[6]);
+    for (const control of entry.controls) {
+      const { group } = control;
+      group.visible = control.always_visible || this.scene.isInteracting;
+      if (control.orientation_mode === ORIENTATION.fixed) group.quaternion.setFromAxisAngle(this.axisOf(control), control.turned);
+      else if (control.orientation_mode === ORIENTATION.viewFacing && !control.independent_marker_orientation) group.quaternion.copy(this.facing(entry));
+      else group.quaternion.copy(own);
+    }
+    entry.body.children.at(-1).quaternion.copy(own);
+  }
+
+  // The rotation, in the marker's frame, that turns x toward the camera and z up.
+  facing(entry) {
+    const { camera } = this.scene.view;
+    const toward = camera.getWorldDirection(new THREE.Vector3()).negate();
+    const up = new THREE.Vector3(0, 1, 0).applyQuaternion(camera.quaternion);
+    const side = up.clone().cross(toward);
+    const turned = new THREE.Quaternion().setFromRotationMatrix(new THREE.Matrix4().makeBasis(toward, side, up));
+    return turned.premultiply(entry.holder.quaternion.clone().invert());
+  }
+
+  axisOf({ orientation: { x, y, z, w } }) {
+    return new THREE.Vector3(1, 0, 0).applyQuaternion(new THREE.Quaternion(x, y, z, w));
+  }
+
+  frame() {
+    this.client?.check(performance.now());
+    for (const entry of this.entries.values()) this.arrange(entry);
+    if (this.held?.drag && performance.now() - this.held.sentAt > KEEP_ALIVE_MS) this.feed(EVENT.keepAlive, this.held);
+  }
+
+  // -- mouse --------------------------------------------------------------------------------------------------------------
+
+  // Returns the control at a pixel: {display, control, point, distance}, or null.
+  find(pixel) {
+    const { view, canvas } = this.scene;
+    const caster = new THREE.Raycaster();
+    caster.camera = view.camera;
+    caster.ray.copy(rayAt(pixel, view.camera, canvas.clientWidth, canvas.clientHeight));
+    this.root.updateMatrixWorld(true);
+    const shown = [...this.entries.values()].filter(({ holder }) => holder.visible);
+    const active = shown.flatMap(({ controls }) => controls.filter(({ group, interaction_mode: mode }) => group.visible && mode !== MODE.none));
+    const [hit] = caster.intersectObjects(active.map(({ group }) => group), true);
+    return hit ? { display: this, control: hit.object.userData.control, point: hit.point, distance: hit.distance } : null;
+  }
+
+  press({ control, point }, pixel, button) {
+    const { entry } = control;
+    this.closeMenu();
+    if (button === 2) {
+      if (entry.message.menu_entries.length) this.openMenu(control, point, pixel);
+      return;
+    }
+    const mode = control.interaction_mode;
+    const [position, orientation] = [entry.body.getWorldPosition(new THREE.Vector3()), this.worldOrientation(entry)];
+    const axis = new THREE.Vector3(1, 0, 0).applyQuaternion(this.controlOrientation(control));
+    const drag = mode >= MODE.moveAxis ? new Drag(mode, position, orientation, axis, point.clone(), pixel) : null;
+    this.held = { entry, control, drag, point, pixel, sentAt: 0 };
+    this.glow(control, GLOW.active);
+    this.feed(EVENT.poseUpdate, this.held, point);
+    this.feed(EVENT.mouseDown, this.held, point);
+  }
+
+  drag(pixel, keys) {
+    const { held } = this;
+    if (!held?.drag) return;
+    const { view, canvas } = this.scene;
+    held.pixel = pixel;
+    if (!held.drag.move(pixel, view.camera, canvas.clientWidth, canvas.clientHeight, keys)) return;
+    const { entry, drag, control } = held;
+    const world = [...drag.position.toArray(), ...drag.orientation.toArray()];
+    if (control.orientation_mode === ORIENTATION.fixed && control.interaction_mode === MODE.rotateAxis) control.turned = turnAbout(drag.axis, drag.start.orientation, drag.orientation);
+    entry.pose = composed(inverted(entry.frame), world);
+    this.arrange(entry);
+    this.feed(EVENT.poseUpdate, held);
+    this.scene.invalidate();
+  }
+
+  release(pixel) {
+    const { held } = this;
+    this.held = null;
+    if (!held) return;
+    const { control, entry, point } = held;
+    this.glow(control, 0);
+    this.feed(EVENT.poseUpdate, held, point);
+    this.feed(EVENT.mouseUp, held, point);
+    const there = this.find(pixel);
+    if (there?.control === control && control.interaction_mode === MODE.button) this.feed(EVENT.buttonClick, held, point);
+    if (there?.control === control && control.interaction_mode === MODE.menu) this.openMenu(control, point, pixel);
+    if (entry.pending) this.shift(entry.key, entry.pending);
+    entry.pending = null;
+  }
+
+  // Highlights the control under the mouse.
+  hover(control) {
+    if (this.hovered === control) return;
+    if (this.hovered) this.glow(this.hovered, 0);
+    this.hovered = control;
+    if (control) this.glow(control, GLOW.hover);
+  }
+
+  glow({ group }, amount) {
+    group.traverse(({ material }) => material?.emissive?.setScalar(amount));
+    this.scene.invalidate();
+  }
+
+  worldOrientation({ holder, pose }) {
+    return holder.quaternion.clone().multiply(new THREE.Quaternion(pose[3], pose[4], pose[5], pose[6]));
+  }
+
+  // Returns the orientation of a control's x axis in the fixed frame.
+  controlOrientation(control) {
+    const { entry, orientation: { x, y, z, w } } = control;
+    const own = new THREE.Quaternion(x, y, z, w);
+    if (control.orientation_mode === ORIENTATION.fixed) return entry.holder.quaternion.clone().multiply(own);
+    if (control.orientation_mode === ORIENTATION.viewFacing) return entry.holder.quaternion.clone().multiply(this.facing(entry));
+    return this.worldOrientation(entry).multiply(own);
+  }
+
+  // -- menus --------------------------------------------------------------------------------------------------------------
+
+  openMenu(control, point, [x, y]) {
+    const { entry } = control;
+    const level = (parent, depth) => entry.message.menu_entries.filter((each) => each.parent_id === parent && each.id !== parent).slice(0, 200).flatMap((each) => {
+      const children = depth < 10 ? level(each.id, depth + 1) : [];
+      const [, box, title] = /^(\[[ x]\])?\s*(.*)$/s.exec(each.title) ?? [];
+      const isRefused = each.command_type !== FEEDBACK_COMMAND;
+      const mark = box ? (box === "[x]" ? "☑ " : "☐ ") : "";
+      const chosen = () => {
+        this.closeMenu();
+        this.feed(EVENT.menuSelect, { entry, control }, point, each.id);
+      };
+      const item = children.length ? h("div", { class: "pale" }, mark + title) : h("button", { role: "menuitem", disabled: isRefused || !this.canAct, title: isRefused ? "Starts a program, which the page does not do" : "", onclick: chosen }, mark + title);
+      item.style.marginLeft = `${depth}rem`;
+      return [item, ...children];
+    });
+    this.menu = h("div", { class: "scene-menu", role: "menu" }, level(0, 0));
+    this.menu.style.left = `${x}px`;
+    this.menu.style.top = `${y}px`;
+    this.scene.canvas.after(this.menu);
+    this.menu.querySelector("button:not([disabled])")?.focus();
+  }
+
+  closeMenu() {
+    this.menu?.remove();
+    this.menu = null;
+  }
+
+  // -- feedback -----------------------------------------------------------------------------------------------------------
+
+  // Publishes feedback as rviz does: in the marker's frame if its stamp is 0, else in the fixed frame.
+  feed(event, { entry, control }, point = null, menuEntry = 0) {
+    if (this.held) this.held.sentAt = performance.now();
+    const isLocked = this.isLocked(entry);
+    const world = composed(entry.frame, entry.pose);
+    const shown = isLocked ? entry.pose : world;
+    const at = point ? (isLocked ? composed(inverted(entry.frame), [point.x, point.y, point.z, 0, 0, 0, 1]) : point.toArray()) : [0, 0, 0];
+    this.send({
+      header: { frame_id: isLocked ? withoutSlash(entry.header.frame_id) : this.scene.fixedFrame },
+      client_id: this.name,
+      marker_name: entry.message.name,
+      control_name: control.name,
+      event_type: event,
+      pose: { position: { x: shown[0], y: shown[1], z: shown[2] }, orientation: { x: shown[3], y: shown[4], z: shown[5], w: shown[6] } },
+      menu_entry_id: menuEntry,
+      mouse_point: { x: at[0], y: at[1], z: at[2] },
+      mouse_point_valid: Boolean(point),
+    });
+  }
+
+  send(feedback) {
+    this.scene.context.act("scene_feedback", { name: `${this.base}/feedback`, feedback }).catch((problem) => this.setStatus("Feedback", "error", problem.message));
+  }
+}
+
+// Returns the angle about an axis between two orientations.
+function turnAbout(axis, from, to) {
+  const { x, y, z, w } = to.clone().multiply(from.clone().invert());
+  return 2 * Math.atan2(axis.x * x + axis.y * y + axis.z * z, w);
+}

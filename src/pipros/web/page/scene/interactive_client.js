@@ -1,0 +1,77 @@
+// The client side of the interactive markers' protocol: which markers each server has. Pure.
+//
+// A server publishes its whole state on `update_full` (latched), and each change on `update`, numbered one after the
+// other. A client is ready as soon as it has a state and all changes since; after a gap it waits for another state.
+
+const MOST_QUEUED = 100;
+const MOST_SERVERS = 100;
+const SILENT_MS = 2000;
+const KEEP_ALIVE = 0;
+
+export class InteractiveClient {
+  // `sink` has add(server, marker), move(server, pose), erase(server, name), clear(server), and say(level, text).
+  constructor(sink) {
+    this.sink = sink;
+    this.servers = new Map(); // id to {seq, isReady, queue, seenAt}
+  }
+
+  server(id) {
+    if (!this.servers.has(id)) {
+      if (this.servers.size >= MOST_SERVERS) throw new Error(`More than ${MOST_SERVERS} servers on one topic`);
+      this.servers.set(id, { seq: 0n, isReady: false, queue: [], seenAt: 0 });
+    }
+    return this.servers.get(id);
+  }
+
+  // Takes a whole state.
+  initialize({ server_id: id, seq_num: number, markers }, nowMs) {
+    const server = this.server(id);
+    server.seenAt = nowMs;
+    const seq = BigInt(number);
+    if (server.isReady) return;
+    const later = server.queue.filter((update) => BigInt(update.seq_num) > seq);
+    if (later.length && BigInt(later[0].seq_num) !== seq + 1n) return; // an old state
+    Object.assign(server, { seq, isReady: true, queue: [] });
+    this.sink.clear(id);
+    for (const marker of markers) this.sink.add(id, marker);
+    this.sink.say("ok", "OK");
+    for (const update of later) this.update(update, nowMs);
+  }
+
+  // Takes a change, or a sign of life.
+  update(update, nowMs) {
+    const { server_id: id } = update;
+    const server = this.server(id);
+    server.seenAt = nowMs;
+    const seq = BigInt(update.seq_num);
+    const isAlive = update.type === KEEP_ALIVE;
+    if (!server.isReady) {
+      if (isAlive) return;
+      server.queue.push(update);
+      if (server.queue.length > MOST_QUEUED) server.queue.shift();
+      return;
+    }
+    if (seq !== (isAlive ? server.seq : server.seq + 1n)) {
+      this.restart(id, server);
+      if (!isAlive) server.queue.push(update);
+      return;
+    }
+    if (isAlive) return;
+    server.seq = seq;
+    for (const marker of update.markers) this.sink.add(id, marker);
+    for (const pose of update.poses) this.sink.move(id, pose);
+    for (const name of update.erases) this.sink.erase(id, name);
+  }
+
+  restart(id, server) {
+    Object.assign(server, { isReady: false, queue: [] });
+    this.sink.clear(id);
+    this.sink.say("warning", `Lost updates of server ${id}; waiting for its whole state.`);
+    this.sink.resubscribe();
+  }
+
+  // Reports servers without a sign of life.
+  check(nowMs) {
+    for (const [id, { isReady, seenAt }] of this.servers) if (isReady && nowMs - seenAt > SILENT_MS) this.sink.say("warning", `No update received for ${Math.floor((nowMs - seenAt) / 1000)} seconds from server ${id}`);
+  }
+}

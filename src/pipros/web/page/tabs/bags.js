@@ -1,0 +1,131 @@
+// Bags: a timeline that plays a bag for all tabs. The address contains the name of the bag.
+
+import { playback, elapsed } from "../bags/playback.js";
+import { timeline } from "../bags/timeline.js";
+import { bytes, download, h, replace } from "../dom.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+export function open(view, argument, context) {
+  const choice = h("select", { "aria-label": "Bag", onchange: () => { context.remember(choice.value); playback.open(choice.value); } });
+  const figures = h("span", { class: "pale" });
+  const error = h("div", { class: "error", role: "alert" });
+  const hint = h("div", { class: "note" });
+  const progress = h("progress", { max: 1, "aria-label": "Reading the bag", hidden: true });
+  const button = (text, title, onclick) => h("button", { "aria-label": title, title, onclick }, text);
+  const play = button("▶", "Play", () => playback.control({ play: !playback.state?.playing }));
+  const step = (direction) => playback.control({ step: direction, topics: tracks.topics() });
+  const speed = h("select", { "aria-label": "Speed", onchange: () => playback.control({ speed: Number(speed.value) }) }, SPEEDS.map((value) => h("option", { value, selected: value === 1 }, `${value}×`)));
+  const loop = h("input", { type: "checkbox", onchange: () => playback.control({ loop: loop.checked }) });
+  const moment = h("output", { class: "mono", "aria-label": "Moment in the bag" });
+  const goal = h("input", { size: 8, placeholder: "1:02.5", "aria-label": "Jump to" });
+  const controls = h("div", { class: "bar transport", hidden: true },
+    button("|◀", "To the beginning", () => jump(playback.bag.begin)), button("◂|", "Previous message", () => step(-1)), play, button("▸|", "Next message", () => step(1)),
+    speed, h("label", {}, loop, "Loop"), moment,
+    h("form", { onsubmit: (event) => { event.preventDefault(); jumpToText(goal.value); } }, goal, h("button", {}, "Jump")));
+  const form = h("select", { "aria-label": "Format" }, [["bag", "Bag"], ["csv", "CSV"], ["images", "Images"]].map(([value, text]) => h("option", { value }, text)));
+  const exported = h("button", { title: "Save the checked topics: the part selected with Shift, or all", onclick: () => save() }, "Export");
+  const tracks = timeline({ jump: (time) => jump(time), select: (range) => { selection = range; replace(exported, range ? "Export selection" : "Export"); }, choose: () => {} });
+  let selection = null; // [from, to]
+  controls.append(h("span", { class: "spring" }), form, exported);
+  view.append(h("div", { class: "column" },
+    h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), button("Close", "Close the bag", () => { context.remember(""); playback.close(); })),
+    error, controls, hint, h("div", { class: "scroll" }, tracks.element)));
+  tracks.element.hidden = true;
+  let shown = null; // the bag whose tracks are shown
+  let names = [];
+  let folder = null;
+
+  context.watch("bags", {}, (data) => {
+    folder = data.folder;
+    names = data.bags.map((bag) => bag.name);
+    const wanted = [["", "Choose a bag"], ...data.bags.map((bag) => [bag.name, `${bag.name} (${bytes(bag.size)})`])];
+    if (wanted.map(([, text]) => text).join("\n") !== [...choice.options].map((option) => option.textContent).join("\n")) {
+      replace(choice, wanted.map(([name, text]) => h("option", { value: name }, text)));
+      choice.value = playback.name;
+    }
+    show();
+  }, (problem) => replace(error, problem));
+
+  // Saves the selected part, whose pieces come one after the other.
+  function save() {
+    const { bag } = playback;
+    const [begin, end] = selection ?? [bag.begin, bag.end];
+    const pieces = [];
+    exported.disabled = true;
+    const finish = (text) => { exported.disabled = false; replace(error, text); stop(); };
+    const stop = context.watch("bag_export", { name: bag.name, format: form.value, topics: tracks.topics(), begin, end }, (data) => {
+      if (!data.done) { pieces.push(data); return; }
+      const name = bag.name.split("/").at(-1).replace(/\.(bag|mcap|bag\.active)$/, "");
+      download(`${name}-part.${form.value === "bag" ? "bag" : "zip"}`, new Blob(pieces), "application/octet-stream");
+      finish("");
+    }, (problem) => problem && finish(problem), { always: true });
+  }
+
+  // While a jump is under way, only the newest goal is kept: dragging asks for many.
+  let isJumping = false;
+  let next = null;
+  async function jump(time) {
+    next = time;
+    if (playback.bag) tracks.setMoment(time);
+    if (isJumping) return;
+    isJumping = true;
+    while (next !== null) {
+      const goalTime = next;
+      next = null;
+      await playback.control({ jump: goalTime });
+    }
+    isJumping = false;
+  }
+
+  function jumpToText(text) {
+    const [seconds, minutes = "0"] = text.trim().split(":").reverse();
+    const time = Number(minutes) * 60 + Number(seconds);
+    if (text.trim() && Number.isFinite(time)) jump(playback.bag.begin + time);
+  }
+
+  function show() {
+    const { bag, state, opening, name } = playback;
+    replace(error, playback.error || state?.error || "");
+    progress.hidden = opening === null || !name;
+    if (opening) progress.value = opening;
+    else progress.removeAttribute("value");
+    controls.hidden = tracks.element.hidden = !bag;
+    hint.hidden = Boolean(bag);
+    replace(hint, hintText(name));
+    choice.value = name;
+    if (!bag) shown = null;
+    if (bag && state) showBag(bag, state);
+    else replace(figures);
+  }
+
+  function hintText(name) {
+    if (folder === null) return "";
+    if (folder === "") return "Start the command with --bags DIR to open the bags in a folder.";
+    if (name) return "Reading the bag …";
+    return names.length ? "While a bag is open, all tabs show its moment instead of the running system." : `There are no bags in ${folder}.`;
+  }
+
+  function showBag(bag, state) {
+    if (shown !== bag) {
+      shown = bag;
+      tracks.show(bag);
+      replace(figures, `${bytes(bag.size)}, ${elapsed(bag.end - bag.begin)}, from ${new Date(bag.begin * 1000).toLocaleString("en-GB")}${bag.damage.length ? `; damaged: ${bag.damage[0]}` : ""}`);
+    }
+    if (next === null) tracks.setMoment(state.moment);
+    moment.textContent = `${elapsed(state.moment - bag.begin)} / ${elapsed(bag.end - bag.begin)}`;
+    speed.value = String(state.speed);
+    loop.checked = state.loop;
+    const action = state.playing ? "Pause" : "Play";
+    if (play.title === action) return;
+    play.setAttribute("aria-label", action);
+    play.title = action;
+    replace(play, state.playing ? "‖" : "▶");
+  }
+
+  playback.addEventListener("change", show, { signal: context.signal });
+  context.signal.addEventListener("abort", () => tracks.close());
+  if (argument && playback.name !== argument) playback.open(argument);
+  show();
+  return { go: (name) => { if (name !== playback.name) playback.open(name); } };
+}

@@ -1,0 +1,258 @@
+"""Bags on the page: `rqt_bag`. Opens bags of a folder, and plays them for the other tabs."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+import json
+import math
+import tempfile
+from collections.abc import AsyncIterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any, Final
+
+from pipros.bag.errors import BagError, NoMessages, NotIndexed
+from pipros.bag.layout import BagLayout
+from pipros.bag.opening import is_mcap, open_bag
+from pipros.bag.reader import BagReader
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text, process_limits
+from pipros.msg import load_message_class
+from pipros.msg.time import NS_PER_S
+from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.web.bag_export import FORMATS, export
+from pipros.web.bag_folder import BagFolder
+from pipros.web.bag_playback import BagPlayback, newest_before
+from pipros.web.bag_tracks import BINS, tracks
+from pipros.web.bounded_list import bounded_list
+from pipros.web.browser_share import bag_of_browser
+from pipros.web.server import RequestRefused
+from pipros.web.views.images import packed
+from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
+
+STATE_INTERVAL_S: Final = 0.1
+CLOSING_TURNS: Final = 20
+LIST_INTERVAL_S: Final = 2.0
+PIECE_BYTES: Final = 1_000_000
+THUMBNAIL_BYTES: Final = 30_000
+MOST_THUMBNAILS: Final = 60
+
+
+class _Cancelled(BagError):
+    """The browser no longer waits for the bag."""
+
+
+@dataclass(slots=True)
+class _Opening:
+    """How much of a bag without an index has been read."""
+
+    share: float = 0.0
+    is_cancelled: bool = False
+
+    def note(self, share: float) -> None:
+        self.share = round(min(share, 1.0), 3)
+        if self.is_cancelled:
+            raise _Cancelled("cancelled")
+
+
+class BagViews:
+    """The views and actions of the Bags tab.
+
+    Args:
+        folder: the bags that browsers may open; None if there are none.
+    """
+
+    def __init__(self, system: WatchedSystem, folder: BagFolder | None) -> None:
+        self._system = system
+        self._folder = folder
+        self._open_bags = 0
+
+    async def bags(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the names and sizes of the bags in the folder."""
+        while True:
+            names = [] if self._folder is None else await self._system.questions.run(self._folder.names)
+            yield {
+                "bags": bounded_list([{"name": name, "size": size} for name, size in names]),
+                "folder": "" if self._folder is None else str(self._folder.path),
+            }
+            await asyncio.sleep(LIST_INTERVAL_S)
+
+    async def bag(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Open a bag, and yield its tracks, then the state of its playback until the view is closed.
+
+        Meanwhile, the other views of this browser show the bag's moment.
+        """
+        limit = process_limits().page_bags
+        if self._open_bags >= limit:
+            raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
+        browser = bag_of_browser()
+        for _ in range(CLOSING_TURNS):  # the view of the previous bag may still be ending
+            if browser.playback is None:
+                break
+            await asyncio.sleep(STATE_INTERVAL_S)
+        else:
+            raise RequestRefused("this browser has already opened a bag")
+        self._open_bags += 1
+        opening = _Opening()
+        playback: BagPlayback | None = None
+        try:
+            future = self._system.computations.start(self._opened, arguments.get("name"), opening)
+            waiting = asyncio.wrap_future(future)
+            while not waiting.done():
+                yield {"opening": opening.share}
+                await asyncio.wait([waiting], timeout=STATE_INTERVAL_S)
+            reader, description = waiting.result()
+            try:
+                playback = BagPlayback(self._system, reader)
+            except NoMessages as error:
+                reader.close()
+                raise RequestRefused(str(error)) from None
+            browser.playback = playback
+            yield {"bag": description}
+            shown: Any = None
+            while True:
+                state = dataclasses.asdict(playback.state)
+                if state != shown:
+                    shown = state
+                    yield {"state": state}
+                await asyncio.sleep(STATE_INTERVAL_S)
+        finally:
+            self._open_bags -= 1
+            opening.is_cancelled = True
+            if playback is not None:
+                browser.playback = browser.views = None
+                playback.close()
+
+    async def bag_control(self, arguments: Mapping[str, Any]) -> Any:
+        """Play, pause, step, jump or change the speed of the bag that this browser has opened."""
+        playback = _playback()
+        if isinstance(arguments.get("play"), bool):
+            playback.play(arguments["play"])
+        if isinstance(arguments.get("loop"), bool):
+            playback.set_loop(arguments["loop"])
+        if "speed" in arguments:
+            playback.set_speed(_number(arguments, "speed"))
+        if "jump" in arguments:
+            playback.jump(round(_number(arguments, "jump") * NS_PER_S))
+        if arguments.get("step") in (1, -1):
+            topics = arguments.get("topics", [])
+            playback.step(arguments["step"], list(map(str, topics)) if isinstance(topics, list) else [])
+        return dataclasses.asdict(playback.state)
+
+    async def bag_thumbnails(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield small images of a topic at some moments: a JSON header, a newline, pixels."""
+        path, topic = self._path(arguments.get("name")), topic_name({"name": arguments.get("topic")})
+        times = arguments.get("times")
+        if not isinstance(times, list) or len(times) > MOST_THUMBNAILS:
+            raise RequestRefused(f"times must be a list of at most {MOST_THUMBNAILS} numbers")
+        moments = [round(_number({"time": each}, "time") * NS_PER_S) for each in times]
+        layout = _playback().layout
+        for moment_ns in moments:
+            found = await self._system.computations.run(_thumbnail, path, layout, topic, moment_ns)
+            if found is not None:
+                yield found
+
+    async def bag_export(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield a part of a bag as a file: its pieces as bytes, then `{"done": true}`."""
+        path, form, topics = (
+            self._path(arguments.get("name")),
+            arguments.get("format"),
+            arguments.get("topics"),
+        )
+        if form not in FORMATS or not isinstance(topics, list) or not topics:
+            raise RequestRefused(f"format must be one of {', '.join(FORMATS)}, and topics a list of names")
+        range_ns = tuple(round(_number(arguments, key) * NS_PER_S) for key in ("begin", "end"))
+        wanted = {topic_name({"name": each}) for each in topics}
+        work = self._system.computations.run
+        with tempfile.TemporaryFile() as file:
+            await work(_export, path, _playback().layout, wanted, (range_ns[0], range_ns[1]), form, file)
+            file.seek(0)
+            while piece := await work(file.read, PIECE_BYTES):
+                yield piece
+        yield {"done": True}
+
+    def _path(self, name: object) -> Any:
+        if self._folder is None:
+            raise RequestRefused("this page has no folder of bags; start it with --bags DIR")
+        try:
+            return self._folder.find(name)
+        except BagError as error:
+            raise RequestRefused(str(error)) from None
+
+    def _opened(self, name: object, opening: _Opening) -> tuple[BagReader, Mapping[str, Any]]:
+        path = self._path(name)
+        try:
+            try:
+                reader = open_bag(path)
+            except NotIndexed:
+                if is_mcap(path):
+                    raise
+                size = max(path.stat().st_size, 1)
+                reader = BagReader(path, rebuild_index=True, progress=lambda at: opening.note(at / size))
+        except (BagError, OSError) as error:
+            raise RequestRefused(f"cannot open {name}: {error}") from None
+        try:
+            begin_ns, end_ns = reader.range_ns
+            description = {
+                "name": name,
+                "begin": begin_ns / NS_PER_S,
+                "end": end_ns / NS_PER_S,
+                "size": reader.size,
+                "bins": BINS,
+                "damage": reader.damage[:3],
+                "tracks": bounded_list(map(dataclasses.asdict, tracks(reader))),
+            }
+        except (BagError, OSError) as error:
+            reader.close()
+            raise RequestRefused(f"cannot open {name}: {error}") from None
+        if opening.is_cancelled:
+            reader.close()
+        return reader, description
+
+
+def _playback() -> BagPlayback:
+    playback: BagPlayback | None = bag_of_browser().playback
+    if playback is None:
+        raise RequestRefused("this browser has not opened a bag")
+    return playback
+
+
+def _number(arguments: Mapping[str, Any], key: str) -> float:
+    value = arguments.get(key)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+        raise RequestRefused(f"{key} must be a number >= 0, got {value!r:.100}")
+    return float(value)
+
+
+def _export(
+    path: Path,
+    layout: BagLayout | None,
+    topics: set[str],
+    range_ns: tuple[int, int],
+    form: str,
+    file: IO[bytes],
+) -> None:
+    with open_bag(path) if layout is None else BagReader(path, layout=layout) as reader:
+        try:
+            export(reader, topics, range_ns, form, file, process_limits().page_export_bytes)
+        except PiprosError as error:
+            raise RequestRefused(str(error)) from None
+
+
+def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:
+    """Return a small image of a topic at a moment, or None if there is none that can be shown."""
+    with open_bag(path) if layout is None else BagReader(path, layout=layout) as reader:
+        connections = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
+        found = newest_before(reader, connections, moment_ns)
+        if found is None or len(found.data) > process_limits().page_message_bytes:
+            return None
+        try:
+            kind = load_message_class(found.connection.type)
+            if kind._md5sum != found.connection.md5sum:
+                return None
+            head, pixels = packed(kind._from_bytes(found.data), THUMBNAIL_BYTES)
+        except PiprosError:
+            return None
+    return json.dumps({**head, "at": moment_ns / NS_PER_S}).encode() + b"\n" + pixels

@@ -1,0 +1,166 @@
+"""The Bags tab: a bag on a timeline, which plays for all tabs."""
+
+from __future__ import annotations
+
+import re
+import struct
+import zipfile
+from pathlib import Path
+
+from playwright.sync_api import Page as Tab
+from playwright.sync_api import expect
+
+from pipros.bag import BagReader, BagWriter
+from pipros.bag.connection import Connection
+from pipros.msg import load_message_class
+from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.support.page import Page
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+BEGIN = 1000
+SECONDS = 20
+SHOWN_MOMENT = "document.querySelector('.area').getAttribute('aria-valuenow')"
+
+SHADE = "document.querySelector('.tab-images canvas').getContext('2d').getImageData(3, 3, 1, 1).data[0]"
+
+
+def connect(bag: BagWriter, topic: str, name: str) -> Connection:
+    kind = load_message_class(name)
+    fields = {"topic": topic, "type": name, "md5sum": kind._md5sum, "message_definition": kind._full_text}
+    return bag.add_connection(topic, {key: value.encode() for key, value in fields.items()})
+
+
+def make_bag(path: Path, *, is_finished: bool = True) -> None:
+    """Write 20 s of numbers at 10 Hz, images at 1 Hz, a log entry each 5 s, and a static transform."""
+    image, log, frames = map(
+        load_message_class, ("sensor_msgs/Image", "rosgraph_msgs/Log", "tf2_msgs/TFMessage")
+    )
+    transform = load_message_class("geometry_msgs/TransformStamped")
+    with path.open("wb") as file:
+        bag = BagWriter(file, chunk_bytes=4000)
+        numbers = connect(bag, "/number", "std_msgs/Float64")
+        images, logs = connect(bag, "/camera", image._type), connect(bag, "/rosout", log._type)
+        static = connect(bag, "/tf_static", frames._type)
+        link = transform()
+        link.header.frame_id, link.child_frame_id, link.transform.rotation.w = "base", "laser", 1.0
+        bag.write_message(static, BEGIN, 0, frames([link]))
+        for tick in range(SECONDS * 10 + 1):
+            second, tenth = divmod(tick, 10)
+            stamp = BEGIN + second, tenth * 100_000_000
+            bag.write(numbers, *stamp, struct.pack("<d", tick / 10))
+            if tenth == 0:
+                shade = second * 12
+                picture = image(encoding="mono8", width=8, height=6, step=8, data=bytes([shade] * 48))
+                bag.write_message(images, *stamp, picture)
+            if tick % 50 == 0:
+                bag.write_message(logs, *stamp, log(level=2, name="/robot", msg=f"second {second}"))
+        if is_finished:
+            bag.finish()
+        else:
+            bag.finish_chunk()
+
+
+def jump_to(tab: Tab, seconds: str) -> None:
+    tab.get_by_label("Jump to").fill(seconds)
+    tab.get_by_label("Jump to").press("Enter")
+    expect(tab.get_by_label("Moment in the bag")).to_contain_text(f"0:{float(seconds):04.1f} /")
+
+
+def show_tab(tab: Tab, name: str) -> None:
+    tab.get_by_role("tab", name=name, exact=True).click()
+
+
+def test_all_tabs_show_the_moment_of_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_bare_master()
+    make_bag(tmp_path / "run.bag")
+    tab = open_tab(Page(ros, tmp_path / "run.bag", command="rqt_bag"), "bags/run.bag")
+    expect(tab.locator(".timeline .name")).to_have_count(4)
+    expect(tab.locator(".timeline .thumbnail").nth(5)).to_be_visible()
+    jump_to(tab, "7.5")
+    keep_screenshots(tab, "bags")
+    tab.evaluate("location.hash = 'topics//number'")
+    expect(tab.locator("aside")).to_contain_text("data: 7.5")
+    show_tab(tab, "Images")
+    expect(tab.locator(".tab-images .bar")).to_contain_text("6 mono8")
+    wait_until(lambda: tab.evaluate(SHADE) == 7 * 12, 30.0, "the image of second 7")
+    show_tab(tab, "Console")
+    expect(tab.locator(".rows")).to_contain_text("second 5")
+    expect(tab.locator(".rows")).not_to_contain_text("second 10")
+    show_tab(tab, "TF")
+    expect(tab.locator(".tab-tf")).to_contain_text("laser")
+    expect(tab.locator("#shown-bag")).to_contain_text("run.bag 0:07.5")
+
+
+def test_a_bag_plays_pauses_and_steps(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_bare_master()
+    make_bag(tmp_path / "run.bag")
+    tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
+    moment = tab.get_by_label("Moment in the bag")
+    expect(moment).to_contain_text("0:00.0 / 0:20.0")
+    tab.get_by_role("button", name="Next message").click()
+    expect(moment).to_contain_text("0:00.1")
+    tab.locator(".timeline [data-topic='/number']").first.uncheck()
+    tab.get_by_role("button", name="Next message").click()
+    expect(moment).to_contain_text("0:01.0")
+    tab.get_by_role("button", name="Previous message").click()
+    expect(moment).to_contain_text("0:00.0")
+    tab.get_by_label("Speed").select_option("10")
+    tab.get_by_role("button", name="Play", exact=True).click()
+    wait_until(lambda: float(tab.evaluate(SHOWN_MOMENT)) > 3, 30.0, "the bag to play")
+    tab.get_by_role("button", name="Pause", exact=True).click()
+    expect(tab.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    tab.get_by_role("slider", name="Moment").press("End")
+    expect(moment).to_contain_text("0:20.0 /")
+    tab.get_by_role("button", name="Play", exact=True).click()  # from the beginning again
+    wait_until(lambda: float(tab.evaluate(SHOWN_MOMENT)) < 19, 30.0, "the beginning")
+    tab.get_by_role("button", name="Close the bag").click()
+    expect(tab.locator("#shown-bag")).to_be_hidden()
+
+
+def test_a_plot_follows_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_bare_master()
+    make_bag(tmp_path / "run.bag")
+    tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
+    jump_to(tab, "4")
+    show_tab(tab, "Plot")
+    tab.get_by_label("Topic and field").fill("/number/data")
+    tab.get_by_label("Topic and field").press("Enter")
+    expect(tab.locator(".legend")).to_contain_text("/number/data: 4")
+    tab.get_by_role("button", name="Play the bag").click()
+    expect(tab.locator(".legend")).to_contain_text(re.compile(r"data: [5-9]"))
+
+
+def test_a_bag_that_is_still_recorded_is_read(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_bare_master()
+    make_bag(tmp_path / "run.bag.active", is_finished=False)
+    tab = open_tab(Page(ros, "--bags", tmp_path), "bags")
+    tab.get_by_label("Bag", exact=True).select_option("run.bag.active")
+    expect(tab.locator(".timeline .name")).to_have_count(4)
+    jump_to(tab, "12")
+    tab.evaluate("location.hash = 'topics//number'")
+    expect(tab.locator("aside")).to_contain_text("data: 12")
+
+
+def test_a_part_of_a_bag_is_exported(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_bare_master()
+    make_bag(tmp_path / "run.bag")
+    tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag")
+    area = tab.get_by_role("slider", name="Moment")
+    jump_to(tab, "10")
+    area.press("Shift+ArrowRight")  # a hundredth of 20 s
+    tab.locator(".timeline [data-topic='/rosout']").first.uncheck()
+    files = {}
+    for form in ("bag", "csv", "images"):
+        tab.get_by_label("Format").select_option(form)
+        with tab.expect_download() as download:
+            tab.get_by_role("button", name="Export selection").click()
+        files[form] = Path(download.value.path())
+    with BagReader(files["bag"]) as bag:
+        stamps = [(topic, time.to_sec()) for topic, _, time, _ in bag.messages()]
+    assert sorted(stamps) == [("/camera", 1010), ("/number", 1010), ("/number", 1010.1), ("/number", 1010.2)]
+    tables, images = zipfile.ZipFile(files["csv"]), zipfile.ZipFile(files["images"])
+    rows = tables.read("number.csv").decode().splitlines()
+    assert rows == ["%time,field.data", "1010000000000,10.0", "1010100000000,10.1", "1010200000000,10.2"]
+    assert images.namelist() == ["camera/000000_1010.000000000.png"]
+    assert images.read(images.namelist()[0]).startswith(b"\x89PNG")

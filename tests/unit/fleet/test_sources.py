@@ -1,0 +1,86 @@
+"""Which thread sends a message over a link."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from pipros.basics.limits import process_limits
+from pipros.fleet.directory import Entry
+from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.sources import Outgoing, Sender, Source
+from pipros.node import Node
+from tests.support.waiting import wait_until
+
+DEADLINE_S = 10
+
+
+class FakeLink:
+    """Keeps what is sent: the key, the size and the thread. Keys in `full` block until `has_room` is set."""
+
+    is_connected = True
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[str, int, threading.Thread]] = []
+        self.full: set[str] = set()
+        self.waits = threading.Event()
+        self.has_room = threading.Event()
+
+    def put(
+        self, key: str, payload: bytes, attachment: bytes = b"", priority: Priority = Priority.NORMAL
+    ) -> None:
+        del attachment, priority
+        if key in self.full:
+            self.waits.set()
+            self.has_room.wait(DEADLINE_S)
+        self.sent.append((key, len(payload), threading.current_thread()))
+
+
+@pytest.fixture
+def link() -> FakeLink:
+    return FakeLink()
+
+
+@pytest.fixture
+def sender(link: FakeLink) -> Iterator[Sender]:
+    sender = Sender(link, "00" * 8, process_limits())
+    yield sender
+    link.has_room.set()
+    sender.close()
+
+
+def source(sender: Sender, key: str, **rule: bool) -> Source:
+    found = Source(
+        Node("unused"), sender, Entry(f"/{key}", "std_msgs/String", "0" * 32), key, Rule("/**", **rule)
+    )
+    sender.add(found)
+    return found
+
+
+@pytest.mark.parametrize("size", [1, 1_000_000])
+def test_the_receiving_thread_sends_if_nothing_waits(link: FakeLink, sender: Sender, size: int) -> None:
+    sender.offer(Outgoing(source(sender, "a"), 0, bytes(size), is_latched=False))
+    assert link.sent == [("a", size, threading.current_thread())]
+
+
+def test_compressed_messages_are_left_to_the_thread(link: FakeLink, sender: Sender) -> None:
+    sender.offer(Outgoing(source(sender, "a", is_compressed=True), 0, b"", is_latched=False))
+    wait_until(lambda: link.sent, DEADLINE_S, "the message")
+    assert link.sent[0][2] is not threading.current_thread()
+
+
+def test_a_topic_that_waits_for_the_link_blocks_no_other(link: FakeLink, sender: Sender) -> None:
+    link.full.add("images")
+    images, commands = source(sender, "images"), source(sender, "commands")
+    blocked = threading.Thread(
+        target=sender.offer, args=(Outgoing(images, 0, b"image", is_latched=False),), daemon=True
+    )
+    blocked.start()
+    assert link.waits.wait(DEADLINE_S)
+    sender.offer(Outgoing(commands, 0, b"stop", is_latched=False))
+    assert [key for key, _, _ in link.sent] == ["commands"]
+    link.has_room.set()
+    blocked.join(DEADLINE_S)
+    assert [key for key, _, _ in link.sent] == ["commands", "images"]
