@@ -81,6 +81,31 @@ def test_a_late_subscriber_gets_the_latched_message_of_each_publisher(router: st
             wait_until(lambda: {each.data for each in elsewhere} == {"one", "two"}, 15, "both elsewhere")
 
 
+def test_the_status_of_an_action_is_received_after_its_outcome_topics_are_linked(router: str) -> None:
+    types = {
+        "status": load_message_class("actionlib_msgs/GoalStatusArray"),
+        "feedback": load_message_class("actionlib/TestActionFeedback"),
+        "result": load_message_class("actionlib/TestActionResult"),
+    }
+    with Member("robot1", router) as robot, Member("operator", router) as operator:
+        server = robot.node("server")
+        topics = {name: server.advertise(f"/do/{name}", kind) for name, kind in types.items()}
+        for name in types:
+            operator.wait_for_topic(f"/robot1/do/{name}")
+        received: list[Any] = []
+        client = operator.node("client")
+        subscriber = client.subscribe("/robot1/do/status", types["status"], received.append)
+
+        def arrives() -> bool:
+            topics["status"].publish(types["status"]())
+            return bool(received)
+
+        wait_until(arrives, 15, "the status")
+        assert topics["feedback"].connection_count == topics["result"].connection_count == 1
+        subscriber.unregister()
+        wait_until(lambda: topics["result"].connection_count == 0, 15, "the agent to unsubscribe")
+
+
 def test_inputs_reach_a_robot_only_if_its_file_accepts_them(router: str) -> None:
     with (
         Member("robot1", router, ACCEPTS) as robot,

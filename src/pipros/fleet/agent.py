@@ -33,7 +33,7 @@ from pipros.fleet.directory import (
 from pipros.fleet.fleet_file import FleetFile, matches_any
 from pipros.fleet.frames import frame_change
 from pipros.fleet.link_status import LinkDiagnostics, Traffic, link_statuses
-from pipros.fleet.local_graph import LocalGraph, look, occupied, read_state
+from pipros.fleet.local_graph import LocalGraph, look, occupied, outcome_topics, read_state
 from pipros.fleet.members import Members, Token
 from pipros.fleet.shown_member import ShownMember
 from pipros.fleet.sinks import Sink
@@ -51,6 +51,8 @@ LOOK_S: Final = 0.5
 """Interval of looks at the local master, and at the link."""
 DIAGNOSTICS_S: Final = 1.0
 """Interval of messages on /diagnostics."""
+LINKING_S: Final = 0.02
+"""Interval of looks at sources that others wait for."""
 LEAVE_S: Final = 0.2
 """Time after the end of a token by which it is known whether it was the link that ended."""
 RETURN_S: Final = 3.0
@@ -126,6 +128,7 @@ class Agent:
         self._diagnosed_s = 0.0
         self._received_before: dict[str, Traffic] = {}
         self._leaving: dict[str, float] = {}
+        self._is_waiting = False
         self._away: set[str] = set()
         self._was_connected = False
         self._prune_at_s: float | None = None
@@ -321,13 +324,14 @@ class Agent:
     def _handle_events(self) -> None:
         while True:
             with self._changed:
-                while not self._events and not self._is_closed.is_set():
-                    self._changed.wait()
+                if not self._events and not self._is_closed.is_set():
+                    self._changed.wait(LINKING_S if self._is_waiting else None)
                 if self._is_closed.is_set():
                     return
-                _, event = self._events.popitem(last=False)
+                event = self._events.popitem(last=False)[1] if self._events else None
             try:
-                event()
+                if event is not None:
+                    event()
                 self._settle()
             except LinkFailed:
                 return  # the session was closed
@@ -508,9 +512,13 @@ class Agent:
             if offered.get(name) != source.entry:
                 del self._shared[name]
                 source.close()
+        self._is_waiting = False
         for name, entry in offered.items():
             rule = self.file.shared_topic(name)
-            if name not in self._shared and rule is not None:
+            before = [self._shared.get(each) for each in outcome_topics(entry) if each in offered]
+            if not all(source is not None and source.is_linked for source in before):
+                self._is_waiting = True  # a client sends a goal once it has the status
+            elif name not in self._shared and rule is not None:
                 change = frame_change(entry, rule, self.member)
                 source = Source(self._node, self.sender, entry, keys.topic(self.member, name), rule, change)
                 self._shared[name] = source

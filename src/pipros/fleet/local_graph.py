@@ -93,6 +93,16 @@ def look(
     )
 
 
+def outcome_topics(entry: Entry) -> tuple[str, ...]:
+    """Return the topics for the feedback and the results of the action whose status a topic gives; else none.
+
+    A client takes the status for the sign that it may send a goal, so the outcome must be received before.
+    """
+    action, _, last = entry.name.rpartition("/")
+    is_status = entry.type == "actionlib_msgs/GoalStatusArray" and last == "status"
+    return (f"{action}/feedback", f"{action}/result") if is_status else ()
+
+
 def occupied(state: SystemState, member: str) -> str | None:
     """Return a local node or service that uses the namespace of a member; None if it is free.
 

@@ -11,6 +11,7 @@ from pipros.fleet import keys
 from pipros.fleet.calls import RemoteService
 from pipros.fleet.directory import Directory, Entry, read_json
 from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.local_graph import outcome_topics
 from pipros.fleet.sinks import Sink
 from pipros.fleet.sources import Sender, Source
 from pipros.fleet.zenoh_session import Ends, Link, LinkFailed
@@ -76,16 +77,22 @@ class ShownMember:
         self._settle_sinks({entry.name: entry for entry in self.directory.shared[:room]})
         self._settle_inputs({entry.name: entry for entry in self.directory.accepted[:room]})
         self._settle_services({entry.name: entry for entry in self.directory.services[:room]})
-        for name, sink in self.sinks.items():
-            if sink.is_wanted != (name in self._received):
-                if sink.is_wanted:
-                    self._receive(name, sink)
-                else:
-                    self._received.pop(name).undeclare()
+        wanted = {name for name, sink in self.sinks.items() if sink.is_wanted}
+        wanted.update(
+            outcome
+            for entry in self.directory.shared[:room]
+            if entry.name in wanted
+            for outcome in outcome_topics(entry)
+            if outcome in self.sinks
+        )
+        for name in wanted - self._received.keys():
+            self._receive(name, self.sinks[name])
+        for name in self._received.keys() - wanted:
+            self._received.pop(name).undeclare()
         return len(self.directory.shared)
 
     def wanted(self) -> frozenset[str]:
-        """Return the topics that local nodes receive."""
+        """Return the topics that local nodes receive, and the outcomes of actions whose status they receive."""
         return frozenset(self._received)
 
     def close(self) -> None:

@@ -191,6 +191,11 @@ class Source:
             self.entry.name, message_class, self._on_message, queue_size=room
         )
 
+    @property
+    def is_linked(self) -> bool:
+        """Whether a publisher is connected."""
+        return self._subscriber is not None and self._subscriber.connection_count > 0
+
     def close(self) -> None:
         """Unsubscribe."""
         if self._subscriber is not None:
