@@ -101,6 +101,10 @@ class BridgeConnection(PortConnection):
 
     def resume_writing(self) -> None:
         super().resume_writing()
+        # If a write failed within this call, asyncio would close the transport twice.
+        self.loop.call_soon(self._resume)
+
+    def _resume(self) -> None:
         self._write_rest()
         if self.on_room is not None:
             self.on_room()
