@@ -92,7 +92,7 @@ class ShownMember:
         return len(self.directory.shared)
 
     def wanted(self) -> frozenset[str]:
-        """Return the topics that local nodes receive, and the outcomes of actions whose status they receive."""
+        """Return the topics that local nodes receive, and the outcome topics of actions that they observe."""
         return frozenset(self._received)
 
     def close(self) -> None:
