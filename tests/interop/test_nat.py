@@ -65,8 +65,11 @@ class World:
         assert ended.returncode == 0, ended.output
         return ended.stdout
 
+    def side(self, host: int | None) -> Side:
+        return self.ros.genuine if host is None else self.ros.pipros
+
     def _of(self, host: int | None) -> tuple[Side, dict[str, str]]:
-        return (self.ros.genuine, {}) if host is None else (self.ros.pipros, self.inside(host))
+        return self.side(host), {} if host is None else self.inside(host)
 
     def offer(self, host: int | None, name: str) -> Process:
         process = self.start(host, *self.python(host), OFFER, f"__name:={name}")
@@ -100,6 +103,10 @@ def test_everything_works_across_nat_with_genuine_nodes_and_master(world: World)
     world.run(0, "rosbag", "record", "-O", str(bag), "--duration=1", "/open/latched", "/second/latched")
     topics = world.run(0, "rostopic", "list", "-b", str(bag))
     assert {"/open/latched", "/second/latched"} <= set(topics)
+    echo = world.start(None, "rostopic", "echo", "-n", "1", "/played")
+    world.start(0, "rosbag", "play", "--loop", str(bag), "/open/latched:=/played")
+    assert echo.wait() == 0
+    assert "data: " in echo.output
 
 
 def test_cpp_nodes_talk_and_listen_across_nat(world: World) -> None:
@@ -144,23 +151,33 @@ def test_the_doctor_tells_whether_the_master_reaches_the_advertised_address(worl
     assert rules(**unmapped) == {"not-called-back"}
 
 
-def test_a_genuine_roslaunch_starts_nodes_behind_nat_by_ssh(world: World, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("parent", "child"), [(None, 0), (0, 1)], ids=["genuine-and-open", "behind-nat"])
+def test_roslaunch_starts_nodes_behind_nat_by_ssh(
+    world: World, tmp_path: Path, parent: int | None, child: int
+) -> None:
     if not Path(SSHD).exists() or shutil.which("ssh") is None:
         pytest.skip("openssh-server and openssh-client are needed")
-    sshd = SshServer(tmp_path / "ssh", "192.168.77.2", world.network.command(0))
+    if parent is not None:
+        world.start(None, "roscore", "-p", str(MASTER_PORT)).wait_for("started core service")
+    sshd = SshServer(tmp_path / "ssh", "192.168.77.2", world.network.command(child))
     try:
-        world.network.map_port(0, 31022, sshd.port)
-        variables = {**world.ros.pipros.environment, **world.inside(0)}
+        world.network.map_port(child, 31022, sshd.port)
+        variables = {**world.ros.pipros.environment, **world.inside(child)}
         loader = tmp_path / "loader"
         settings = " ".join(f"'{name}={value}'" for name, value in variables.items())
         loader.write_text(f'#!/bin/sh\nexec env -i {settings} "SSH_CLIENT=$SSH_CLIENT" "$@"\n')
         loader.chmod(0o755)
         file = tmp_path / "far.launch"
-        file.write_text(LAUNCH.format(address=world.network.mapped[0], loader=loader))
+        file.write_text(LAUNCH.format(address=world.network.mapped[child], loader=loader))
         home = {"HOME": str(sshd.folder), "ROSLAUNCH_SSH_UNKNOWN": "1"}
-        running = world.start(None, "roslaunch", str(file), **home)
+        tools = tmp_path / "tools"
+        tools.mkdir()
+        sshd.client(tools, world.network.mapped[child], world.network.mapped[child])
+        path = f"{tools}:{world.side(parent).environment['PATH']}"
+        running = world.start(parent, "roslaunch", str(file), PATH=path, **home)
         running.wait_for(r"process\[talker-\d\]: started with pid")
-        running.wait_for(r"\.\.\. done launching nodes")
+        if parent is None:
+            running.wait_for(r"\.\.\. done launching nodes")
         hearing = world.start(None, *world.ros.genuine.node("cpp_battery", "battery_listener"))
         hearing.wait_for(r"^heard %25 from /")
         running.send_signal(signal.SIGINT)

@@ -28,8 +28,9 @@ PidFile none
 
 _CLIENT = """\
 Host {alias}
-  HostName 127.0.0.1
+  HostName {address}
   Port {port}
+  HostKeyAlias [127.0.0.1]:{port}
   IdentityFile {folder}/.ssh/id_ed25519
   UserKnownHostsFile {folder}/.ssh/known_hosts
 """
@@ -63,10 +64,10 @@ class SshServer:
         self._process = subprocess.Popen([*prefix, SSHD, "-D", "-f", config, "-E", self.log])
         wait_until(self._is_listening, what=lambda: f"sshd: {self.log.read_text()}")
 
-    def client(self, folder: Path, alias: str) -> None:
-        """Put an `ssh` into a folder that resolves an otherwise unknown host name to this server."""
+    def client(self, folder: Path, alias: str, address: str = "127.0.0.1") -> None:
+        """Put an `ssh` into a folder that connects to this server at an address, under any host name."""
         config = self.folder / "ssh_config"
-        config.write_text(_CLIENT.format(alias=alias, port=self.port, folder=self.folder))
+        config.write_text(_CLIENT.format(alias=alias, address=address, port=self.port, folder=self.folder))
         ssh = folder / "ssh"
         ssh.write_text(f'#!/bin/sh\nexec {shutil.which("ssh")} -F {config} "$@"\n')
         ssh.chmod(0o755)
