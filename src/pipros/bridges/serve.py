@@ -71,7 +71,9 @@ class DoorOptions:
     def shown_host(self) -> str:
         """The host name to print in addresses."""
         host = self.host.strip("[]")
-        return "localhost" if self.is_local else f"[{host}]" if ":" in host else host
+        if host in ("localhost", "127.0.0.1", "::1"):
+            return "localhost"
+        return f"[{host}]" if ":" in host else host
 
 
 class Protocols(Protocol):

@@ -1,0 +1,54 @@
+"""Connections of bridge clients, with a transport that only records."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+from unittest.mock import AsyncMock, MagicMock
+
+from websockets.server import ServerProtocol
+
+from pipros.bridges.client import BridgeConnection
+
+
+class Transport(asyncio.Transport):
+    def __init__(self) -> None:
+        super().__init__()
+        self.written: list[bytes] = []
+
+    def write(self, data: Any) -> None:
+        self.written.append(bytes(data))
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        pass
+
+    def is_closing(self) -> bool:
+        return False
+
+
+class Entrance:
+    """Stands for `pipros.web.entrance.Entrance`, and for the visitor that it returns."""
+
+    def visitor_of(self, transport: object) -> Entrance:
+        return self
+
+    def set_transport(self, transport: object) -> None:
+        pass
+
+
+def test_nothing_is_written_while_the_transport_resumes_writing() -> None:
+    # If such a write fails, asyncio closes the transport twice, and logs an error for the second time.
+    async def resume() -> None:
+        entrance: Any = Entrance()
+        server = MagicMock(handler=AsyncMock())
+        connection = BridgeConnection(entrance, 1_000, ServerProtocol(), server, ping_interval=None)
+        transport = Transport()
+        connection.connection_made(transport)
+        has_resumed = asyncio.Event()
+        connection.on_room = has_resumed.set
+        connection.pause_writing()
+        connection.resume_writing()
+        assert not has_resumed.is_set()
+        await asyncio.wait_for(has_resumed.wait(), 10)
+
+    asyncio.run(resume())
