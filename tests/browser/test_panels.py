@@ -276,10 +276,6 @@ def test_a_launch_file_opens_a_layout_and_a_perspective(
     assert unquote(Page.of(process).place) == "panels/nodes"
 
 
-EVERY_VIEW = (
-    "panels/column(row(graph~topics~plot~console~params)~row(nodes~images~tf~diagnostics~services)"
-    "~row(publish~actions~teleop~reconfigure~scene))"
-)
 CONTENTS = {
     "Graph": ".vertex",
     "Topics": "tbody tr",
@@ -296,14 +292,24 @@ CONTENTS = {
     "Actions": "thead",
     "Teleop": ".stick",
     "Reconfigure": ".servers",
+    "Bags": "select[aria-label=Bag]",
+    "Fleet": ".note",
 }
 
 
 def test_the_view_of_every_tab_can_be_a_panel(robot: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(robot), EVERY_VIEW, size=(1800, 1000))
-    expect(tab.locator(".panel")).to_have_count(len(CONTENTS))
-    titles = set(tab.get_by_role("tab").all_inner_texts()) - {"Panels"}
-    assert titles <= CONTENTS.keys()
-    for name, element in CONTENTS.items():
-        expect(panel(tab, name).locator(element).first).to_be_attached()
-    keep_screenshots(tab, "panels-all")
+    page = Page(robot)
+    for views in (
+        "row(graph~topics~plot~console~params)~row(nodes~images~tf~diagnostics)",
+        "row(services~publish~actions~teleop)~row(reconfigure~scene~bags~fleet)",
+    ):
+        tab = open_tab(page, f"panels/column({views})", size=(1800, 1000))
+        count = views.count("~") + 1
+        expect(tab.locator(".panel")).to_have_count(count)
+        shown = [name for name in CONTENTS if panel(tab, name).count()]
+        assert len(shown) == count
+        for name in shown:
+            expect(panel(tab, name).locator(CONTENTS[name]).first).to_be_attached()
+        titles = set(tab.get_by_role("tab").all_inner_texts()) - {"Panels"}
+        assert titles <= CONTENTS.keys()
+        keep_screenshots(tab, f"panels-of-{shown[0]}")
