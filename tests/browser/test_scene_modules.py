@@ -129,7 +129,7 @@ def test_compressed_batches_are_unpacked(tab: Tab) -> None:
     batches = [b"\1" + zlib.compress(b"body" * 100, 1), b"\0" + b"body" * 100]
     found = tab.evaluate(
         """async (batches) => {
-          const { unpacked } = await import("/scene/scene.js");
+          const { unpacked } = await import("/scene/batches.js");
           const texts = [];
           for (const batch of batches) {
             const view = await unpacked(new DataView(Uint8Array.from(batch).buffer));

@@ -412,13 +412,49 @@ def test_a_link_that_has_ended_is_named(system: RosSystem, open_tab: OpenTab, tm
           const { scene } = document.querySelector(".tab-scene");
           const now = scene.now();
           const turned = { translation: { x: 0, y: 0, z: 0 }, rotation: { x: 0, y: 0, z: 0, w: 1 } };
-          const send = (parent, child, stamp) => scene.addTransforms({ transforms: [
-            { header: { frame_id: parent, stamp }, child_frame_id: child, transform: turned }] }, false);
-          send("map", "odom", now - 7000000000n);
-          send("odom", "moving", now);
+          const old = now - 7000000000n;
+          const links = [["map", "odom", old], ["odom", "moving", now], ["other", "alone", now]];
+          const transforms = links.map(([parent, child, stamp]) => ({
+            header: { frame_id: parent, stamp }, child_frame_id: child, transform: turned }));
+          scene.addTransforms({ transforms }, false, "/amcl");
           const [way] = scene.all();
+          way.sender = "/planner";
           way.whenPlaced({ header: { frame_id: "moving", stamp: now } }, () => {});
         }"""
     )
-    expected = r"The transform from \[odom\] to \[map\] is \d+ s old; its sender may have stopped."
+    expected = (
+        r"The transform from \[odom\] to \[map\], sent by \[/amcl\], is \d+ s old; "
+        r"its sender may have stopped\."
+    )
     assert re.fullmatch(expected, statuses(tab, "Way")["Link"])
+    assert statuses(tab, "Way")["Transform [sender=/planner]"].startswith("For frame [moving]: No transform")
+    tab.evaluate(
+        """() => {
+          const [way] = document.querySelector(".tab-scene").scene.all();
+          way.whenPlaced({ header: { frame_id: "alone", stamp: 0n } }, () => {});
+        }"""
+    )
+    assert statuses(tab, "Way")["Link"] == (
+        "[alone] is in the tree of [other], which the fixed frame is not in; "
+        "with [other] as the fixed frame it would be shown."
+    )
+
+
+def test_the_points_of_a_viewer_are_divided_among_its_clouds(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    clouds = ", ".join(
+        f"{{Class: rviz/PointCloud2, Name: {name}, Enabled: true, Topic: /cloud}}" for name in "AB"
+    )
+    tab = scene_of(system, open_tab, tmp_path, clouds)
+    figures = tab.locator(".scene-figures")
+    expect(figures).to_contain_text("8 of 8 points")
+    expect(figures).to_contain_text("MB/s")
+    assert "Transform [sender=/scene_program]" in statuses(tab, "A")
+    limits = "document.querySelector('.tab-scene').scene.all().map(({ limit }) => limit)"
+    assert tab.evaluate(limits) == [100_000, 100_000]
+    tab.get_by_label("Points of all clouds").select_option("20000")
+    wait_until(lambda: tab.evaluate(limits) == [10_000, 10_000], 30.0, "the new limit")
+    tab.get_by_role("button", name="Displays").click()
+    tab.get_by_label("Show A").uncheck()
+    wait_until(lambda: tab.evaluate(limits) == [0, 20_000], 30.0, "one cloud")

@@ -96,9 +96,12 @@ def test_messages_arrive_with_their_layout(ros: RosSystem) -> None:
         answers = browser.watch("scene_messages", name="/point", queue=5)
         answer = next(value for value in answers if isinstance(value, bytes) or value["layout"])
         assert answer["layout"]["type"] == "geometry_msgs/PointStamped"
+        senders = next(answers)["senders"]
+        assert [name.startswith("/rostopic_") for name in senders] == [True]
         batch = next(value for value in answers if isinstance(value, bytes))
         assert batch[0] == 0
-        assert batch[13:].endswith(b"\x00\x00\x00\x00\x00\x00\x00\x40" + bytes(16))
+        assert batch[13:15] == b"\x01\x00"
+        assert batch[15:].endswith(b"\x00\x00\x00\x00\x00\x00\x00\x40" + bytes(16))
 
 
 def test_third_party_files_are_compressed_and_kept_by_browsers(ros: RosSystem) -> None:
@@ -127,4 +130,4 @@ def test_large_batches_are_compressed_on_request(ros: RosSystem, tmp_path: Path)
             batch = next(value for value in answers if isinstance(value, bytes))
         assert batch[0] == is_compressed
         body = zlib.decompress(batch[1:]) if is_compressed else batch[1:]
-        assert body[12:] == (300_000).to_bytes(4, "little") + b"a" * 300_000
+        assert body[14:] == (300_000).to_bytes(4, "little") + b"a" * 300_000

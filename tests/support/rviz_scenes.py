@@ -23,6 +23,7 @@ ORBIT = (
     "{Class: rviz/Orbit, Name: Current View, Distance: 12, Yaw: 5.2, Pitch: 0.9, Near Clip Distance: 0.01, "
     "Focal Point: {X: 0, Y: 0, Z: 0}}"
 )
+FPS = "{Class: rviz/FPS, Name: Current View, Yaw: 0.6, Pitch: 0.5, Roll: 0, Position: {X: -8, Y: -6, Z: 7}}"
 TEMPLATE = """\
 Panels: []
 Visualization Manager:
@@ -47,6 +48,7 @@ def display(kind: str, **properties: object) -> str:
 
 
 ROBOT = display("RobotModel")
+SHAPES = display("MarkerArray", Marker_Topic="/shapes")
 SCENES: Mapping[str, tuple[str, str]] = {
     "robot": (ORTHO, ROBOT),
     "robot_orbit": (ORBIT, ROBOT),
@@ -103,17 +105,85 @@ SCENES: Mapping[str, tuple[str, str]] = {
     "point": (ORTHO, display("PointStamped", Topic="/point", Radius=1)),
     "range": (ORTHO, display("Range", Topic="/range")),
     "cells": (ORTHO, display("GridCells", Topic="/cells")),
-    "markers": (ORTHO, display("MarkerArray", Marker_Topic="/shapes")),
-    "markers_orbit": (ORBIT, display("MarkerArray", Marker_Topic="/shapes")),
+    "markers": (ORTHO, SHAPES),
+    "markers_orbit": (ORBIT, SHAPES),
     "interactive": (ORTHO, display("InteractiveMarkers", Update_Topic="/controls/update")),
     "wrench": (ORBIT, display("WrenchStamped", Topic="/wrench", Arrow_Width=3)),
     "tf": (ORTHO, display("TF", Marker_Scale=6, Show_Names="false")),
+    "ortho_turned": (
+        "{Class: rviz/TopDownOrtho, Name: Current View, Scale: 40, X: 1, Y: -1, Angle: 0.5, "
+        "Target Frame: turned}",
+        SHAPES,
+    ),
+    "orbit_of_frame": (ORBIT.replace("}}", "}, Field of View: 1.1, Target Frame: turned}"), SHAPES),
+    "orbit_inverted": (
+        ORBIT.replace("X: 0, Y: 0, Z: 0}}", "X: 1, Y: -2, Z: 0.5}, Invert Z Axis: true}"),
+        SHAPES,
+    ),
+    "ortho_inverted": (
+        ORTHO.replace("X: 0, Y: 0, Angle: 0", "X: 1, Y: -1, Angle: 0.5, Invert Z Axis: true"),
+        SHAPES,
+    ),
+    "fps_rolled": (FPS.replace("Roll: 0", "Roll: 0.3, Invert Z Axis: true"), SHAPES),
+    "xy_orbit": (ORBIT.replace("Orbit", "XYOrbit", 1).replace("}}", "}, Target Frame: turned}"), SHAPES),
+    "follower": (
+        ORBIT.replace("Orbit", "ThirdPersonFollower", 1).replace("}}", "}, Target Frame: turned}"),
+        SHAPES,
+    ),
+    "fps": (FPS, SHAPES),
+    "marker": (ORBIT, display("Marker", Marker_Topic="/visualization_marker")),
+    "polygon": (ORTHO, display("Polygon", Topic="/polygon")),
+    "group": (
+        ORTHO,
+        f"{{Class: rviz/Group, Name: G, Enabled: true, Displays: [{display('Polygon', Topic='/polygon')}, "
+        f"{display('Axes', Length=2, Radius=0.4)}]}}",
+    ),
+    "grid_lines": (ORTHO, display("Grid", Alpha=1, Plane_Cell_Count=4)),
+    "grid_planes": (
+        ORBIT,
+        display("Grid", Alpha=1, Plane_Cell_Count=4, Normal_Cell_Count=2, Plane="YZ", Cell_Size=1.5),
+    ),
+    "pose_array_flat": (ORTHO, display("PoseArray", Topic="/poses", Arrow_Length=2)),
+    "path_arrows": (
+        ORBIT,
+        display("Path", Topic="/path", Pose_Style="Arrows", Shaft_Diameter=0.4, Head_Diameter=0.8, Length=1),
+    ),
+    "old_cloud": (
+        ORTHO,
+        "{Class: rviz/PointCloud, Name: Cloud, Enabled: true, Topic: /old_cloud, Size (m): 0.6, "
+        "Channel Name: heat, Color Transformer: Intensity, Invert Rainbow: true}",
+    ),
+    "cloud_rgb": (
+        ORTHO,
+        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /rgb_cloud, Size (m): 0.6}",
+    ),
+    "cloud_axis": (
+        ORBIT,
+        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /rgb_cloud, Size (Pixels): 30, "
+        "Style: Points, Color Transformer: AxisColor, Axis: X, Autocompute Value Bounds: "
+        "{Value: false, Min Value: -5, Max Value: 3}}",
+    ),
+    "cloud_grey": (
+        ORTHO,
+        "{Class: rviz/PointCloud2, Name: Cloud, Enabled: true, Topic: /cloud, Size (m): 0.6, "
+        "Color Transformer: Intensity, Use rainbow: false, Min Color: 10; 20; 30, Max Color: 200; 100; 50, "
+        "Autocompute Intensity Bounds: false, Min Intensity: -50, Max Intensity: 150, Alpha: 0.5}",
+    ),
+    "depth": (
+        ORBIT,
+        "{Class: rviz/DepthCloud, Name: Depth, Enabled: true, Depth Map Topic: /depth/image, "
+        "Color Transformer: FlatColor, Color: 9; 80; 200, Auto Size: {Value: false}, Size (Pixels): 30, "
+        "Style: Points}",
+    ),
 }
 
 
 LEVELS: Mapping[str, int] = {"point": 3, "range": 4}
 """Largest difference of a channel, where it is not `USUAL_LEVELS`: Ogre has other normals for curves."""
 USUAL_LEVELS = 2
+OVERLAPS: Mapping[str, float] = {"xy_orbit": 0.97}
+"""Least overlap of the silhouettes, where it is not `USUAL_OVERLAP`: squares do not turn with their frame."""
+USUAL_OVERLAP = 0.98
 
 
 def config_of(name: str) -> str:

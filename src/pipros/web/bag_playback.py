@@ -40,6 +40,16 @@ LEAD_S: Final[Mapping[str, float | None]] = {
     "/rosout_agg": 5.0,
 }
 """Seconds before the moment that the tabs need of a topic; None for all. Of others, the newest message."""
+LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
+    (
+        "map_msgs/OccupancyGridUpdate",
+        "visualization_msgs/InteractiveMarkerUpdate",
+        "visualization_msgs/Marker",
+        "visualization_msgs/MarkerArray",
+    ),
+    60.0,
+)
+"""The same for types whose messages change what earlier ones have shown."""
 LEADING_MESSAGES: Final = 2000
 LOG_TOPICS: Final = ("/rosout_agg", "/rosout")
 CLOCK_TOPIC: Final = "/clock"
@@ -256,16 +266,23 @@ class BagPlayback:
         connections = self._connections(watch.topic)
         if watch.topic == CLOCK_TOPIC:
             self._tick([watch], moment_ns)
-        elif connections and watch.topic in LEAD_S:
-            lead_s = LEAD_S[watch.topic]
-            begin_ns = self.begin_ns if lead_s is None else moment_ns - round(lead_s * NS_PER_S)
-            found = self._reader.stored_messages(connections, max(begin_ns, 0), moment_ns)
-            for message in deque(found, maxlen=LEADING_MESSAGES):
-                self._deliver([watch], message, is_leading=True)
         elif connections:
+            for message in self._current(watch.topic, connections, moment_ns):
+                self._deliver([watch], message, is_leading=True)
+
+    def _current(
+        self, topic: str, connections: Sequence[Connection], moment_ns: int
+    ) -> Sequence[StoredMessage]:
+        """Return the messages of a topic that are current at a moment, the oldest first."""
+        lead_s = LEAD_S.get(topic, LEAD_OF_TYPE_S.get(connections[0].type, 0.0))
+        found: deque[StoredMessage] = deque(maxlen=LEADING_MESSAGES)
+        if lead_s != 0.0:
+            begin_ns = self.begin_ns if lead_s is None else moment_ns - round(lead_s * NS_PER_S)
+            found.extend(self._reader.stored_messages(connections, max(begin_ns, 0), moment_ns))
+        if not found and topic not in LEAD_S:
             newest = newest_before(self._reader, connections, moment_ns)
-            if newest is not None:
-                self._deliver([watch], newest, is_leading=True)
+            found.extend([newest] if newest is not None else [])
+        return found
 
     def _step(
         self, direction: int, wanted: Sequence[Connection], watches: Sequence[TopicWatch], moment_ns: int
@@ -349,7 +366,11 @@ class BagPlayback:
                 kind = load_message_class("rosgraph_msgs/Clock")
                 seconds, nanoseconds = divmod(moment_ns, NS_PER_S)
                 message = AnyMsg(seconds.to_bytes(4, "little") + nanoseconds.to_bytes(4, "little"))
-                message._connection_header = {"type": kind._type, "md5sum": kind._md5sum}
+                message._connection_header = {
+                    "type": kind._type,
+                    "md5sum": kind._md5sum,
+                    "message_definition": kind._full_text,
+                }
                 watch.note(message, moment_ns / NS_PER_S)
 
 

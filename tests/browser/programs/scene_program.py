@@ -22,7 +22,17 @@ from geometry_msgs.msg import (
     WrenchStamped,
 )
 from nav_msgs.msg import GridCells, OccupancyGrid, Odometry, Path
-from sensor_msgs.msg import CameraInfo, Image, Imu, LaserScan, PointCloud2, PointField, Range
+from sensor_msgs.msg import (
+    CameraInfo,
+    ChannelFloat32,
+    Image,
+    Imu,
+    LaserScan,
+    PointCloud,
+    PointCloud2,
+    PointField,
+    Range,
+)
 from std_msgs.msg import Header
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerControl, Marker, MarkerArray, MenuEntry
 
@@ -177,7 +187,10 @@ def main() -> None:
     frames = tf2_ros.StaticTransformBroadcaster()
     camera = transform("map", "camera", 0, 0)
     camera.transform.translation.z, camera.transform.rotation.x, camera.transform.rotation.w = 5.0, 1.0, 0.0
-    frames.sendTransform([transform("map", "base_link", 2, 2), transform("map", "bare", 4, 2), camera])
+    turned = transform("map", "turned", -1, 1)
+    turned.transform.rotation.z, turned.transform.rotation.w = math.sin(0.4), math.cos(0.4)
+    fixed = [transform("map", "base_link", 2, 2), transform("map", "bare", 4, 2), camera, turned]
+    frames.sendTransform(fixed)
     grid = OccupancyGrid(header=Header(frame_id="map"))
     grid.info.resolution, grid.info.width, grid.info.height = 1.0, 3, 1
     grid.info.origin.position.x, grid.info.origin.position.y = -4.0, 2.0
@@ -186,7 +199,8 @@ def main() -> None:
     path = Path(header=Header(frame_id="map"))
     for x in (-4.0, -1.0):
         pose = PoseStamped()
-        pose.pose.position = Point(x, -2.0, 0.5)
+        pose.pose = pose_at(x, -2.0, 0.8 * x)
+        pose.pose.position.z = 0.5
         path.poses.append(pose)
     fields = [
         PointField(name, offset, 7, 1) for name, offset in (("x", 0), ("y", 4), ("z", 8), ("intensity", 12))
@@ -195,6 +209,13 @@ def main() -> None:
     cloud = PointCloud2(height=1, width=4, point_step=16, row_step=64, fields=fields)
     cloud.header.frame_id = "map"
     cloud.data = b"".join(struct.pack("<4f", *point) for point in points)
+    fields = [PointField(name, offset, 7, 1) for name, offset in (("x", 0), ("y", 4), ("z", 8), ("rgb", 12))]
+    tints = [(-4, 0, 0, 0xC86432), (-3, 1, 0, 0x00FF00), (2, 0, 0, 0x0A141E)]
+    coloured = PointCloud2(height=1, width=3, point_step=16, row_step=48, fields=fields)
+    coloured.header.frame_id = "map"
+    coloured.data = b"".join(struct.pack("<3fI", *point) for point in tints)
+    old = PointCloud(header=Header(frame_id="map"), points=[Point32(x, 1, 0) for x in (-3, -1, 1)])
+    old.channels = [ChannelFloat32("heat", [10, 20, 40])]
     scan = LaserScan(header=Header(frame_id="base_link"), range_min=0.5, range_max=9.0, angle_increment=1.0)
     scan.ranges = [3.0, 0.1]
     cube = Marker(header=Header(frame_id="map"), ns="cubes", id=1, type=Marker.CUBE)
@@ -207,7 +228,7 @@ def main() -> None:
     spheres.points = [Point(2.0, 4.0, 0.0), Point(3.0, 4.0, 0.0)]
     spheres.color.r = spheres.color.a = 1.0
     messages = {"map": grid, "path": path, "cloud": cloud, "scan": scan, "visualization_marker": cube}
-    messages["markers"] = MarkerArray([spheres])
+    messages |= {"markers": MarkerArray([spheres]), "rgb_cloud": coloured, "old_cloud": old}
     messages |= poses() | cameras() | {"shapes": shapes()}
     publishers = {
         name: rospy.Publisher(f"/{name}", type(message), queue_size=1, latch=True)

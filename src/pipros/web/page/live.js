@@ -110,9 +110,10 @@ class Live extends EventTarget {
 
   // Subscribes anew to the views that show messages: they come from another source now.
   restart() {
+    const before = [...this.requests];
     this.dispatchEvent(new Event("source"));
-    for (const [id, request] of [...this.requests]) {
-      if (!MESSAGE_VIEWS.has(request.message.view)) continue;
+    for (const [id, request] of before) {
+      if (!this.requests.has(id) || !MESSAGE_VIEWS.has(request.message.view)) continue;
       this.requests.delete(id);
       this.send({ id, stop: true });
       request.message = { ...request.message, id: this.next++ };

@@ -57,7 +57,10 @@ LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
 TF_HISTORY_S: Final = 10.0
 LONGEST_DESCRIPTION: Final = 16_000_000
-_MESSAGE: Final = struct.Struct("<dI")
+MOST_SENDERS: Final = 200
+"""Maximum number of publishers of a topic whose names one browser learns."""
+LONGEST_SENDER: Final = 300
+_MESSAGE: Final = struct.Struct("<dIH")
 FILE: Final = "file://"
 TF_TOPICS: Final = ("/tf", "/tf_static")
 
@@ -179,13 +182,15 @@ class SceneViews:
         """Yield the layout of a topic's type as JSON, then its messages in order, as they are on the wire.
 
         A batch is a byte (1 if the rest is compressed by zlib), and for each message the time of its arrival
-        (f64, s), its size (u32) and its bytes. If the browser is slow, the oldest messages are dropped; with
-        `queue` 1, it gets the newest only.
+        (f64, s), its size (u32), the number of its sender (u16) and its bytes. Senders are numbered from 1 in
+        the list that precedes their first batch; 0 is an unknown one. If the browser is slow, the oldest
+        messages are dropped; with `queue` 1, it gets the newest only.
         """
         name = topic_name(arguments)
         queue = _number(arguments, "queue", 10, LONGEST_QUEUE)
         with self._shared(name).use() as topic, topic.queued(queue) as pending:
             layout: Mapping[str, Any] | None = None
+            senders: dict[str, int] = {}
             lost = 0
             while True:
                 if layout != topic.layout:
@@ -196,7 +201,9 @@ class SceneViews:
                 if dropped:
                     yield {"lost": lost}
                 if messages:
-                    yield await self._packed(messages, is_compressed=bool(arguments.get("deflate")))
+                    if _add_senders(senders, messages):
+                        yield {"senders": list(senders)}
+                    yield await self._packed(messages, senders, is_compressed=bool(arguments.get("deflate")))
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def cloud(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -301,11 +308,15 @@ class SceneViews:
             with watch.listening(topic.add, from_newest=True):
                 yield topic
 
-    async def _packed(self, messages: list[tuple[AnyMsg, float]], *, is_compressed: bool) -> bytes:
+    async def _packed(
+        self, messages: list[tuple[AnyMsg, float]], senders: Mapping[str, int], *, is_compressed: bool
+    ) -> bytes:
         size = sum(len(message.body) for message, _ in messages)
         if size <= LARGE_BYTES:
-            return _batch(messages, is_compressed=False)
-        return await self._system.computations.run(lambda: _batch(messages, is_compressed=is_compressed))
+            return _batch(messages, senders, is_compressed=False)
+        return await self._system.computations.run(
+            lambda: _batch(messages, senders, is_compressed=is_compressed)
+        )
 
 
 class SceneTopic:
@@ -439,10 +450,25 @@ def _layout_of(header: Mapping[str, str]) -> Mapping[str, Any]:
     return {"type": kind, "types": types}
 
 
-def _batch(messages: list[tuple[AnyMsg, float]], *, is_compressed: bool) -> bytes:
+def _sender_of(message: AnyMsg) -> str:
+    return message.header.get("callerid", "")[:LONGEST_SENDER]
+
+
+def _add_senders(known: dict[str, int], messages: list[tuple[AnyMsg, float]]) -> bool:
+    """Number the senders that are not known yet. Return whether there were any."""
+    before = len(known)
+    for message, _ in messages:
+        sender = _sender_of(message)
+        if sender not in known and len(known) < MOST_SENDERS:
+            known[sender] = len(known) + 1
+    return len(known) > before
+
+
+def _batch(messages: list[tuple[AnyMsg, float]], senders: Mapping[str, int], *, is_compressed: bool) -> bytes:
     parts = []
     for message, wall_s in messages:
-        parts += [_MESSAGE.pack(wall_s, len(message.body)), message.body]
+        number = senders.get(_sender_of(message), 0)
+        parts += [_MESSAGE.pack(wall_s, len(message.body), number), message.body]
     data = b"".join(parts)
     return b"\1" + zlib.compress(data, 1) if is_compressed else b"\0" + data
 
@@ -461,7 +487,7 @@ def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: 
         "step": found.step,
         "problem": found.problem,
         "columns": [[column.name, column.datatype, len(column.data)] for column in found.columns],
-        "from": message.header.get("callerid", "")[:300],
+        "from": _sender_of(message),
     }
     return b"".join([json.dumps(head).encode(), b"\n", *(column.data for column in found.columns)])
 

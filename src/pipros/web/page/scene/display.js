@@ -6,6 +6,7 @@ import { clear, dispose, place } from "./shapes.js";
 import { Properties, truth } from "./properties.js";
 
 const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
+const MOST_SENDERS = 20; // with a status each
 export const LEVELS = ["ok", "warning", "error"];
 
 export class Display {
@@ -19,6 +20,7 @@ export class Display {
     this.stops = [];
     this.waiting = []; // messages without a transform
     this.received = 0;
+    this.sender = ""; // of the newest message
     this.isOn = false;
   }
 
@@ -89,6 +91,13 @@ export class Display {
     this.waiting = [];
   }
 
+  // Begins anew: messages come from another source.
+  restart() {
+    if (!this.isOn) return;
+    this.turnOff();
+    this.turnOn();
+  }
+
   // Returns the names that can be switched one by one (frames, links, namespaces), and the key of their map in the file.
   parts() {
     return { key: "", names: [] };
@@ -129,7 +138,8 @@ export class Display {
       return;
     }
     this.setStatus("Topic", "warning", "No messages received");
-    this.stops.push(this.scene.subscribe(topic, queue || Math.max(1, this.queueSize()), (message, arrival) => {
+    this.stops.push(this.scene.subscribe(topic, queue || Math.max(1, this.queueSize()), (message, arrival, sender) => {
+      this.sender = sender;
       this.countMessage();
       take(message, arrival);
     }, (text) => this.setStatus("Topic", "error", text)));
@@ -147,23 +157,32 @@ export class Display {
   // Calls `put(message, pose)` as soon as the pose of the message's frame in the fixed frame is known at its stamp.
   // `until` returns the last stamp that must be known.
   whenPlaced(message, put, until = (each) => each.header.stamp) {
-    this.waiting.push({ message, put, until });
+    this.waiting.push({ message, put, until, status: this.transformStatus() });
     const most = Math.max(1, this.queueSize());
     if (this.waiting.length > most) this.waiting.splice(0, this.waiting.length - most);
     this.placeWaiting();
+  }
+
+  // Returns the name of the status of the newest message's transform.
+  transformStatus() {
+    const isOfSender = (each) => each.startsWith("Transform [");
+    const name = this.sender ? `Transform [sender=${this.sender}]` : "Transform";
+    const others = [...this.statuses.keys()].filter(isOfSender);
+    if (isOfSender(name) && !this.statuses.has(name) && others.length >= MOST_SENDERS) this.dropStatus(others[0]);
+    return name;
   }
 
   // Tries the messages that wait for transforms.
   placeWaiting() {
     const left = [];
     for (const entry of this.waiting) {
-      const { message, put, until } = entry;
+      const { message, put, until, status } = entry;
       const frame = withoutSlash(message.header.frame_id);
       try {
         const pose = this.scene.poseOf(frame, message.header.stamp);
         if (until(message) !== message.header.stamp) this.scene.poseOf(frame, until(message));
         put(message, pose);
-        this.setStatus("Transform", "ok", "Transform OK");
+        this.setStatus(status, "ok", "Transform OK");
         this.dropStatus("Link");
       } catch (error) {
         if (!(error instanceof TransformError)) {
@@ -171,10 +190,10 @@ export class Display {
           continue;
         }
         if (this.isTooOld(frame, message.header.stamp)) {
-          this.setStatus("Transform", "error", `Message removed because it is too old (frame=[${frame}], stamp=[${Number(message.header.stamp) / 1e9}])`);
+          this.setStatus(status, "error", `Message removed because it is too old (frame=[${frame}], stamp=[${Number(message.header.stamp) / 1e9}])`);
           continue;
         }
-        this.setStatus("Transform", "error", this.scene.whyNot(frame, error));
+        this.setStatus(status, "error", this.scene.whyNot(frame, error));
         this.explain(frame);
         left.push(entry);
       }
@@ -182,9 +201,9 @@ export class Display {
     this.waiting = left;
   }
 
-  // Names the link that has ended, if one between a frame and the fixed frame has.
+  // Says what keeps a frame from having a pose in the fixed frame.
   explain(frame) {
-    const text = this.scene.oldestLink(frame);
+    const text = this.scene.explanation(frame);
     if (text) this.setStatus("Link", "warning", text);
     else this.dropStatus("Link");
   }
@@ -205,8 +224,10 @@ export class Display {
     try {
       place(object, this.scene.poseOf(name, 0n));
       this.setStatus("Transform", "ok", "Transform OK");
+      this.dropStatus("Link");
       return true;
     } catch (error) {
+      this.explain(name);
       this.setStatus("Transform", "error", error instanceof TransformError ? `No transform from [${name}] to [${this.scene.fixedFrame}]` : error.message);
       return false;
     }

@@ -273,6 +273,17 @@ export class Frames {
     throw this.loop();
   }
 
+  // Returns the newest links {child, parent, stamp} from a frame up to the root of its tree.
+  linksAbove(name) {
+    const links = [];
+    try {
+      for (const [stamp, parent] of this.ancestors(name)) links.push({ child: links.at(-1)?.parent ?? name, parent, stamp });
+    } catch {
+      return []; // a loop has no root
+    }
+    return links;
+  }
+
   loop() {
     return new TransformError("LookupException", "The tf tree is invalid because it contains a loop.");
   }

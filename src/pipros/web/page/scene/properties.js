@@ -247,7 +247,7 @@ export const VIEWS = {
   "rviz/XYOrbit": [...VIEW, ...ORBIT],
   "rviz/ThirdPersonFollower": [...VIEW, ...ORBIT],
   "rviz/TopDownOrtho": [...VIEW, ["Scale", "float", 10], ["Angle", "float", 0], ["X", "float", 0], ["Y", "float", 0]],
-  "rviz/FPS": [...VIEW, ["Yaw", "float", 0], ["Pitch", "float", 0], ["Position", "vector", [0, 0, 0]]],
+  "rviz/FPS": [...VIEW, ["Yaw", "float", 0], ["Pitch", "float", 0], ["Roll", "float", 0], ["Position", "vector", [0, 0, 0]]],
 };
 
 export const GLOBAL = [

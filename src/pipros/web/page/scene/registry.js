@@ -34,6 +34,8 @@ class Group extends Display {
 
   reset() {}
 
+  restart() {}
+
   close() {
     for (const display of this.displays) display.close();
     super.close();

@@ -1,7 +1,9 @@
 // The scene: transforms, displays and the picture. It draws when something has changed, at most at the file's frame rate.
 
 import * as THREE from "three";
+import { playback } from "../bags/playback.js";
 import { live } from "../live.js";
+import { messagesOf, unpacked } from "./batches.js";
 import { Frames } from "./frames.js";
 import { decoderOf } from "./layout.js";
 import { Meshes } from "./meshes.js";
@@ -10,11 +12,11 @@ import { GLOBAL, Properties } from "./properties.js";
 import { colourOf } from "./shapes.js";
 import { viewOf } from "./views.js";
 import { makeDisplay } from "./registry.js";
+import { explanation, otherRoots, whyNot } from "./transform_texts.js";
 
 THREE.ColorManagement.enabled = false;
 
 const TF_QUEUE = 1000;
-const LINK_AGE_S = 2;
 const isLocal = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
 
 export class Scene {
@@ -42,8 +44,10 @@ export class Scene {
     this.isDirty = true;
     this.isHidden = true;
     this.last = { time: 0, version: -1 };
-    this.figures = { pictures: 0, ms: 0 };
+    this.figures = { pictures: 0, ms: 0, bytes: 0 };
     this.isLost = false;
+    this.hasNewClouds = false; // whether the points must be divided anew
+    this.mostPoints = innerWidth < 700 ? 50000 : 200000; // of all clouds together
     this.isInteracting = false; // whether the tool Interact is chosen
     /** @type {HTMLElement | null} */
     this.images = null; // where displays show images
@@ -52,6 +56,7 @@ export class Scene {
       this.isLost = true;
       this.onStatus();
     });
+    context.onSource(() => this.restart());
     canvas.addEventListener("webglcontextrestored", () => {
       this.isLost = false;
       for (const display of this.all()) display.changed();
@@ -75,10 +80,10 @@ export class Scene {
     this.setView(views.Current);
     if (!Array.isArray(this.config.Displays)) this.config.Displays = [];
     this.frames = new Frames();
-    this.stops.push(this.subscribe("/tf", TF_QUEUE, (message) => this.addTransforms(message, false)));
-    this.stops.push(this.subscribe("/tf_static", TF_QUEUE, (message) => this.addTransforms(message, true)));
-    this.simulatedNs = isSimulated ? 0n : null;
-    if (isSimulated) this.stops.push(this.subscribe("/clock", 1, ({ clock }) => this.setClock(clock)));
+    this.isSimulated = isSimulated;
+    this.stops.push(this.subscribe("/tf", TF_QUEUE, (message, _, sender) => this.addTransforms(message, false, sender)));
+    this.stops.push(this.subscribe("/tf_static", TF_QUEUE, (message, _, sender) => this.addTransforms(message, true, sender)));
+    this.followClock();
     this.displays = this.config.Displays.map((each) => makeDisplay(this, each));
     for (const display of this.displays) if (display.isEnabled) display.turnOn();
     this.invalidate();
@@ -116,6 +121,14 @@ export class Scene {
     this.invalidate();
   }
 
+  // Forgets everything that came from messages: they come from a bag now, from another moment of it, or no longer.
+  restart() {
+    this.frames = new Frames();
+    this.followClock();
+    for (const display of this.all()) display.restart();
+    this.invalidate();
+  }
+
   close() {
     for (const display of this.displays) display.close();
     for (const stop of this.stops) stop();
@@ -123,6 +136,14 @@ export class Scene {
   }
 
   // -- time and transforms ------------------------------------------------------------------------------------------------
+
+  // Takes the time from `/clock`, if it is simulated or that of a bag.
+  followClock() {
+    const isFollowing = Boolean(this.isSimulated || playback.bag);
+    this.simulatedNs = isFollowing ? 0n : null;
+    this.stopClock?.();
+    this.stopClock = isFollowing ? this.subscribe("/clock", 1, ({ clock }) => this.setClock(clock)) : null;
+  }
 
   now() {
     return this.simulatedNs ?? BigInt(Math.round(Date.now() * 1e3)) * 1000n;
@@ -136,8 +157,8 @@ export class Scene {
     this.simulatedNs = clock;
   }
 
-  addTransforms({ transforms }, isStatic) {
-    for (const { header, child_frame_id: child, transform } of transforms) this.frames.insert(header.frame_id, child, header.stamp, poseOf(transform), "", isStatic);
+  addTransforms({ transforms }, isStatic, sender = "") {
+    for (const { header, child_frame_id: child, transform } of transforms) this.frames.insert(header.frame_id, child, header.stamp, poseOf(transform), sender, isStatic);
   }
 
   // Returns the pose of a frame in the fixed frame. Throws a TransformError.
@@ -145,26 +166,13 @@ export class Scene {
     return this.frames.lookup(this.fixedFrame, frame, stamp);
   }
 
-  // Returns a status text for a frame without a transform, as rviz writes it.
+  // Returns why a frame has no pose in the fixed frame: rviz's text for a TransformError, and what else is known.
   whyNot(frame, error) {
-    if (!this.frames.has(frame)) return `For frame [${frame}]: Frame [${frame}] does not exist`;
-    if (!this.frames.has(this.fixedFrame)) return `For frame [${frame}]: Fixed Frame [${this.fixedFrame}] does not exist`;
-    return `For frame [${frame}]: No transform to fixed frame [${this.fixedFrame}].  TF error: [${error.message}]`;
+    return whyNot(this.frames, this.fixedFrame, frame, error);
   }
 
-  // Returns which link between a frame and the fixed frame is the oldest, and how old; empty if that explains nothing.
-  oldestLink(frame) {
-    const moving = [];
-    for (let child of [frame, this.fixedFrame]) {
-      for (const [stamp, parent] of this.frames.ancestors(child)) {
-        if (stamp > 0n) moving.push({ child, parent, stamp });
-        child = parent;
-      }
-    }
-    const [oldest] = moving.sort((one, other) => (one.stamp < other.stamp ? -1 : 1));
-    if (!oldest) return "";
-    const age = Number(this.now() - oldest.stamp) / 1e9;
-    return age > LINK_AGE_S ? `The transform from [${oldest.child}] to [${oldest.parent}] is ${age.toFixed(0)} s old; its sender may have stopped.` : "";
+  explanation(frame) {
+    return explanation(this.frames, this.fixedFrame, frame, this.now());
   }
 
   // Returns the status of the fixed frame: [level, text].
@@ -174,16 +182,8 @@ export class Scene {
     return ["error", `Unknown frame ${this.fixedFrame}`];
   }
 
-  // Returns the frames that would show something as the fixed frame, the largest tree first: roots of trees without it.
   otherRoots() {
-    const sizes = new Map();
-    for (const name of this.frames.names()) {
-      let root = name;
-      for (const [, parent] of this.frames.ancestors(name)) root = parent;
-      sizes.set(root, (sizes.get(root) ?? 0) + 1);
-      if (name === this.fixedFrame) sizes.set(root, -Infinity);
-    }
-    return [...sizes].filter(([, size]) => size > 1).sort((one, other) => other[1] - one[1]).map(([root]) => root);
+    return otherRoots(this.frames, this.fixedFrame);
   }
 
   // -- data ---------------------------------------------------------------------------------------------------------------
@@ -192,25 +192,24 @@ export class Scene {
     return !text || text.startsWith("/") ? text : `/${text}`;
   }
 
-  // Calls `take(message, arrival)` with each message of a topic, decoded. Returns a function that ends it.
+  // Calls `take(message, arrival, sender)` with each message of a topic, decoded. Returns a function that ends it.
   subscribe(name, queue, take, onError = (_text) => {}) {
     let decode = null;
     let isOver = false;
-    const receive = async (data) => {
+    let senders = [];
+    const receive = async (data, frames) => {
       if (!(data instanceof DataView)) {
+        senders = data.senders ?? senders;
         if (data.layout?.error) onError(data.layout.error);
         if (data.layout?.types) decode = decoderOf(data.layout.types, data.layout.type);
         return;
       }
+      this.figures.bytes += data.byteLength;
       const batch = await unpacked(data);
-      if (isOver || !decode) return;
-      for (let at = 0; at + 12 <= batch.byteLength;) {
-        const size = batch.getUint32(at + 8, true);
-        const body = new DataView(batch.buffer, batch.byteOffset + at + 12, size);
-        const arrival = batch.getFloat64(at, true);
-        at += 12 + size;
+      if (isOver || !decode || frames !== this.frames) return; // messages of another source or moment
+      for (const { body, arrival, sender } of messagesOf(batch, senders)) {
         try {
-          take(decode(body), arrival);
+          take(decode(body), arrival, sender);
         } catch (error) {
           onError(error.message);
         }
@@ -219,7 +218,10 @@ export class Scene {
     };
     // One after the other: a compressed batch must not be passed by the next one.
     let turn = Promise.resolve();
-    const stop = this.context.watch("scene_messages", { name, queue, deflate: !isLocal }, (data) => { turn = turn.then(() => receive(data)).catch((error) => onError(error.message)); }, (text) => text && onError(text));
+    const stop = this.context.watch("scene_messages", { name, queue, deflate: !isLocal }, (data) => {
+      const { frames } = this;
+      turn = turn.then(() => receive(data, frames)).catch((error) => onError(error.message));
+    }, (text) => text && onError(text));
     return () => {
       isOver = true;
       stop();
@@ -237,6 +239,13 @@ export class Scene {
         reject(new Error(text));
       });
     });
+  }
+
+  // Divides the points of this viewer among its clouds.
+  sharePoints() {
+    this.hasNewClouds = false;
+    const clouds = this.all().filter((display) => display.isOn && display.takeShare);
+    for (const each of clouds) each.takeShare(Math.max(1, Math.floor(this.mostPoints / clouds.length)));
   }
 
   // -- pictures -----------------------------------------------------------------------------------------------------------
@@ -275,6 +284,7 @@ export class Scene {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!width || !height || this.isLost || !this.view) return;
     const begin = performance.now();
+    if (this.hasNewClouds) this.sharePoints();
     for (const display of this.all()) {
       if (!display.isOn) continue;
       try {
@@ -305,12 +315,3 @@ export class Scene {
     }
   }
 }
-
-// Returns the messages of a batch, which may be compressed.
-export async function unpacked(data) {
-  const bytes = new Uint8Array(data.buffer, data.byteOffset + 1, data.byteLength - 1);
-  if (!data.getUint8(0)) return new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new DataView(await new Response(stream).arrayBuffer());
-}
-

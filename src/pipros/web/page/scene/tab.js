@@ -1,6 +1,7 @@
 // The Scene tab: a tree of displays, a toolbar, and the picture.
 
 import { download, h, replace } from "../dom.js";
+import { budgetLine } from "./budget.js";
 import { Scene } from "./scene.js";
 import { Tools } from "./tools.js";
 import { TreePanel } from "./tree_panel.js";
@@ -41,7 +42,7 @@ export function open(view, _argument, context) {
       h("button", { onclick: () => scene.reset() }, "Reset"),
       h("button", { onclick: () => picture() }, "Save PNG"), save),
     error,
-    h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, images, lost, status))));
+    h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, images, lost, status, budgetLine(scene, context.signal)))));
   if (innerWidth < 700) dock.click();
 
   function picture() {

@@ -64,6 +64,11 @@ class Orbit extends View {
     return 0;
   }
 
+  // An inverted z axis turns the camera by half a turn about an x axis through the focal point.
+  get sign() {
+    return this.get("Invert Z Axis") ? -1 : 1;
+  }
+
   focus() {
     const [x, y, z] = this.get("Focal Point");
     const [cos, sin] = [Math.cos(this.turn), Math.sin(this.turn)];
@@ -73,10 +78,10 @@ class Orbit extends View {
   aim(width, height) {
     const [distance, yaw, pitch] = [Math.max(0.01, this.get("Distance")), this.get("Yaw") + this.turn, this.get("Pitch")];
     const focus = this.focus();
-    const back = new THREE.Vector3(Math.cos(yaw) * Math.cos(pitch), Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch));
+    const back = new THREE.Vector3(Math.cos(yaw) * Math.cos(pitch), this.sign * Math.sin(yaw) * Math.cos(pitch), this.sign * Math.sin(pitch));
+    this.camera.up.set(0, 0, this.sign);
     this.camera.fov = (this.get("Field of View") * 180) / Math.PI;
     this.camera.aspect = width / height;
-    this.camera.up.set(0, 0, this.get("Invert Z Axis") ? -1 : 1);
     this.camera.position.copy(focus).addScaledVector(back, distance);
     this.camera.lookAt(focus);
     this.raise(distance);
@@ -119,8 +124,8 @@ class Orbit extends View {
     const back = position.sub(this.focus());
     const distance = Math.max(0.01, back.length());
     this.set("Distance", distance);
-    this.set("Pitch", Math.min(PITCH_LIMIT, Math.max(-PITCH_LIMIT, Math.asin(back.z / distance))));
-    this.set("Yaw", Math.atan2(back.y, back.x) - this.turn);
+    this.set("Pitch", Math.min(PITCH_LIMIT, Math.max(-PITCH_LIMIT, Math.asin((this.sign * back.z) / distance))));
+    this.set("Yaw", Math.atan2(this.sign * back.y, back.x) - this.turn);
   }
 
   home() {
@@ -204,6 +209,7 @@ class Fps extends View {
     this.camera.position.set(this.origin[0] + x, this.origin[1] + y, this.origin[2] + z);
     const ahead = new THREE.Vector3(Math.cos(yaw) * Math.cos(pitch), Math.sin(yaw) * Math.cos(pitch), -Math.sin(pitch));
     this.camera.lookAt(ahead.add(this.camera.position));
+    this.camera.rotateZ(-this.get("Roll"));
     this.camera.updateProjectionMatrix();
   }
 

@@ -7,7 +7,6 @@ import { points } from "../points.js";
 import { interpolated, transformed } from "../pose.js";
 import { clear, dispose, place } from "../shapes.js";
 
-const MOST_POINTS = 200000; // of one cloud
 const MOST_KEPT = 2000000; // of all clouds of a display with a decay time
 const TEXT = new TextDecoder();
 
@@ -94,6 +93,9 @@ export class Cloud extends Display {
 export class PointCloud2 extends Cloud {
   begin() {
     super.begin();
+    this.topic = "";
+    this.limit = 0;
+    this.points = null; // {shown, total} of the newest cloud
     const name = this.scene.topicName(this.get("Topic"));
     this.received = 0;
     if (!name) {
@@ -101,20 +103,41 @@ export class PointCloud2 extends Cloud {
       return;
     }
     this.setStatus("Topic", "warning", "No messages received");
+    this.topic = name;
+    this.scene.hasNewClouds = true;
+    this.scene.invalidate();
+  }
+
+  end() {
+    this.stopListening?.();
+    this.stopListening = null;
+    this.limit = 0;
+    this.points = null;
+    this.scene.hasNewClouds = true;
+  }
+
+  // Subscribes to the cloud with at most `limit` points.
+  takeShare(limit) {
+    if (!this.topic || limit === this.limit) return;
+    this.stopListening?.();
+    this.limit = limit;
     const fields = fieldsFor(this.get("Color Transformer"), this.get("Channel Name"));
-    this.stops.push(this.scene.context.watch("scene_cloud", { name, limit: MOST_POINTS, fields }, (data) => this.take(data), (text) => text && this.setStatus("Topic", "error", text)));
+    this.stopListening = this.scene.context.watch("scene_cloud", { name: this.topic, limit, fields }, (data) => this.take(data), (text) => text && this.setStatus("Topic", "error", text));
   }
 
   take(data) {
     const all = new Uint8Array(data.buffer, data.byteOffset, data.byteLength);
     const end = all.indexOf(10);
     const head = JSON.parse(TEXT.decode(all.subarray(0, end)));
+    this.scene.figures.bytes += data.byteLength;
+    this.sender = head.from;
     this.countMessage();
     if (head.problem) {
       this.setStatus("Message", "error", head.problem);
       return;
     }
     this.dropStatus("Message");
+    this.points = { shown: Math.ceil(head.count / head.step), total: head.count };
     this.setStatus("Points", "ok", head.step > 1 ? `Showing 1 of ${head.step} of ${head.count} points` : `Showing ${head.count} points`);
     const columns = columnsOf(head, all.subarray(end + 1));
     const stamp = BigInt(head.stamp[0]) * 1000000000n + BigInt(head.stamp[1]);

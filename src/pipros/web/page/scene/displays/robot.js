@@ -18,6 +18,9 @@ export class RobotModel extends Display {
     this.waiting = [];
   }
 
+  // The description is that of the running system, also while a bag is shown.
+  restart() {}
+
   end() {
     super.reset();
   }
@@ -121,13 +124,14 @@ export class RobotModel extends Display {
 
   frame() {
     const prefix = this.get("TF Prefix").replace(/\/$/, "");
+    let lost = "";
     for (const [name, entry] of this.links) {
       const frame = prefix ? `${prefix}/${name}` : name;
       let pose = null;
       try {
         pose = this.scene.poseOf(frame, 0n);
       } catch {
-        // stays where it was
+        lost ||= frame; // stays where it was
       }
       if (pose) place(entry.group, pose);
       const hasPose = pose !== null;
@@ -138,6 +142,8 @@ export class RobotModel extends Display {
       }
       entry.group.visible = entry.isShown !== false;
     }
+    if (lost) this.explain(lost);
+    else this.dropStatus("Link");
   }
 
   // Links without a transform are white, unlit and opaque.

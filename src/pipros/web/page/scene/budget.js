@@ -1,0 +1,37 @@
+// The status line of the picture: pictures and data per second, and the points of this viewer, which can be changed here.
+
+import { h, replace } from "../dom.js";
+
+const INTERVAL_MS = 1000;
+const CHOICES = [20000, 50000, 100000, 200000, 500000, 1000000, 2000000];
+
+const thousands = (number) => number.toLocaleString("en-GB");
+
+// Returns the element. `signal` ends it.
+export function budgetLine(scene, signal) {
+  const rates = h("span", {});
+  const points = h("span", {});
+  const most = h("select", { "aria-label": "Points of all clouds", title: "Points of all clouds together, which this browser gets", onchange: () => {
+    scene.mostPoints = Number(most.value);
+    scene.hasNewClouds = true;
+    scene.invalidate();
+  } }, CHOICES.map((count) => h("option", { value: count, selected: count === scene.mostPoints }, `at most ${thousands(count)}`)));
+  const share = h("span", { hidden: true }, points, " ", most);
+  let last = { at: performance.now(), pictures: 0, bytes: 0 };
+
+  function show() {
+    const { pictures, bytes } = scene.figures;
+    const now = performance.now();
+    const elapsed = (now - last.at) / 1000;
+    replace(rates, `${((pictures - last.pictures) / elapsed).toFixed(0)} pictures/s, ${((bytes - last.bytes) / elapsed / 1e6).toFixed(1)} MB/s`);
+    last = { at: now, pictures, bytes };
+    const clouds = scene.all().filter((display) => display.isOn && display.takeShare);
+    const sum = (part) => clouds.reduce((total, display) => total + (display.points?.[part] ?? 0), 0);
+    share.hidden = !clouds.length;
+    replace(points, `, ${thousands(sum("shown"))} of ${thousands(sum("total"))} points,`);
+  }
+
+  const timer = setInterval(() => scene.isHidden || show(), INTERVAL_MS);
+  signal.addEventListener("abort", () => clearInterval(timer));
+  return h("div", { class: "scene-figures" }, rates, share);
+}

@@ -1,0 +1,36 @@
+// Texts on transforms that are missing: rviz's own, what keeps them from being known, and what would help.
+
+const LINK_AGE_S = 2;
+
+// Returns a status text for a frame without a transform, as rviz writes it.
+export function whyNot(frames, fixedFrame, frame, error) {
+  if (!frames.has(frame)) return `For frame [${frame}]: Frame [${frame}] does not exist`;
+  if (!frames.has(fixedFrame)) return `For frame [${frame}]: Fixed Frame [${fixedFrame}] does not exist`;
+  return `For frame [${frame}]: No transform to fixed frame [${fixedFrame}].  TF error: [${error.message}]`;
+}
+
+// Returns what keeps a frame from having a pose in the fixed frame: it is in another tree, or a link is old. Empty if
+// nothing is known.
+export function explanation(frames, fixedFrame, frame, now) {
+  if (!frames.has(frame)) return "";
+  const [links, others] = [frame, fixedFrame].map((name) => frames.linksAbove(name));
+  const root = links.at(-1)?.parent ?? frame;
+  if (root !== (others.at(-1)?.parent ?? fixedFrame)) return `[${frame}] is in the tree of [${root}], which the fixed frame is not in; with [${root}] as the fixed frame it would be shown.`;
+  const [oldest] = [...links, ...others].filter(({ stamp }) => stamp > 0n).sort((one, other) => (one.stamp < other.stamp ? -1 : 1));
+  if (!oldest) return "";
+  const age = Number(now - oldest.stamp) / 1e9;
+  if (age <= LINK_AGE_S) return "";
+  const sender = frames.authority(oldest.child);
+  return `The transform from [${oldest.child}] to [${oldest.parent}]${sender ? `, sent by [${sender}],` : ""} is ${age.toFixed(0)} s old; its sender may have stopped.`;
+}
+
+// Returns the frames that would show something as the fixed frame, the largest tree first: roots of trees without it.
+export function otherRoots(frames, fixedFrame) {
+  const sizes = new Map();
+  for (const name of frames.names()) {
+    const root = frames.linksAbove(name).at(-1)?.parent ?? name;
+    sizes.set(root, (sizes.get(root) ?? 0) + 1);
+    if (name === fixedFrame) sizes.set(root, -Infinity);
+  }
+  return [...sizes].filter(([, size]) => size > 1).sort((one, other) => other[1] - one[1]).map(([root]) => root);
+}
