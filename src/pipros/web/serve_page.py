@@ -21,6 +21,7 @@ from pipros.web.access import Access
 from pipros.web.bag_folder import BagFolder
 from pipros.web.bag_views import ShownBags
 from pipros.web.desktop import open_in_browser
+from pipros.web.open_bags import OpenBags
 from pipros.web.scene_services import serve_scene_file
 from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
@@ -188,7 +189,8 @@ def services(
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
     layouts = LayoutActions(system, may_save=saves_layouts)
-    bag_views, shown = BagViews(system, bags), ShownBags()
+    open_bags = OpenBags()
+    bag_views, shown = BagViews(system, bags, open_bags), ShownBags(open_bags)
     goals, teleop = ActionViews(system), TeleopViews(system)
     views: Mapping[str, View] = {
         "action": goals.action,
