@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import struct
+import sys
 import zipfile
 from pathlib import Path
 
@@ -116,6 +117,7 @@ def test_a_bag_plays_pauses_and_steps(ros: RosSystem, open_tab: OpenTab, tmp_pat
     wait_until(lambda: float(tab.evaluate(SHOWN_MOMENT)) < 19, 30.0, "the beginning")
     tab.get_by_role("button", name="Close the bag").click()
     expect(tab.locator("#shown-bag")).to_be_hidden()
+    expect(tab.get_by_role("button", name="Close the bag")).to_be_hidden()
 
 
 def test_a_plot_follows_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
@@ -164,3 +166,47 @@ def test_a_part_of_a_bag_is_exported(ros: RosSystem, open_tab: OpenTab, tmp_path
     assert rows == ["%time,field.data", "1010000000000,10.0", "1010100000000,10.1", "1010200000000,10.2"]
     assert images.namelist() == ["camera/000000_1010.000000000.png"]
     assert images.read(images.namelist()[0]).startswith(b"\x89PNG")
+
+
+NUMBERS = """
+import rospy
+from std_msgs.msg import Float64
+rospy.init_node("numbers")
+one, other = (rospy.Publisher(name, Float64, queue_size=10) for name in ("/one", "/other"))
+rate = rospy.Rate(50)
+while not rospy.is_shutdown():
+    one.publish(1.0)
+    other.publish(2.0)
+    rate.sleep()
+"""
+
+
+def test_chosen_topics_are_recorded_and_the_bag_is_opened(
+    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", NUMBERS)
+    ros.wait_for_publisher("/other")
+    tab = open_tab(Page(ros, "--bags", tmp_path, "--control"), "bags")
+    tab.get_by_text("Record", exact=True).click()
+    tab.get_by_label("Name of the recording").fill("run")
+    tab.get_by_label("All topics").uncheck()
+    tab.get_by_label("Filter the topics").fill("one")
+    tab.get_by_label("/one").check()
+    keep_screenshots(tab, "bags-record")
+    tab.get_by_role("button", name="Start recording").click()
+    state = tab.locator(".recording")
+    expect(state).to_contain_text(re.compile(r"Recording run\.bag: 1 topic, [1-9]\d+ messages"))
+    keep_screenshots(tab, "bags-recording")
+    tab.get_by_role("button", name="Stop recording").click()
+    expect(state).to_contain_text("Recorded run.bag")
+    tab.get_by_role("button", name="Open", exact=True).click()
+    expect(tab.locator(".timeline .name")).to_contain_text("/one")
+
+
+def test_a_page_without_control_does_not_record(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_bare_master()
+    tab = open_tab(Page(ros, "--bags", tmp_path), "bags")
+    tab.get_by_text("Record", exact=True).click()
+    expect(tab.get_by_role("button", name="Start recording")).to_be_disabled()
+    expect(tab.locator(".recorder .note")).to_contain_text("Start it with --control")

@@ -37,16 +37,25 @@ def test_curves_pause_zoom_follow_and_are_saved(robot: RosSystem, open_tab: Open
         re.compile(r"/imu/angular_velocity/x: -?\d.*/imu/angular_velocity/y: -?\d")
     )
 
-    def changes() -> bool:
-        before = legend.inner_text()
-        tab.wait_for_timeout(300)
-        return legend.inner_text() != before
+    samples: list[str | bytes] = []
+    tab.on("websocket", lambda socket: socket.on("framereceived", lambda text: samples.append(text)))
+    tab.reload()
 
-    wait_until(changes, 30, "values that go on")
+    def wait_for_samples() -> str:
+        """Wait until the browser has received more samples, and return what it shows."""
+        most = len(samples) + 5
+        wait_until(lambda: bool(legend.inner_text()) and len(samples) > most, 30, "further samples")
+        return legend.inner_text()
+
+    def go_on() -> None:
+        before = legend.inner_text()
+        wait_until(lambda: legend.inner_text() != before, 30, "values that go on")
+
+    go_on()
     tab.get_by_role("button", name="Pause").click()
-    wait_until(lambda: not changes(), 30, "values that stand still")
+    assert wait_for_samples() == wait_for_samples()
     tab.get_by_role("button", name="Go on").click()
-    wait_until(changes, 30, "values that go on again")
+    go_on()
 
     chart = tab.locator(".u-over").bounding_box()
     assert chart is not None

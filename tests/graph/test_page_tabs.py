@@ -123,6 +123,8 @@ CHANGES = {
     "send_goal": {"name": "/robot", "type": "actionlib/TestActionGoal", "goal": ""},
     "cancel_goal": {"name": "/robot"},
     "steer": {"session": "x", "linear": 0, "angular": 0},
+    "record": {"topics": ["/imu"]},
+    "stop_recording": {},
 }
 
 
@@ -187,7 +189,7 @@ def test_four_commands_may_make_their_own_kind_of_change(robot: RosSystem, comma
         (["--read-only"], []),
         (["--bind", "0.0.0.0"], []),  # noqa: S104 - it must not be able to change anything there
         (["--bind", "localhost"], ["publishing"]),
-        (["--control"], sorted({*CHANGES, "publishing", "scene_save", "teleop"})),
+        (["--control"], sorted({*CHANGES, "publishing", "scene_feedback", "scene_save", "teleop"})),
     ],
 )
 def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[str], may: list[str]) -> None:

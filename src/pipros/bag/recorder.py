@@ -24,12 +24,13 @@ if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 _POLL_PERIOD_S = 0.5
+"""Interval at which the master is polled for new topics."""
 KEPT_CONNECTIONS = 1000
 """Maximum number of connections per topic that are kept in case they are needed again."""
-"""Interval at which the master is polled for new topics."""
 
 _WAIT_S = 0.2
 _DISK_PERIOD_S = 5.0
+_ENDING_DISK_PERIOD_S = 0.5
 _CHUNK_AGE_S = 10.0
 """Maximum age of an open chunk before it is written, which bounds the loss if the recording is killed."""
 
@@ -46,6 +47,7 @@ class RecordOptions:
         limit: maximum number of messages per topic; 0 for no limit.
         buffer_bytes: maximum size of the queue of unwritten messages; 0 for no limit.
         min_space_bytes: free disk space below which writing is paused.
+        ends_without_space: whether the recording ends instead of being paused.
         publish: whether to publish the name of each file on `/begin_write`.
         snapshot: whether to keep messages in memory, and write them when a message on `snapshot_trigger` or a
             call to the service `~trigger_snapshot` requests it; see `Snapshots`. `buffer_bytes` and the
@@ -60,6 +62,7 @@ class RecordOptions:
     limit: int = 0
     buffer_bytes: int = 256 * 1024 * 1024
     min_space_bytes: int = 1024**3
+    ends_without_space: bool = False
     tcp_nodelay: bool = False
     publish: bool = False
     snapshot: bool = False
@@ -71,6 +74,9 @@ class Recorder:
 
     Args:
         say, warn: called with a line of text to show.
+
+    Attributes:
+        written: number of messages written so far.
 
     Raises:
         BagError: a regular expression is malformed.
@@ -85,6 +91,7 @@ class Recorder:
         self._queue = RecordQueue(options.buffer_bytes, kept_ns)
         self._snapshots = Snapshots(options.files, self._queue, say)
         self._subscribers: dict[str, Any] = {}
+        self.written = 0
         self._left: dict[str, int] = {}
         self._finds_topics = options.all or options.is_regex or bool(options.of_node)
         self._wanted = [_compiled(topic) for topic in options.topics] if options.is_regex else []
@@ -93,6 +100,11 @@ class Recorder:
         self._has_space = True
         self._next_poll = self._next_disk_check = 0.0
         self._next_flush = time.monotonic() + _CHUNK_AGE_S
+
+    @property
+    def topics(self) -> int:
+        """Number of topics to which the recording has subscribed."""
+        return len(self._subscribers)
 
     def run(self) -> bool:
         """Record until the node shuts down, or until the recording is complete.
@@ -112,6 +124,8 @@ class Recorder:
             self._subscribe_to_named()
             while not self._node.is_shutdown and not self._is_complete():
                 self._poll_master_and_disk(files)
+                if self._options.ends_without_space and not self._has_space:
+                    break
                 if not self._write_all(files, self._queue.get_all(_WAIT_S)):
                     break
                 if files.is_due(self._node.clock.now_ns()) and not self._options.files.split:
@@ -184,7 +198,8 @@ class Recorder:
             self._next_poll = now + _POLL_PERIOD_S
             self._poll_master()
         if now >= self._next_disk_check:
-            self._next_disk_check = now + _DISK_PERIOD_S
+            ends = self._options.ends_without_space
+            self._next_disk_check = now + (_ENDING_DISK_PERIOD_S if ends else _DISK_PERIOD_S)
             self._check_disk(files)
             self._report_dropped()
 
@@ -266,6 +281,7 @@ class Recorder:
             try:
                 if not files.write(message):
                     return False
+                self.written += 1
             except OSError as error:
                 self._queue.dropped += 1
                 self._pause(files, error)
@@ -277,7 +293,8 @@ class Recorder:
         if had_space and not self._has_space:
             self._warn(
                 f"Less than {self._options.min_space_bytes} bytes of space free on disk with "
-                f"'{files.path}'. Disabling recording."
+                f"'{files.path}'. "
+                + ("The recording ends." if self._options.ends_without_space else "Disabling recording.")
             )
         elif self._has_space and not had_space:
             self._say("Re-enabling recording.")

@@ -106,6 +106,7 @@ class Limits(NamedTuple):
         page_layout_bytes: a layout of panels, which a browser stores or a file contains.
         page_topics: topics that all browsers connected to a page watch together.
         page_bags: bags that all browsers connected to a page have opened together.
+        page_record_spare_bytes: free disk space at which a recording made by a page ends.
         page_export_bytes: the messages in a part of a bag that a browser exports.
         scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
         bridge_clients: clients of rosbridge and Foxglove servers of a process.
@@ -212,6 +213,7 @@ class Limits(NamedTuple):
     page_layout_bytes: int = 65_536
     page_topics: int = 500
     page_bags: int = 20
+    page_record_spare_bytes: int = 1024 * _MIB
     page_export_bytes: int = 512 * _MIB
     scene_resource_bytes: int = 100 * _MIB
     bridge_clients: int = 250

@@ -7,8 +7,8 @@ import functools
 from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
-from pipros.web.browser_share import bag_of_browser
-from pipros.web.server import Action, View
+from pipros.web.open_bags import OpenBags
+from pipros.web.server import Action, Services, View
 from pipros.web.views.console import ConsoleViews
 from pipros.web.views.diagnostics import DiagnosticViews
 from pipros.web.views.frames import FrameViews
@@ -37,6 +37,9 @@ _ACTIONS: Final = ("definition", "message_text")
 class ShownBags:
     """Replaces views and actions by those of the bag that the calling browser has opened."""
 
+    def __init__(self, open_bags: OpenBags) -> None:
+        self._open_bags = open_bags
+
     def views(self, live: Mapping[str, View]) -> Mapping[str, View]:
         """Return the views, of which those that show messages show the browser's bag."""
         return {**live, **{name: self._view(name, live[name]) for name in _VIEWS}}
@@ -47,7 +50,9 @@ class ShownBags:
 
     def _view(self, name: str, live: View) -> View:
         async def view(arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-            async with contextlib.aclosing(self._chosen(name, live)(arguments)) as values:
+            services = self._open_bags.services(_services_of)
+            chosen = live if services is None else services.views[name]
+            async with contextlib.aclosing(chosen(arguments)) as values:  # type: ignore[type-var]
                 async for value in values:
                     yield value
 
@@ -56,30 +61,20 @@ class ShownBags:
     def _action(self, name: str, live: Action) -> Action:
         @functools.wraps(live)
         async def act(arguments: Mapping[str, Any]) -> Any:
-            return await self._chosen(name, live)(arguments)
+            services = self._open_bags.services(_services_of)
+            return await (live if services is None else services.actions[name])(arguments)
 
         return act
 
-    def _chosen(self, name: str, live: Any) -> Any:
-        browser = bag_of_browser()
-        if browser.playback is None:
-            return live
-        system = browser.playback.system
-        if browser.views is None or browser.views[0] is not system:
-            browser.views = system, _services_of(system)
-        return browser.views[1][name]
 
-
-def _services_of(system: WatchedSystem) -> Mapping[str, Any]:
+def _services_of(system: WatchedSystem) -> Services:
     frames, topics, scene = FrameViews(system), TopicViews(system), SceneViews(system, None)
-    return {
+    views: Mapping[str, View] = {
         "console": ConsoleViews(system).console,
-        "definition": topics.definition,
         "diagnostics": DiagnosticViews(system).diagnostics,
         "frames": frames.frames,
         "image": ImageViews(system).image,
         "measured": topics.measured,
-        "message_text": topics.message_text,
         "plot": PlotViews(system).plot,
         "scene_cloud": scene.cloud,
         "scene_messages": scene.messages,
@@ -87,3 +82,4 @@ def _services_of(system: WatchedSystem) -> Mapping[str, Any]:
         "topics": topics.topics,
         "transform": frames.transform,
     }
+    return Services(views, {"definition": topics.definition, "message_text": topics.message_text})

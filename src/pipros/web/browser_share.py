@@ -1,45 +1,35 @@
-"""State of one browser: its slots for service calls, and the bag that it has opened."""
+"""The browser that the current context serves, and its slots for service calls."""
 
 from __future__ import annotations
 
 from contextvars import ContextVar
-from dataclasses import dataclass
-from typing import Any
 
 from pipros.node.service_connection import Slots
 
 CALLS_OF_A_BROWSER = 4
 
-_CALLS: ContextVar[Slots] = ContextVar("calls of this browser")
 
-
-@dataclass(slots=True)
-class BrowserBag:
-    """The bag whose moment a browser shows.
+class Browser:
+    """One connected browser. Compared by identity, so that other modules can keep state for it.
 
     Attributes:
-        playback: a `BagPlayback`; None if the browser shows the running system.
-        views: the playback's current system, and the views and actions that show it, by name.
+        calls: its slots for service calls.
     """
 
-    playback: Any = None  # importing the types would make a cycle
-    views: Any = None
+    __slots__ = ("calls",)
+
+    def __init__(self) -> None:
+        self.calls = Slots(CALLS_OF_A_BROWSER)
 
 
-_BAG: ContextVar[BrowserBag] = ContextVar("bag of this browser")
+_BROWSER: ContextVar[Browser] = ContextVar("browser")
 
 
 def begin_browser() -> None:
-    """Set separate values for the current context, which serves one browser."""
-    _CALLS.set(Slots(CALLS_OF_A_BROWSER))
-    _BAG.set(BrowserBag())
+    """Make the current context serve a new browser."""
+    _BROWSER.set(Browser())
 
 
-def share_of_calls() -> Slots:
-    """Return the service-call slots of the browser to which the current context belongs."""
-    return _CALLS.get()
-
-
-def bag_of_browser() -> BrowserBag:
-    """Return the bag of the browser to which the current context belongs."""
-    return _BAG.get()
+def current_browser() -> Browser:
+    """Return the browser that the current context serves."""
+    return _BROWSER.get()

@@ -19,8 +19,10 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.web.access import Access
 from pipros.web.bag_folder import BagFolder
+from pipros.web.bag_recording import BagRecording
 from pipros.web.bag_views import ShownBags
 from pipros.web.desktop import open_in_browser
+from pipros.web.open_bags import OpenBags
 from pipros.web.scene_services import serve_scene_file
 from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
@@ -38,6 +40,7 @@ from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
+from pipros.web.views.recording import RecordingViews
 from pipros.web.views.scene import SceneFile, SceneViews
 from pipros.web.views.teleop import TeleopViews
 from pipros.web.views.topics import TopicViews
@@ -52,10 +55,12 @@ _KINDS = {
     "send_goal": "send goals",
     "scene_feedback": "move interactive markers",
     "scene_save": "save scenes",
+    "record": "record bags",
     "set_logger_level": "set logger levels",
     "set_param": "set parameters",
     "set_reconfigured": "reconfigure nodes",
     "steer": "steer robots",
+    "stop_recording": "record bags",
     "teleop": "steer robots",
 }
 
@@ -125,12 +130,15 @@ def serve_page(options: PageOptions) -> int:
     ):
         loop.start()
         system = WatchedSystem(graph, node)
+        bags = BagFolder(options.bags) if options.bags is not None else None
+        recording = BagRecording(bags) if bags is not None else None
         views = services(
             system,
             options.permitted,
             options.scene,
             saves_layouts=options.saves_layouts,
-            bags=BagFolder(options.bags) if options.bags is not None else None,
+            bags=bags,
+            recording=recording,
         )
         server = PageServer(views, secret)
         try:
@@ -147,6 +155,8 @@ def serve_page(options: PageOptions) -> int:
                 loop.run(server.close(), CLOSING_S)
             system.close()
             loop.stop(ENDING_S)
+            if recording is not None:
+                recording.stop()
     return 0
 
 
@@ -181,14 +191,20 @@ def services(
     *,
     saves_layouts: bool = False,
     bags: BagFolder | None = None,
+    recording: BagRecording | None = None,
 ) -> Services:
-    """Return all views and actions of the page. `saves_layouts`, `bags`: see `PageOptions`."""
+    """Return all views and actions of the page.
+
+    `saves_layouts`, `bags`: see `PageOptions`. `recording` makes recordings in `bags`.
+    """
     scene = SceneViews(system, scene_file)
     frames = FrameViews(system)
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
     layouts = LayoutActions(system, may_save=saves_layouts)
-    bag_views, shown = BagViews(system, bags), ShownBags()
+    open_bags = OpenBags()
+    bag_views, shown = BagViews(system, bags, open_bags), ShownBags(open_bags)
+    recordings = RecordingViews(system, recording)
     goals, teleop = ActionViews(system), TeleopViews(system)
     views: Mapping[str, View] = {
         "action": goals.action,
@@ -210,6 +226,7 @@ def services(
         "plot": PlotViews(system).plot,
         "processes": ProcessViews(system).processes,
         "publishing": calls.publishing,
+        "recording": recordings.recording,
         "reconfigurable": servers.reconfigurable,
         "reconfigure": servers.reconfigure,
         "scene_cloud": scene.cloud,
@@ -243,6 +260,7 @@ def services(
         "message": calls.message,
         "message_text": topics.message_text,
         "picture": graph.picture,
+        "record": recordings.record,
         "save_layout": layouts.save_layout,
         "scene_feedback": scene.feedback,
         "scene_save": scene.save,
@@ -252,6 +270,7 @@ def services(
         "set_param": parameters.set_param,
         "set_reconfigured": servers.set_reconfigured,
         "steer": teleop.steer,
+        "stop_recording": recordings.stop_recording,
     }
     return Services(shown.views(views), shown.actions(actions), CHANGING, permitted)
 

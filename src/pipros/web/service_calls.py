@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from pipros.net.master_client import MasterClient
 from pipros.node.service_client import OpenCalls
-from pipros.web.browser_share import CALLS_OF_A_BROWSER, share_of_calls
+from pipros.web.browser_share import CALLS_OF_A_BROWSER, current_browser
 from pipros.web.daemon_pool import DaemonPool
 from pipros.web.server import RequestRefused
 
@@ -36,7 +36,7 @@ class ServiceCalls:
         Raises:
             RequestRefused: the browser already has `CALLS_OF_A_BROWSER` pending calls.
         """
-        share = share_of_calls()
+        share = current_browser().calls
         if not share.try_acquire():
             raise RequestRefused(
                 f"{CALLS_OF_A_BROWSER} calls of this browser are pending; wait until one ends"

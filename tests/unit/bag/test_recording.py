@@ -12,8 +12,10 @@ from pipros.bag.merge import merged
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.record_queue import RecordQueue
+from pipros.bag.recorder import Recorder, RecordOptions
 from pipros.bag.snapshots import Snapshots
 from pipros.msg.time import NS_PER_S
+from pipros.node import Node
 from tests.support.bags import bag_bytes, rows_of
 
 HEADER = {"type": "std_msgs/Int32", "md5sum": Int32._md5sum, "message_definition": Int32._full_text}
@@ -174,3 +176,17 @@ def test_many_bags_are_one_in_time_order(tmp_path: Path) -> None:
 
     assert found == [(f"/{n % 3}", n) for n in range(3, 21)]
     assert [message.message.data for message in some] == list(range(10))
+
+
+def test_a_recording_ends_with_a_complete_file_when_the_disk_is_nearly_full(tmp_path: Path) -> None:
+    warnings: list[str] = []
+    options = RecordOptions(
+        min_space_bytes=1 << 60, ends_without_space=True, files=FileOptions(name=str(tmp_path / "full.bag"))
+    )
+    recorder = Recorder(Node("record"), options, say=lambda _: None, warn=warnings.append)
+
+    assert recorder.run()
+
+    assert [path.name for path in tmp_path.iterdir()] == ["full.bag"]
+    assert "The recording ends." in warnings[0]
+    assert (recorder.written, recorder.topics) == (0, 0)

@@ -26,7 +26,7 @@ from pipros.web.bag_folder import BagFolder
 from pipros.web.bag_playback import BagPlayback, newest_before
 from pipros.web.bag_tracks import BINS, tracks
 from pipros.web.bounded_list import bounded_list
-from pipros.web.browser_share import bag_of_browser
+from pipros.web.open_bags import OpenBags
 from pipros.web.server import RequestRefused
 from pipros.web.views.images import packed
 from pipros.web.views.topics import topic_name
@@ -62,12 +62,14 @@ class BagViews:
 
     Args:
         folder: the bags that browsers may open; None if there are none.
+        open_bags: those that they have opened.
     """
 
-    def __init__(self, system: WatchedSystem, folder: BagFolder | None) -> None:
+    def __init__(self, system: WatchedSystem, folder: BagFolder | None, open_bags: OpenBags) -> None:
         self._system = system
         self._folder = folder
-        self._open_bags = 0
+        self._open_bags = open_bags
+        self._opening = 0
 
     async def bags(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the names and sizes of the bags in the folder."""
@@ -85,18 +87,16 @@ class BagViews:
         Meanwhile, the other views of this browser show the bag's moment.
         """
         limit = process_limits().page_bags
-        if self._open_bags >= limit:
+        if self._opening + len(self._open_bags) >= limit:
             raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
-        browser = bag_of_browser()
         for _ in range(CLOSING_TURNS):  # the view of the previous bag may still be ending
-            if browser.playback is None:
+            if self._open_bags.playback is None:
                 break
             await asyncio.sleep(STATE_INTERVAL_S)
         else:
             raise RequestRefused("this browser has already opened a bag")
-        self._open_bags += 1
         opening = _Opening()
-        playback: BagPlayback | None = None
+        self._opening += 1
         try:
             future = self._system.computations.start(self._opened, arguments.get("name"), opening)
             waiting = asyncio.wrap_future(future)
@@ -104,12 +104,15 @@ class BagViews:
                 yield {"opening": opening.share}
                 await asyncio.wait([waiting], timeout=STATE_INTERVAL_S)
             reader, description = waiting.result()
-            try:
-                playback = BagPlayback(self._system, reader)
-            except NoMessages as error:
-                reader.close()
-                raise RequestRefused(str(error)) from None
-            browser.playback = playback
+        finally:
+            self._opening -= 1
+            opening.is_cancelled = True
+        try:
+            playback = BagPlayback(self._system, reader)
+        except NoMessages as error:
+            reader.close()
+            raise RequestRefused(str(error)) from None
+        with self._open_bags.showing(playback):
             yield {"bag": description}
             shown: Any = None
             while True:
@@ -118,16 +121,10 @@ class BagViews:
                     shown = state
                     yield {"state": state}
                 await asyncio.sleep(STATE_INTERVAL_S)
-        finally:
-            self._open_bags -= 1
-            opening.is_cancelled = True
-            if playback is not None:
-                browser.playback = browser.views = None
-                playback.close()
 
     async def bag_control(self, arguments: Mapping[str, Any]) -> Any:
         """Play, pause, step, jump or change the speed of the bag that this browser has opened."""
-        playback = _playback()
+        playback = self._playback()
         if isinstance(arguments.get("play"), bool):
             playback.play(arguments["play"])
         if isinstance(arguments.get("loop"), bool):
@@ -148,7 +145,7 @@ class BagViews:
         if not isinstance(times, list) or len(times) > MOST_THUMBNAILS:
             raise RequestRefused(f"times must be a list of at most {MOST_THUMBNAILS} numbers")
         moments = [round(_number({"time": each}, "time") * NS_PER_S) for each in times]
-        layout = _playback().layout
+        layout = self._playback().layout
         for moment_ns in moments:
             found = await self._system.computations.run(_thumbnail, path, layout, topic, moment_ns)
             if found is not None:
@@ -167,13 +164,19 @@ class BagViews:
         wanted = {topic_name({"name": each}) for each in topics}
         work = self._system.computations.run
         with tempfile.TemporaryFile() as file:
-            await work(_export, path, _playback().layout, wanted, (range_ns[0], range_ns[1]), form, file)
+            await work(_export, path, self._playback().layout, wanted, (range_ns[0], range_ns[1]), form, file)
             file.seek(0)
             while piece := await work(file.read, PIECE_BYTES):
                 yield piece
         yield {"done": True}
 
-    def _path(self, name: object) -> Any:
+    def _playback(self) -> BagPlayback:
+        playback = self._open_bags.playback
+        if playback is None:
+            raise RequestRefused("this browser has not opened a bag")
+        return playback
+
+    def _path(self, name: object) -> Path:
         if self._folder is None:
             raise RequestRefused("this page has no folder of bags; start it with --bags DIR")
         try:
@@ -210,13 +213,6 @@ class BagViews:
         if opening.is_cancelled:
             reader.close()
         return reader, description
-
-
-def _playback() -> BagPlayback:
-    playback: BagPlayback | None = bag_of_browser().playback
-    if playback is None:
-        raise RequestRefused("this browser has not opened a bag")
-    return playback
 
 
 def _number(arguments: Mapping[str, Any], key: str) -> float:

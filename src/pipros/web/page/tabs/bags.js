@@ -1,6 +1,7 @@
 // Bags: a timeline that plays a bag for all tabs. The address contains the name of the bag.
 
 import { playback, elapsed } from "../bags/playback.js";
+import { recordingPanel } from "../bags/recording.js";
 import { timeline } from "../bags/timeline.js";
 import { bytes, download, h, replace } from "../dom.js";
 
@@ -27,10 +28,11 @@ export function open(view, argument, context) {
   const exported = h("button", { title: "Save the checked topics: the part selected with Shift, or all", onclick: () => save() }, "Export");
   const tracks = timeline({ jump: (time) => jump(time), select: (range) => { selection = range; replace(exported, range ? "Export selection" : "Export"); }, choose: () => {} });
   let selection = null; // [from, to]
+  const closing = button("Close", "Close the bag", () => { context.remember(""); playback.close(); });
   controls.append(h("span", { class: "spring" }), form, exported);
   view.append(h("div", { class: "column" },
-    h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), button("Close", "Close the bag", () => { context.remember(""); playback.close(); })),
-    error, controls, hint, h("div", { class: "scroll" }, tracks.element)));
+    h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), closing),
+    error, recordingPanel(context, (name) => { context.remember(name); playback.open(name); }), controls, hint, h("div", { class: "scroll" }, tracks.element)));
   tracks.element.hidden = true;
   let shown = null; // the bag whose tracks are shown
   let names = [];
@@ -92,6 +94,7 @@ export function open(view, argument, context) {
     else progress.removeAttribute("value");
     controls.hidden = tracks.element.hidden = !bag;
     hint.hidden = Boolean(bag);
+    closing.hidden = !name;
     replace(hint, hintText(name));
     choice.value = name;
     if (!bag) shown = null;

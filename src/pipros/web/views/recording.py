@@ -1,0 +1,86 @@
+"""Recordings started from the page."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+from collections.abc import AsyncIterator, Mapping
+from typing import Any, Final
+
+from pipros.bag.errors import BagError
+from pipros.web.bag_recording import BagRecording, RecordingPlan
+from pipros.web.bounded_list import bounded_list
+from pipros.web.server import RequestRefused
+from pipros.web.views.topics import topic_name
+from pipros.web.watched_system import WatchedSystem
+
+MOST_TOPICS: Final = 1000
+
+
+class RecordingViews:
+    """The view and the actions of the section Record of the Bags tab.
+
+    Args:
+        recording: the recordings of this page; None without a folder of bags.
+    """
+
+    def __init__(self, system: WatchedSystem, recording: BagRecording | None) -> None:
+        self._system = system
+        self._recording = recording
+
+    async def recording(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the topics of the running system, the space for a recording, and the current or last one.
+
+        The space (bytes) is None without a folder of bags.
+        """
+        recording = self._recording
+        observations = self._system.observations()
+        async with contextlib.aclosing(observations):  # type: ignore[type-var]
+            async for observation in observations:
+                topics = {"topics": bounded_list(sorted(observation.types))}
+                if recording is None:
+                    yield {**topics, "spare": None, "recording": None}
+                    continue
+                spare = await self._system.questions.run(recording.spare_bytes)
+                state = recording.state()
+                yield {
+                    **topics,
+                    "spare": max(spare, 0),
+                    "recording": dataclasses.asdict(state) if state is not None else None,
+                }
+
+    async def record(self, arguments: Mapping[str, Any]) -> Any:
+        """Start a recording of `topics`, or of all if there are none."""
+        recording = self._existing()
+        topics = arguments.get("topics", [])
+        if not isinstance(topics, list) or len(topics) > MOST_TOPICS:
+            raise RequestRefused(f"topics must be a list of at most {MOST_TOPICS} names")
+        plan = RecordingPlan(
+            str(arguments.get("name") or ""),
+            [topic_name({"name": topic}) for topic in topics],
+            round(_limit(arguments, "size")),
+            _limit(arguments, "seconds"),
+        )
+        try:
+            await self._system.questions.run(recording.start, plan, self._system.node.environment)
+        except (BagError, OSError) as error:
+            raise RequestRefused(str(error)) from None
+        return True
+
+    async def stop_recording(self, _: Mapping[str, Any]) -> Any:
+        """End the recording, and return once its file is complete."""
+        await self._system.questions.run(self._existing().stop)
+        return True
+
+    def _existing(self) -> BagRecording:
+        if self._recording is None:
+            raise RequestRefused("this page has no folder of bags; start it with --bags DIR")
+        return self._recording
+
+
+def _limit(arguments: Mapping[str, Any], key: str) -> float:
+    value = arguments.get(key, 0)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < math.inf:
+        raise RequestRefused(f"{key} must be a number >= 0, got {value!r:.100}")
+    return float(value)
