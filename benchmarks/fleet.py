@@ -3,14 +3,14 @@
 
     benchmarks/fleet.py [--only trip,flow,cost,robots,wan] [--rounds 3] [--seconds 2] [--robots 100] [--quick]
 
-trip: round trip of a message between two nodes: on one master, between two sessions of Zenoh over a router,
-and between the masters of two members. flow: messages per second that arrive, sent as fast as possible.
-cost: memory and processor time of an agent, idle and at 1,000 messages/s. robots: members with 20 topics each
-in one process, without masters: the time until an operator knows all directories, also after a restart of the
-router. wan (only if named, as root): round trips of a command to a robot behind a link of 1 Mbit/s, 50 ms of
-delay each way and 1 % of lost packets, alone and while the robot sends images of twice the link's bandwidth.
-Each side is a process of its own. The sides take turns, and the median of the rounds counts. Nothing else
-should be running.
+trip: round trip of a message between two nodes: on one master, there also with a pause of a millisecond
+before each trip (`paused`), between two sessions of Zenoh over a router, and between the masters of two
+members. flow: messages per second that arrive, sent as fast as possible. cost: memory and processor time of
+an agent, idle and at 1,000 messages/s. robots: members with 20 topics each in one process, without masters:
+the time until an operator knows all directories, also after a restart of the router. wan (only if named, as
+root): round trips of a command to a robot behind a link of 1 Mbit/s, 50 ms of delay each way and 1 % of lost
+packets, alone and while the robot sends images of twice the link's bandwidth. Each side is a process of its
+own. The sides take turns, and the median of the rounds counts. Nothing else should be running.
 """
 
 import argparse
@@ -26,7 +26,8 @@ import threading
 import time
 
 SIZES = [16, 1_000, 100_000, 1_000_000]
-SIDES = ["tcpros", "zenoh", "fleet"]
+PAUSED = "paused"
+PAUSE_S = 0.001  # about the time between the messages of a round trip over a fleet link; threads sleep
 DEADLINE_S = 60.0
 
 
@@ -34,7 +35,7 @@ DEADLINE_S = 60.0
 
 
 def body_of(size):
-    return "x" * size
+    return b"x" * size
 
 
 class TcprosEnd:
@@ -45,14 +46,15 @@ class TcprosEnd:
         from pipros.msg import load_message_class
         from pipros.node import Node
 
-        self._string = load_message_class("std_msgs/String")
+        # bytes, as in images; encoding and decoding 1 MB of text would take longer than sending it
+        self._class = load_message_class("std_msgs/UInt8MultiArray")
         self._node = Node("bench", anonymous=True, environment=Environment(master_uri=master))
         self._node.start()
-        self._publisher = self._node.advertise(sends, self._string, queue_size=100)
-        self._node.subscribe(receives, self._string, lambda message: on_message(message.data))
+        self._publisher = self._node.advertise(sends, self._class, queue_size=100)
+        self._node.subscribe(receives, self._class, lambda message: on_message(message.data))
 
     def send(self, body):
-        self._publisher.publish(self._string(body))
+        self._publisher.publish(self._class(data=body))
 
 
 class ZenohEnd:
@@ -118,7 +120,7 @@ def trips(side, place, sends, receives, size, seconds):
     """Print the median, the 95th percentile (of at least two) and the number of the round trips, in us."""
     arrived = threading.Semaphore(0)
     end = end_of(side, place, sends, receives, lambda _: arrived.release())
-    body = body_of(size) if side != "zenoh" else body_of(size).encode()
+    body = body_of(size)
     give_up = time.monotonic() + DEADLINE_S
     while True:  # until the path exists
         end.send(body)
@@ -131,6 +133,8 @@ def trips(side, place, sends, receives, size, seconds):
     found = []
     stop = time.monotonic() + seconds
     while time.monotonic() < stop:
+        if side == PAUSED:
+            time.sleep(PAUSE_S)
         begin = time.perf_counter()
         end.send(body)
         if arrived.acquire(timeout=5):
@@ -141,7 +145,7 @@ def trips(side, place, sends, receives, size, seconds):
 def flood(side, place, sends, receives, size, rate):
     """Send, at `rate` per second or as fast as possible, until standard input ends."""
     end = end_of(side, place, sends, receives, lambda _: None)
-    body = body_of(size) if side != "zenoh" else body_of(size).encode()
+    body = body_of(size)
     print("ready", flush=True)
     is_over = threading.Event()
     threading.Thread(target=lambda: (sys.stdin.read(), is_over.set()), daemon=True).start()
@@ -289,7 +293,7 @@ class System:
         """Return place and topics of the near and the far end: where, sends, receives."""
         if side == "zenoh":
             return (self.router, "/near", "/far"), (self.router, "/far", "/near")
-        if side == "tcpros":
+        if side in ("tcpros", PAUSED):
             return (self.masters[0], "/near", "/far"), (self.masters[0], "/far", "/near")
         return (self.masters[0], "/to_b", "/b/to_a"), (self.masters[1], "/to_a", "/a/to_b")
 
@@ -443,13 +447,16 @@ def main():
     print(f"load before the run: {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors")
     with contextlib.ExitStack() as stack:
         system = System(stack) if {"trip", "flow", "cost"} & set(wanted) else None
-        for name, measure, unit in (("trip", trip, "us"), ("flow", flow, "messages/s")):
+        for name, measure, unit, sides in (
+            ("trip", trip, "us", ["tcpros", PAUSED, "zenoh", "fleet"]),
+            ("flow", flow, "messages/s", ["tcpros", "zenoh", "fleet"]),
+        ):
             if name not in wanted:
                 continue
-            print(f"{name}, {unit:12} " + " ".join(f"{side:>10}" for side in SIDES))
+            print(f"{name}, {unit:12} " + " ".join(f"{side:>10}" for side in sides))
             for size in SIZES:
                 rounds = [
-                    [measure(system, side, size, options.seconds) for side in SIDES]
+                    [measure(system, side, size, options.seconds) for side in sides]
                     for _ in range(options.rounds)
                 ]
                 medians = [statistics.median(each) for each in zip(*rounds, strict=True)]

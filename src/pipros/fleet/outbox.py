@@ -68,6 +68,11 @@ class Outbox(Generic[Item]):
         topic = self._topics.get(name)
         return topic is not None and not topic.interval_s and not topic.waiting and not self._bytes_per_s
 
+    def is_unlimited(self, name: str) -> bool:
+        """Return whether a topic has neither a rate nor a bandwidth, and all of its messages are wanted."""
+        topic = self._topics.get(name)
+        return topic is not None and topic.room == QUEUE and not self._bytes_per_s
+
     def push(self, name: str, item: Item, size: int) -> None:
         """Add a message. Messages of unknown topics, and those that exceed the limits, are dropped."""
         topic = self._topics.get(name)

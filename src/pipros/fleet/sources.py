@@ -31,6 +31,8 @@ for room. A smaller value would take a busy processor for a full link.)
 """
 FULL_S: Final = 0.02
 """Time after that in which the thread sends everything. While messages wait, it does so longer."""
+CATCH_UP_S: Final = 0.02
+"""Time that a publisher waits for its earlier messages, on a link that is not full."""
 _MOST_SOURCES: Final = 1000
 """Publishers of one topic that are told apart."""
 
@@ -109,36 +111,48 @@ class Sender:
             return self.outbox.dropped.get(key, 0)
 
     def offer(self, message: Outgoing) -> None:
-        """Send a message at once, or leave it to the thread. Blocks for at most the time that the link waits
-        for room, and not while the link is known to be full. Not to be called concurrently for one source,
-        so that its messages keep their order.
+        """Send a message at once, or leave it to the thread.
+
+        Blocks for at most the time that the link waits for room and CATCH_UP_S, and not while the link is
+        known to be full. So a publisher that is faster than the link is slowed down, as by any subscriber,
+        and drops messages itself, before they cost anything. Not to be called concurrently for one source, so
+        that its messages keep their order.
         """
-        source, size = message.source, len(message.body)
-        now_s = time.monotonic()
+        source = message.source
         with self._changed:
-            if (
-                now_s < self._full_until_s
-                or source.rule.is_compressed
-                or self._is_sending is source
-                or not self.outbox.is_idle(source.key)
-            ):
-                self.outbox.push(source.key, message, size)
-                self._changed.notify()
+            if self.outbox.is_unlimited(source.key) and not self._is_free(source):
+                self._changed.wait_for(lambda: self._is_free(source) or self._is_full, CATCH_UP_S)
+            if self._is_full or source.rule.is_compressed or not self._is_free(source):
+                self.outbox.push(source.key, message, len(message.body))
+                self._changed.notify_all()
                 return
-        source.send(self._link, message, is_up=self.is_up)
+        self._send(message)
+
+    @property
+    def _is_full(self) -> bool:
+        return self._is_closed or time.monotonic() < self._full_until_s
+
+    def _is_free(self, source: Source) -> bool:
+        """Return whether no earlier message of a source waits or is being sent by the thread."""
+        return self._is_sending is not source and self.outbox.is_idle(source.key)
+
+    def _send(self, message: Outgoing) -> None:
+        begin_s = time.monotonic()
+        message.source.send(self._link, message, is_up=self.is_up)
         end_s = time.monotonic()
-        if end_s - now_s > FULL_AFTER_S + size * FULL_AFTER_S_PER_BYTE:
+        if end_s - begin_s > FULL_AFTER_S + len(message.body) * FULL_AFTER_S_PER_BYTE:
             self._full_until_s = end_s + FULL_S
 
     def close(self) -> None:
         with self._changed:
             self._is_closed = True
-            self._changed.notify()
+            self._changed.notify_all()
 
     def _send_all(self) -> None:
         while True:
             with self._changed:
                 self._is_sending = None
+                self._changed.notify_all()
                 found = self.outbox.pop(time.monotonic())
                 while found is None and not self._is_closed:
                     self._changed.wait(self.outbox.wait_s(time.monotonic()))
@@ -146,7 +160,7 @@ class Sender:
                 if found is None or self._is_closed:
                     return
                 self._is_sending = found[1].source
-            found[1].source.send(self._link, found[1], is_up=self.is_up)
+            self._send(found[1])
 
 
 class Source:

@@ -30,6 +30,12 @@ def test_messages_keep_their_order() -> None:
     assert box.bytes == 0
 
 
+def test_only_topics_without_limits_may_make_a_publisher_wait() -> None:
+    box = outbox(plain=Rule("/p"), rate=Rule("/r", rate_hz=2), latest=Rule("/l", is_latest_only=True))
+    assert [name for name in ("plain", "rate", "latest", "unknown") if box.is_unlimited(name)] == ["plain"]
+    assert not outbox(bandwidth_kbit=1, plain=Rule("/p")).is_unlimited("plain")
+
+
 def test_higher_priorities_are_first() -> None:
     box = outbox(
         low=Rule("/l", priority=Priority.LOW), high=Rule("/h", priority=Priority.HIGH), normal=Rule("/n")

@@ -10,6 +10,7 @@ import pytest
 from pipros.basics.limits import process_limits
 from pipros.fleet.directory import Entry
 from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.outbox import QUEUE
 from pipros.fleet.sources import Outgoing, Sender, Source
 from pipros.node import Node
 from tests.support.waiting import wait_until
@@ -84,3 +85,21 @@ def test_a_topic_that_waits_for_the_link_blocks_no_other(link: FakeLink, sender:
     link.has_room.set()
     blocked.join(DEADLINE_S)
     assert [key for key, _, _ in link.sent] == ["commands", "images"]
+
+
+def test_a_publisher_waits_for_its_earlier_messages_so_that_none_is_dropped(
+    link: FakeLink, sender: Sender, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipros.fleet.sources.CATCH_UP_S", DEADLINE_S)
+    monkeypatch.setattr("pipros.fleet.sources.FULL_AFTER_S", DEADLINE_S)
+    link.full.add("images")
+    images = source(sender, "images")
+    for _ in range(QUEUE):
+        sender.outbox.push("images", Outgoing(images, 0, b"image", is_latched=False), 5)
+    sender.offer(Outgoing(source(sender, "other", is_compressed=True), 0, b"", is_latched=False))
+    assert link.waits.wait(DEADLINE_S)
+    link.has_room.set()
+    for _ in range(2 * QUEUE):
+        sender.offer(Outgoing(images, 0, b"image", is_latched=False))
+    assert sender.dropped("images") == 0
+    assert len([key for key, _, _ in link.sent if key == "images"]) == 3 * QUEUE
