@@ -1,7 +1,8 @@
 """The writing end: a history of samples, and the state of each matched reader.
 
 Theory of operation. `write` sends a sample to each reader at once, followed by a heartbeat that need not be
-answered. While a reliable reader has not acknowledged everything that it should have, heartbeats that must be
+answered. A reliable reader gets new samples only after its first answer: until then it may not know the writer,
+and Cyclone DDS begins with the sample after those that the first heartbeat announces. While a reliable reader has not acknowledged everything that it should have, heartbeats that must be
 answered follow, at intervals that double; the reader names what it lacks, and gets it again, or a GAP if it
 is no longer kept. Replies of services are for single readers: the others get a GAP for those numbers before
 their next sample.
@@ -65,7 +66,7 @@ class ReaderProxy:
     Attributes:
         head: the start of each datagram to it.
         first: the first sample that concerns it.
-        sent: the last one that was sent to it, or that it was told to skip.
+        sent: the last one that was sent to it, or that it must skip.
         wanted: the last one that is for it.
         acked: it has everything up to this one.
         is_greeted: it has answered.
@@ -193,14 +194,17 @@ class Writer:
 
     def _send_new(self, reader: ReaderProxy, change: Change, now: float) -> None:
         head = reader.head
+        reader.wanted = change.sequence
         if reader.is_reliable:
-            if reader.sent + 1 < change.sequence:
-                head += gap(reader.entity, self.entity, reader.sent + 1, change.sequence)
             if reader.due > now + SLOWEST_HEARTBEAT_S:
                 reader.interval_s = FIRST_HEARTBEAT_S
                 reader.due = now + reader.interval_s
                 self._behind[reader.guid] = reader
-        reader.sent = reader.wanted = change.sequence
+            if not reader.is_greeted:
+                return
+            if reader.sent + 1 < change.sequence:
+                head += gap(reader.entity, self.entity, reader.sent + 1, change.sequence)
+        reader.sent = change.sequence
         if len(change.payload) > reader.fragment_bytes:
             if head is not reader.head:
                 self.outbox.send(reader.address, head)
@@ -302,7 +306,9 @@ class Writer:
         if reader is None or not reader.is_reliable or acknack.number == reader.last_acknack:
             return
         reader.last_acknack = acknack.number
-        reader.is_greeted = True
+        if not reader.is_greeted:
+            reader.is_greeted = True
+            self._send_held(reader)
         if reader.acked < acknack.base - 1:
             reader.acked = min(acknack.base - 1, self._last)
             reader.interval_s = FIRST_HEARTBEAT_S
@@ -318,6 +324,14 @@ class Writer:
             self._forget_acknowledged()
         if not acknack.missing and not acknack.is_final:
             self.outbox.send(reader.address, reader.head, self._heartbeat(reader, is_final=True))
+
+    def _send_held(self, reader: ReaderProxy) -> None:
+        """Send the samples that were written before the first answer."""
+        held = [change for change in self._history.values() if change.sequence > reader.sent]
+        for change in held:
+            if change.is_for(reader.guid):
+                self._queue(reader, change)
+        reader.sent = max(reader.sent, reader.wanted)
 
     def _repeat(self, reader: ReaderProxy, missing: tuple[int, ...]) -> None:
         """Send samples again, and a GAP for those that do not exist for this reader."""

@@ -1,0 +1,151 @@
+"""The writing end, with readers that do not behave as expected."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipros.ros2.rtps.outbox import Outbox
+from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.qos import Durability, Qos, Reliability
+from pipros.ros2.rtps.submessages import (
+    AckNack,
+    Data,
+    DataFrag,
+    Gap,
+    Heartbeat,
+    NackFrag,
+    Submessage,
+    read_datagram,
+)
+from pipros.ros2.rtps.writer import Writer
+
+US, PEER = b"our prefix..", b"peer prefix."
+WRITER, READER = b"\0\0\1\3", b"\0\0\1\4"
+GUID = PEER + READER
+HERE = Address("127.0.0.1", 7410)
+LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=5)
+
+
+class Voice:
+    """A writer that has matched one reader, and everything that it sends."""
+
+    def __init__(self, offered: Qos, requested: Qos | None = None, fragment_bytes: int = 100) -> None:
+        self.now = 100.0
+        self.outbox = Outbox()
+        self.writer = Writer(US, WRITER, offered, 1_000_000, self.outbox)
+        self.fragment_bytes = fragment_bytes
+        self._answers = 0
+        if requested is not None:
+            self.match(requested)
+
+    def match(self, requested: Qos) -> None:
+        self.writer.match(GUID, HERE, requested, self.fragment_bytes, self.now)
+
+    def write(self, payload: bytes, recipients: frozenset[bytes] | None = None) -> None:
+        self.writer.write(payload, self.now, recipients=recipients)
+
+    def answer(self, base: int, missing: tuple[int, ...] = (), *, is_final: bool = True) -> None:
+        self._answers += 1
+        acknack = AckNack(READER, WRITER, base, missing, self._answers, is_final)
+        self.writer.on_acknack(GUID, acknack, self.now)
+
+    def ask_for_fragments(self, sequence: int, missing: tuple[int, ...]) -> None:
+        self._answers += 1
+        self.writer.on_nack_frag(GUID, NackFrag(READER, WRITER, sequence, missing, self._answers))
+
+    def sent(self) -> list[Submessage]:
+        """What the writer has sent since the last call, after all bursts."""
+        while self.outbox.deadline <= self.now:
+            self.outbox.poll(self.now)
+            self.now += 0.001
+        read = [read_datagram(b"".join(each.parts), PEER) for each in self.outbox.take()]
+        return [submessage for each in read if each for submessage in each.submessages]
+
+    def numbers(self) -> list[int]:
+        """The samples that the writer has sent since the last call."""
+        return [each.sequence for each in self.sent() if isinstance(each, Data)]
+
+
+def test_samples_wait_for_the_first_answer_of_a_reliable_reader() -> None:
+    """Cyclone DDS drops what is sent before it knows the writer, and never requests it."""
+    voice = Voice(Qos(depth=10), Qos())
+    for number in range(3):
+        voice.write(b"%4d" % number)
+    early = voice.sent()
+
+    assert [type(each) for each in early] == [Heartbeat]
+    assert [(each.first, each.last) for each in early if isinstance(each, Heartbeat)] == [(1, 0)]
+    voice.answer(1)
+    assert voice.numbers() == [1, 2, 3]
+    voice.answer(4)
+    assert voice.writer.is_acknowledged
+
+
+def test_a_reader_that_never_answers_gets_the_samples_that_are_kept_once_it_does() -> None:
+    voice = Voice(Qos(depth=2), Qos())
+    for number in range(5):
+        voice.write(b"%4d" % number)
+    voice.answer(1)
+    held = voice.sent()
+
+    assert [each.sequence for each in held if isinstance(each, Data)] == [4, 5]
+    assert {each.first for each in held[1:] if isinstance(each, Heartbeat)} == {4}
+    assert voice.writer.dropped == 3
+
+
+def test_best_effort_readers_get_samples_at_once() -> None:
+    voice = Voice(Qos(), Qos(Reliability.BEST_EFFORT))
+    voice.write(b"now.")
+
+    assert voice.numbers() == [1]
+    assert voice.writer.is_acknowledged
+
+
+def test_samples_for_others_become_gaps() -> None:
+    voice = Voice(Qos(depth=10), Qos())
+    voice.answer(1)
+    voice.write(b"one.", frozenset([b"another reader.."]))
+    voice.write(b"two.")
+    sent = voice.sent()
+
+    assert [(each.start, each.base) for each in sent if isinstance(each, Gap)] == [(1, 2)]
+    voice.answer(1, (1,))
+    assert [(each.start, each.base) for each in voice.sent() if isinstance(each, Gap)] == [(1, 2)]
+
+
+def test_requested_fragments_are_sent_again_and_others_ignored() -> None:
+    voice = Voice(Qos(depth=1), Qos())
+    voice.answer(1)
+    voice.write(bytes(250))
+    assert [each.first for each in voice.sent() if isinstance(each, DataFrag)] == [1, 2, 3]
+    voice.ask_for_fragments(1, (2, 9))
+    assert [each.first for each in voice.sent() if isinstance(each, DataFrag)] == [2]
+    voice.write(b"new.")
+    voice.ask_for_fragments(1, (1,))
+
+    assert [(each.start, each.base) for each in voice.sent() if isinstance(each, Gap)] == [(1, 2)]
+
+
+@pytest.mark.parametrize("missing", [(), (1,)])
+def test_answers_of_strangers_and_repeated_answers_do_nothing(missing: tuple[int, ...]) -> None:
+    voice = Voice(Qos(depth=10), Qos())
+    voice.answer(1)
+    voice.write(b"one.")
+    voice.sent()
+    voice.answer(1, (1,))
+    voice.sent()
+    again = AckNack(READER, WRITER, 1, missing, 2, False)
+    voice.writer.on_acknack(GUID, again, voice.now)
+    voice.writer.on_acknack(b"stranger........", again, voice.now)
+    voice.writer.on_nack_frag(b"stranger........", NackFrag(READER, WRITER, 1, missing, 9))
+
+    assert voice.sent() == []
+
+
+def test_a_late_latched_reader_gets_the_history_before_it_answers() -> None:
+    voice = Voice(LATCHED)
+    for number in range(7):
+        voice.write(b"%4d" % number)
+    voice.match(LATCHED)
+
+    assert voice.numbers() == [3, 4, 5, 6, 7]
