@@ -137,6 +137,7 @@ class Limits(NamedTuple):
         turtles: turtles in one turtlesim.
         simulated_robots: robots of one simulation.
         teleports: teleports of one turtle that are queued for the next tick.
+        transform_chains_bytes: the approximate size of the paths between frames that one tf buffer remembers.
         transform_bytes: the approximate size of the frames and transforms in one tf buffer.
         yaml_values: values in a YAML text. Aliases and merged mappings count each time they are used.
         yaml_depth: nesting of lists and mappings in a YAML text, the same as for the parameter server.
@@ -244,6 +245,7 @@ class Limits(NamedTuple):
     turtles: int = 100
     simulated_robots: int = 100
     teleports: int = 1000
+    transform_chains_bytes: int = 4 * _MIB
     transform_bytes: int = 1024 * _MIB
     yaml_values: int = 1_000_000
     yaml_depth: int = 100

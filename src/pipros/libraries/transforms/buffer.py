@@ -10,6 +10,7 @@ from threading import Lock
 
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import printable
+from pipros.libraries.transforms.chain import CHAIN_BYTES, Chain, find_chain
 from pipros.libraries.transforms.errors import (
     ConnectivityException,
     InvalidArgumentException,
@@ -44,10 +45,14 @@ class TransformBuffer:
 
     def __init__(self, length: int = DEFAULT_LENGTH, limits: Limits | None = None) -> None:
         self.length = length
-        self._limit_bytes = (limits or process_limits()).transform_bytes
+        limits = limits or process_limits()
+        self._limit_bytes = limits.transform_bytes
+        self._chains_limit_bytes = limits.transform_chains_bytes
         self._size_bytes = 0
         self._lock = Lock()
         self._frames: Frames = {}
+        self._chains: dict[tuple[str, str], Chain | None] = {}
+        self._chains_bytes = 0
         self.waiter = TransformWaiter()
 
     def insert(
@@ -85,12 +90,15 @@ class TransformBuffer:
                 if parent not in self._frames:
                     self._frames[parent] = None
             before = frame.size_bytes
+            only_parent = frame.only_parent
             refusal = frame.insert(stamp, parent, pose)
             self._size_bytes += frame.size_bytes - before
             if self._size_bytes > self._limit_bytes:
                 before = frame.size_bytes
                 frame.drop_oldest()
                 self._size_bytes += frame.size_bytes - before
+            if frame.only_parent is not only_parent:
+                self._forget_chains()
             if refusal is None:
                 frame.authority = authority
         if refusal is None:
@@ -103,6 +111,7 @@ class TransformBuffer:
     def clear(self) -> None:
         """Remove all transforms except static ones."""
         with self._lock:
+            self._forget_chains()
             for frame in self._frames.values():
                 if frame is not None:
                     before = frame.size_bytes
@@ -124,6 +133,10 @@ class TransformBuffer:
             if target not in frames or source not in frames:
                 self._require(target, "lookupTransform argument target_frame")
                 self._require(source, "lookupTransform argument source_frame")
+            if (chain := self._chain(target, source)) is not None:
+                at = time or chain.latest_common_time()
+                if (pose := chain.pose(at)) is not None:
+                    return at, pose
             path = find_path(frames, target, source, time)
             return path.time, path.pose()
 
@@ -160,6 +173,9 @@ class TransformBuffer:
                     for role, name in (("target_frame", target), ("source_frame", source))
                     if name not in frames
                 )
+            chain = self._chain(target, source)
+            if chain is not None and chain.is_available(time or chain.latest_common_time()):
+                return None
             try:
                 find_path(frames, target, source, time)
             except TransformException as error:
@@ -252,6 +268,23 @@ class TransformBuffer:
         """Return the parent, child, publishing node and rate in Hz for each frame with known transforms."""
         with self._lock:
             return edges(self._frames)
+
+    def _chain(self, target: str, source: str) -> Chain | None:
+        """Return the chain between two known frames, if there is one, and remember it. Holds the lock."""
+        pair = target, source
+        try:
+            return self._chains[pair]
+        except KeyError:
+            chain = find_chain(self._frames, target, source)
+            self._chains_bytes += CHAIN_BYTES if chain is None else chain.size_bytes
+            if self._chains_bytes > self._chains_limit_bytes:
+                self._forget_chains()
+            self._chains[pair] = chain
+            return chain
+
+    def _forget_chains(self) -> None:
+        self._chains.clear()
+        self._chains_bytes = 0
 
     def _require(self, name: str, what: str) -> None:
         """Raise LookupException for an unknown frame."""

@@ -21,9 +21,11 @@ class FrameHistory(Protocol):
     Implementations are not thread-safe; the caller holds a lock.
 
     Attributes:
+        only_parent: the parent of all poses; None if there are no poses, or if they have several parents.
         size_bytes: estimated memory that the poses use.
     """
 
+    only_parent: str | None
     parents: list[str]
     authority: str
     size_bytes: int
@@ -36,6 +38,9 @@ class FrameHistory(Protocol):
 
     def pose(self, number: int, time: int) -> Pose:
         """Return the pose at `time`. `number` is the result of `locate(time)`."""
+
+    def pose_at(self, time: int) -> Pose:
+        """Return the pose at `time`, which `locate` finds."""
 
     def why_not(self, time: int) -> str:
         """Return the reason why no pose is available for `time`."""
@@ -56,11 +61,12 @@ class FrameHistory(Protocol):
 class MovingFrame:
     """The poses of a moving frame in the last `length` nanoseconds, ordered by timestamp."""
 
-    __slots__ = ("authority", "length", "parents", "poses", "size_bytes", "stamps")
+    __slots__ = ("authority", "length", "only_parent", "parents", "poses", "size_bytes", "stamps")
 
     def __init__(self, length: int) -> None:
         self.length = length
         self.authority = ""
+        self.only_parent: str | None = None
         self.size_bytes = 0
         self.stamps: list[int] = []
         self.parents: list[str] = []
@@ -86,6 +92,8 @@ class MovingFrame:
             self.parents.insert(place, parent)
             self.poses.insert(place, pose)
         self.size_bytes += _POSE_BYTES + len(parent)
+        if parent != self.only_parent:
+            self.only_parent = parent if len(stamps) == 1 else None
         bound = stamps[-1] - self.length
         if stamps[0] < bound:
             count = 1
@@ -99,6 +107,8 @@ class MovingFrame:
         for parent in self.parents[:count]:
             self.size_bytes -= _POSE_BYTES + len(parent)
         del self.stamps[:count], self.parents[:count], self.poses[:count]
+        if self.only_parent is None and self.parents.count(self.parents[0]) == len(self.parents):
+            self.only_parent = self.parents[0]
 
     def drop_oldest(self) -> None:
         """Remove the older half of the poses. The latest pose is kept."""
@@ -125,6 +135,18 @@ class MovingFrame:
             return self.poses[number]  # keep the pose constant until the parent changes
         ratio = (time - older) / (self.stamps[after] - older)
         return interpolate(self.poses[number], self.poses[after], ratio)
+
+    def pose_at(self, time: int) -> Pose:
+        """Return the pose at `time`, which `locate` finds."""
+        stamps = self.stamps
+        if time == stamps[-1]:
+            return self.poses[-1]
+        if self.only_parent is None or time == 0:
+            return self.pose(self.locate(time), time)
+        after = bisect_right(stamps, time)
+        older = stamps[after - 1]
+        ratio = (time - older) / (stamps[after] - older)
+        return interpolate(self.poses[after - 1], self.poses[after], ratio)
 
     def why_not(self, time: int) -> str:
         """Return the reason why no pose is available for `time`."""
@@ -154,6 +176,7 @@ class MovingFrame:
 
     def clear(self) -> None:
         """Remove all poses."""
+        self.only_parent = None
         self.size_bytes = 0
         del self.stamps[:], self.parents[:], self.poses[:]
 
@@ -161,16 +184,18 @@ class MovingFrame:
 class StaticFrame:
     """The pose of a static frame."""
 
-    __slots__ = ("_pose", "authority", "parents", "size_bytes")
+    __slots__ = ("_pose", "authority", "only_parent", "parents", "size_bytes")
 
     def __init__(self) -> None:
         self.authority = ""
+        self.only_parent: str | None = None
         self.size_bytes = 0
         self.parents: list[str] = []
         self._pose: Pose | None = None
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # valid for every time
         """Replace the pose. Never rejects it."""
+        self.only_parent = parent
         self.parents = [parent]
         self.size_bytes = _POSE_BYTES + len(parent)
         self._pose = pose
@@ -181,6 +206,10 @@ class StaticFrame:
         return 0 if self.parents else -1
 
     def pose(self, number: int, time: int) -> Pose:  # noqa: ARG002
+        """Return the pose, which is the same for every time."""
+        return self.pose_at(time)
+
+    def pose_at(self, time: int) -> Pose:  # noqa: ARG002
         """Return the pose, which is the same for every time."""
         assert self._pose is not None  # noqa: S101 # `locate` found it
         return self._pose

@@ -11,6 +11,7 @@ Lookups must not require numpy (an extra that is slow to import), and must equal
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import acos, asin, atan2, cos, pi, sin, sqrt
 
 Pose = tuple[float, float, float, float, float, float, float]
@@ -22,25 +23,48 @@ IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 def composed(outer: Pose, inner: Pose) -> Pose:
     """Return `outer * inner`, which converts `inner` from the frame `outer` to its parent."""
-    opx, opy, opz, oqx, oqy, oqz, oqw = outer
-    px, py, pz, qx, qy, qz, qw = inner
-    # This is a fast path, because most frames of a robot are not rotated.
-    if oqw == 1.0 and oqx == oqy == oqz == 0.0:
-        return (opx + px, opy + py, opz + pz, qx, qy, qz, qw)
-    # (ix, iy, iz, -iw) is the product of the outer quaternion and the position.
-    ix = oqw * px + oqy * pz - oqz * py
-    iy = oqw * py + oqz * px - oqx * pz
-    iz = oqw * pz + oqx * py - oqy * px
-    iw = oqx * px + oqy * py + oqz * pz
-    return (
-        ix * oqw + iw * oqx - iy * oqz + iz * oqy + opx,
-        iy * oqw + iw * oqy - iz * oqx + ix * oqz + opy,
-        iz * oqw + iw * oqz - ix * oqy + iy * oqx + opz,
-        oqw * qx + oqx * qw + oqy * qz - oqz * qy,
-        oqw * qy + oqy * qw + oqz * qx - oqx * qz,
-        oqw * qz + oqz * qw + oqx * qy - oqy * qx,
-        oqw * qw - oqx * qx - oqy * qy - oqz * qz,
-    )
+    return composed_up(inner, (outer,))
+
+
+def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
+    """Convert a pose from a frame to its parent, from there to the next parent and so on.
+
+    `frames` are the poses of these frames.
+    """
+    # One loop instead of calls of `composed`, because lookups spend most of their time here.
+    px, py, pz, qx, qy, qz, qw = pose
+    for opx, opy, opz, oqx, oqy, oqz, oqw in frames:
+        # This is a fast path, because most frames of a robot are not rotated.
+        if oqw == 1.0 and oqx == oqy == oqz == 0.0:
+            px, py, pz = opx + px, opy + py, opz + pz
+            continue
+        # (ix, iy, iz, -iw) is the product of the outer quaternion and the position.
+        ix = oqw * px + oqy * pz - oqz * py
+        iy = oqw * py + oqz * px - oqx * pz
+        iz = oqw * pz + oqx * py - oqy * px
+        iw = oqx * px + oqy * py + oqz * pz
+        px = ix * oqw + iw * oqx - iy * oqz + iz * oqy + opx
+        py = iy * oqw + iw * oqy - iz * oqx + ix * oqz + opy
+        pz = iz * oqw + iw * oqz - ix * oqy + iy * oqx + opz
+        qx, qy, qz, qw = (
+            oqw * qx + oqx * qw + oqy * qz - oqz * qy,
+            oqw * qy + oqy * qw + oqz * qx - oqx * qz,
+            oqw * qz + oqz * qw + oqx * qy - oqy * qx,
+            oqw * qw - oqx * qx - oqy * qy - oqz * qz,
+        )
+    return (px, py, pz, qx, qy, qz, qw)
+
+
+def joined(up: list[Pose], down: list[Pose]) -> Pose:
+    """Return the pose of a source relative to a target.
+
+    `up` and `down` are the poses of the frames from the source and from the target up to the same frame.
+    """
+    source = composed_up(up[0], up[1:]) if up else IDENTITY
+    if not down:
+        return source
+    target = inverted(composed_up(down[0], down[1:]))
+    return composed(target, source) if up else target
 
 
 def inverted(pose: Pose) -> Pose:

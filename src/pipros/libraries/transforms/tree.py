@@ -8,7 +8,7 @@ from __future__ import annotations
 from pipros.libraries.transforms.errors import ConnectivityException, ExtrapolationException, LookupException
 from pipros.libraries.transforms.formatting import frames_as_string
 from pipros.libraries.transforms.history import FrameHistory
-from pipros.libraries.transforms.pose import IDENTITY, Pose, composed, inverted
+from pipros.libraries.transforms.pose import Pose, joined
 
 MAX_DEPTH = 1000
 """Maximum number of frames on a path. As in tf2, a longer path is reported as a loop."""
@@ -51,18 +51,10 @@ class Path:
     def pose(self) -> Pose:
         """Return the pose of the source relative to the target."""
         time = self.time
-        found: Pose | None = None
-        for frame, number in self.up:
-            step = frame.pose(number, time)
-            found = step if found is None else composed(step, found)
-        if not self.down:
-            return IDENTITY if found is None else found
-        target: Pose | None = None
-        for frame, number in self.down:
-            step = frame.pose(number, time)
-            target = step if target is None else composed(step, target)
-        back = inverted(target or IDENTITY)
-        return back if found is None else composed(back, found)
+        return joined(
+            [frame.pose(number, time) for frame, number in self.up],
+            [frame.pose(number, time) for frame, number in self.down],
+        )
 
     def frame_names(self) -> list[str]:
         """Return the frames from source to target, inclusive, or an empty list if they are the same."""

@@ -1,0 +1,171 @@
+"""Remembered paths between frames: lookups answer as if every path were searched for."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from pipros.basics.limits import Limits
+from pipros.libraries.transforms.buffer import DEFAULT_LENGTH, TransformBuffer
+from pipros.libraries.transforms.errors import (
+    ConnectivityException,
+    ExtrapolationException,
+    TransformException,
+)
+from pipros.libraries.transforms.history import MovingFrame, StaticFrame
+from pipros.libraries.transforms.pose import IDENTITY, Pose
+from pipros.libraries.transforms.tree import Frames, find_path
+
+S = 1_000_000_000
+
+
+def at(x: float) -> Pose:
+    return (x, *IDENTITY[1:])
+
+
+@pytest.fixture
+def buffer() -> TransformBuffer:
+    """Frames map → odom → base and map → dock at 1 s and 2 s, whose paths have been looked up."""
+    made = TransformBuffer()
+    for second in (1, 2):
+        made.insert("map", "odom", second * S, at(10), "me")
+        made.insert("odom", "base", second * S, at(second), "me")
+        made.insert("map", "dock", second * S, at(100), "me")
+    assert made.lookup("map", "base", 0) == (2 * S, at(12))
+    assert made.lookup("dock", "base", 0) == (2 * S, at(-88))
+    assert made.can_transform("dock", "base", S) is None
+    return made
+
+
+def test_a_new_parent_changes_the_path_from_its_time_on(buffer: TransformBuffer) -> None:
+    buffer.insert("dock", "base", 3 * S, at(7), "me")
+    buffer.insert("map", "dock", 3 * S, at(200), "me")
+
+    assert buffer.lookup("map", "base", 0) == (3 * S, at(207))
+    assert buffer.lookup("map", "base", S) == (S, at(11))
+    assert buffer.lookup("dock", "base", 0) == (3 * S, at(7))
+
+
+def test_a_path_whose_old_parent_has_expired_is_that_of_the_new_one(buffer: TransformBuffer) -> None:
+    buffer.insert("dock", "base", 3 * S, at(7), "me")
+    for second in (20, 21):
+        buffer.insert("dock", "base", second * S, at(8), "me")
+        buffer.insert("map", "dock", second * S, at(100), "me")
+
+    assert buffer.lookup("map", "base", 0) == (21 * S, at(108))
+    with pytest.raises(ExtrapolationException, match="into the past"):
+        buffer.lookup("map", "base", 2 * S)
+
+
+def test_a_cleared_buffer_knows_static_frames_only(buffer: TransformBuffer) -> None:
+    buffer.insert("base", "laser", 0, at(1), "me", is_static=True)
+    assert buffer.lookup("map", "laser", 0)[1] == at(13)
+
+    buffer.clear()
+
+    assert buffer.lookup("base", "laser", 0) == (0, at(1))
+    with pytest.raises(ConnectivityException):
+        buffer.lookup("map", "laser", 0)
+    assert "not part of the same tree" in str(buffer.can_transform("map", "base", 0))
+
+
+def test_after_a_jump_back_in_time_lookups_use_the_new_transforms(buffer: TransformBuffer) -> None:
+    buffer.clear()
+    buffer.insert("map", "odom", S // 2, at(-1), "me")
+    buffer.insert("odom", "base", S // 2, at(-2), "me")
+
+    assert buffer.lookup("map", "base", 0) == (S // 2, at(-3))
+    with pytest.raises(ExtrapolationException, match=r"but only time 0\.5"):
+        buffer.lookup("map", "base", 2 * S)
+
+
+def test_a_static_frame_moves_to_its_new_parent() -> None:
+    buffer = TransformBuffer()
+    buffer.insert("left", "camera", 0, at(1), "me", is_static=True)
+    buffer.insert("base", "left", 0, at(10), "me", is_static=True)
+    buffer.insert("base", "right", 0, at(20), "me", is_static=True)
+    assert buffer.lookup("base", "camera", 5 * S) == (5 * S, at(11))
+
+    buffer.insert("right", "camera", 0, at(2), "me", is_static=True)
+
+    assert buffer.lookup("base", "camera", 5 * S) == (5 * S, at(22))
+
+
+def test_a_root_that_gets_a_parent_joins_two_trees(buffer: TransformBuffer) -> None:
+    buffer.insert("building", "lift", 2 * S, at(1000), "me")
+    assert buffer.can_transform("building", "base", 0) is not None
+
+    buffer.insert("lift", "map", 2 * S, at(500), "me")
+
+    assert buffer.lookup("building", "base", 0) == (2 * S, at(1512))
+
+
+def test_unavailable_times_have_the_same_reason_as_before(buffer: TransformBuffer) -> None:
+    reason = (
+        "Lookup would require extrapolation 1.000000000s into the future.  Requested time 3.000000000 but "
+        "the latest data is at time 2.000000000, when looking up transform from frame [base] to frame [dock]"
+    )
+
+    assert buffer.can_transform("dock", "base", 3 * S) == reason
+    with pytest.raises(ExtrapolationException) as raised:
+        buffer.lookup("dock", "base", 3 * S)
+    assert str(raised.value) == reason
+
+
+def test_lookups_are_unaffected_by_the_limit_of_remembered_paths() -> None:
+    buffer = TransformBuffer(limits=Limits(transform_chains_bytes=3_000))
+    for number in range(20):
+        buffer.insert(f"f{number}", f"f{number + 1}", S, at(1), "me")
+
+    for _ in range(2):
+        assert [buffer.lookup("f0", f"f{n}", 0)[1][0] for n in range(1, 21)] == list(range(1, 21))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_lookups_are_equal_to_searches_after_any_change(seed: int) -> None:
+    dice = random.Random(seed)  # noqa: S311 # not for secrets
+    names = [f"f{number}" for number in range(8)]
+    buffer = TransformBuffer()
+    frames: Frames = {}
+
+    def change() -> None:
+        # A frame's parents have smaller numbers, except for rare loops.
+        child = dice.randrange(1, 8)
+        parent = (child + dice.choice((-1, -1, -1, -2, -3, 1 if dice.random() < 0.05 else -1))) % 8
+        stamp = dice.choice((0, S * dice.randrange(1, 30)))
+        pose = (dice.random(), dice.random(), dice.random(), *dice.choice((IDENTITY[3:], (0.6, 0, 0, 0.8))))
+        is_static = child in (3, 5)
+        buffer.insert(names[parent], names[child], stamp, pose, "me", is_static)
+        for name in (names[child], names[parent]):
+            frames.setdefault(name, None)
+        history = frames[names[child]] or (StaticFrame() if is_static else MovingFrame(DEFAULT_LENGTH))
+        history.insert(stamp, names[parent], pose)
+        frames[names[child]] = history
+
+    def compare(target: str, source: str, time: int) -> None:
+        try:
+            path = find_path(frames, target, source, time)
+        except TransformException as error:
+            expected: TransformException | tuple[int, Pose] = error
+        else:
+            expected = path.time, path.pose()
+        if isinstance(expected, tuple):
+            assert buffer.can_transform(target, source, time) is None
+            assert buffer.lookup(target, source, time) == expected
+        else:
+            assert buffer.can_transform(target, source, time) == str(expected)
+            with pytest.raises(type(expected)) as raised:
+                buffer.lookup(target, source, time)
+            assert str(raised.value) == str(expected)
+
+    for _ in range(60):
+        for _ in range(dice.randrange(1, 6)):
+            change()
+        if dice.random() < 0.03:
+            buffer.clear()
+            for history in frames.values():
+                if history is not None:
+                    history.clear()
+        for _ in range(10):
+            compare(*dice.sample(list(frames), 2), dice.choice((0, dice.randrange(30 * S))))
