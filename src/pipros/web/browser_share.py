@@ -15,14 +15,14 @@ _CALLS: ContextVar[Slots] = ContextVar("calls of this browser")
 
 @dataclass(slots=True)
 class BrowserBag:
-    """The bag whose moment a browser shows.
+    """The bag that a browser shows.
 
     Attributes:
         playback: a `BagPlayback`; None if the browser shows the running system.
-        views: the playback's current system, and the views and actions that show it, by name.
+        views: the playback's current system, and its views and actions by name.
     """
 
-    playback: Any = None  # importing the types would make a cycle
+    playback: Any = None  # importing the type would create an import cycle
     views: Any = None
 
 
@@ -30,7 +30,7 @@ _BAG: ContextVar[BrowserBag] = ContextVar("bag of this browser")
 
 
 def begin_browser() -> None:
-    """Set separate values for the current context, which serves one browser."""
+    """Create the state of a new browser in the current context."""
     _CALLS.set(Slots(CALLS_OF_A_BROWSER))
     _BAG.set(BrowserBag())
 
