@@ -121,7 +121,7 @@ class FakePublisher:
 @pytest.mark.parametrize(
     ("body", "complaint"),
     [
-        (struct.pack("<II", 4, 100), "4 bytes are not a std_msgs/String"),
+        (struct.pack("<II", 4, 100), "cannot decode 4 bytes as std_msgs/String"),
         (struct.pack("<I", 0xFFFFFFFF), "message of 4294967295 bytes announced; the limit is"),
     ],
     ids=["no message", "too large"],

@@ -213,5 +213,5 @@ def test_roslaunch_gives_its_nodes_the_range_of_its_option(ros: RosSystem, tmp_p
     running.press_ctrl_c()
     assert running.wait() == 0
     refused = ros.pipros.run("roslaunch", str(file), "--ports", "5-1")
-    assert "InvalidEnvironment: --ports [5-1] must be ports from 1 to 65535" in refused.output
+    assert "InvalidEnvironment: --ports [5-1] must be a range within 1 to 65535" in refused.output
     ports.release()

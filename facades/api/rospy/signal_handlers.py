@@ -1,4 +1,4 @@
-"""Handling of SIGINT and SIGTERM for successive nodes."""
+"""Handle SIGINT and SIGTERM for successive nodes."""
 
 from __future__ import annotations
 

@@ -136,7 +136,9 @@ def remove_junit_result(filename: str) -> None:
 
 
 def ensure_junit_result_exist(filename: str) -> bool:
-    """Tidy a result file that is not XML, and write a missing file. Return whether the file was changed."""
+    """Make sure that test results exist as valid XML. Return False if the file is already valid.
+
+    An invalid file is tidied. For a missing file, a failing result `MISSING-NAME` is written next to it."""
     if Path(filename).is_file():
         try:
             read_junit2(filename)

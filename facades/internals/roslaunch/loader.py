@@ -210,10 +210,10 @@ class Loader:
         binfile: str | None,
         command: str | None,
     ) -> Any:
-        """Return the value of a `<param>` from the one source (`value` to `command`) that is not None.
+        """Return the value of a `<param>`, from the first of its four sources that is not None.
 
         Raises:
-            ValueError: the text is invalid for the type, or the command fails.
+            ValueError: all sources are None, the text is invalid for the type, or the command fails.
             OSError: the file cannot be read.
         """
         context = LoadContext.of_process()

@@ -22,7 +22,7 @@ class BagFile:
         file: a seekable binary file, readable, and writable unless `mode` is `r`.
         name: the file's name, for error messages.
         mode: `r`, `w` or `a`.
-        allow_unindexed: whether to open a bag without an index as an empty one, for `reindex`.
+        allow_unindexed: whether to open a bag without an index as an empty bag, for `reindex`.
 
     Raises:
         BagError: the file is not a bag, or cannot be appended to.
@@ -30,8 +30,8 @@ class BagFile:
 
     Attributes:
         version: format version as an integer: 200 for 2.0.
-        writer: the bag's writer; None while the bag is read-only.
-        topics: adds messages by topic; None while the bag is read-only.
+        writer: the bag's writer; None if the bag is read-only.
+        topics: adds messages by topic; None if the bag is read-only.
     """
 
     def __init__(

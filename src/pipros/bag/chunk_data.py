@@ -53,7 +53,7 @@ def read_chunk_data(source: Source, header: ChunkHeader, limits: Limits) -> byte
 def are_large(size: int, count: int) -> bool:
     """Return whether to decode `count` messages in a chunk of `size` bytes without copying them.
 
-    The allocator returns blocks as large as a large message to the system, so each copy causes page faults.
+    The allocator returns large blocks to the system, so each copy of a large message causes page faults.
     Reading a 0.9 MB image took 700 us with a copy, and 230 us as a view of a reused buffer.
     """
     return size > count * _VIEW_BYTES
@@ -89,7 +89,7 @@ def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
 
 
 class ChunkStore:
-    """Cache of chunk contents. It holds at most `bag_cache_bytes`, plus the chunk in use.
+    """Cache of chunk contents, of at most `bag_cache_bytes` plus the chunk in use.
 
     A thread pool decompresses the upcoming chunks.
     """
@@ -113,7 +113,7 @@ class ChunkStore:
 
         Args:
             upcoming: the numbers of the chunks that will be requested next.
-            is_reusable: whether the content may be overwritten by another chunk after `drop`.
+            is_reusable: whether another chunk may overwrite the content after `drop`.
 
         Raises:
             BagFormatError: the chunk is damaged.

@@ -99,7 +99,7 @@ def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
 
 def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
     try:
-        import zstandard  # this is installed together with the mcap library
+        import zstandard  # installed together with the mcap library
     except ImportError:
         raise BagError(
             f"{where}: reading zstd needs the zstandard library: {install_command('mcap')}"

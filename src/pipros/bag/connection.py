@@ -43,7 +43,7 @@ class Connection:
 
 
 class StoredMessage(NamedTuple):
-    """A serialized message that was read from a file, or received in order to be written.
+    """A serialized message, read from a file or to be written to one.
 
     Attributes:
         time_ns: time of receipt.

@@ -27,4 +27,4 @@ class NotIndexed(BagError):
 
 
 class NoMessages(BagError):
-    """The start or end of a bag without messages was requested."""
+    """The start or end of an empty bag was requested."""

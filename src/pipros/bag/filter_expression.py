@@ -1,4 +1,4 @@
-"""Select messages in a bag with an expression in `topic`, `m` and `t`. Expressions cannot change messages.
+"""Select messages in a bag with an expression of `topic`, `m` and `t`. Expressions cannot change messages.
 
 The idioms in the tutorials are supported:
 `t.to_sec() < 10`, `topic.startswith("/cam")`, `m._type == "std_msgs/String"`,

@@ -1,6 +1,6 @@
 """Save `sensor_msgs` images as files.
 
-Raw images become PNG files, without a library; compressed images stay unchanged.
+Raw images become PNG files; no library is needed. Compressed images stay unchanged.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def image_file(message: Any) -> tuple[str, bytes]:
     """
     installed = installed_class(message._type)
     if installed is None or installed._md5sum != message._md5sum:
-        raise BagError(f"the definition of [{message._type}] must be the installed one")
+        raise BagError(f"[{message._type}] must have the installed definition")
     if message._type == "sensor_msgs/CompressedImage":
         data = bytes(message.data)
         return (".png" if data.startswith(b"\x89PNG") else ".jpg"), data

@@ -1,4 +1,4 @@
-"""Index of a bag in format 2.0: the messages in each connection, and the contents of each chunk."""
+"""The index of a bag in format 2.0: the messages of each connection, and the contents of each chunk."""
 
 from __future__ import annotations
 

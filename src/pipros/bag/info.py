@@ -130,10 +130,7 @@ def topics(
 
 
 def _seconds(time_ns: int) -> float:
-    """Convert a timestamp to seconds.
-
-    Rounds like Noetic, whose output contains sums and differences of such numbers.
-    """
+    """Convert a timestamp to seconds, rounded as in Noetic, so that sums and differences are the same."""
     return Time(0, time_ns).to_sec()
 
 
@@ -237,7 +234,7 @@ def _topic_lines(info: Info) -> list[str]:
 
 
 def info_tree(info: Info) -> dict[str, Any]:
-    """Return the values that `rosbag info --yaml` prints. Fractions are already formatted."""
+    """Return the values that `rosbag info --yaml` prints, with fractions formatted as strings."""
     info = _printable(info)
     tree: dict[str, Any] = {} if info.path is None else {"path": info.path}
     tree["version"] = info.version

@@ -30,8 +30,8 @@ class BagLayout:
         version: format version.
         connections: connections by number, in file order.
         chunks: chunks in file order.
-        indexes: index entries by chunk position, then by connection, for bags whose index was rebuilt. The
-            index entries of other chunks are in the file.
+        indexes: index entries by chunk position, then by connection, for bags whose index was rebuilt. For
+            other bags, they are read from the file.
         index_bytes: total size of `indexes`.
         headers: chunk headers by position, for parts of a file that do not contain chunk headers.
         index_position: byte position of the index; 0 if there is none.
@@ -184,7 +184,7 @@ def read_chunk_index(
 
 
 class _Block:
-    """Part of a source, read ahead. Reads beyond this part use the source."""
+    """A part of a source, held in memory. Reads beyond this part go to the source."""
 
     def __init__(self, source: Source, position: int, size: int) -> None:
         self._source = source

@@ -1,9 +1,8 @@
 """Pure Python decoder for LZ4 frames, for machines without the `lz4` library. It decodes 20 to 35 MB/s.
 
-If installed, the library (`pipros[lz4]`) is used instead, which decodes several GB/s. There are no wheels of
-the library for musl or 32-bit ARM, so installing it there requires a compiler. This module can read bags on
-those machines, too.
-The format is https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md; checksums are verified.
+If the library (`pipros[lz4]`) is installed, it is used instead, and decodes several GB/s. There are no wheels
+of the library for musl or 32-bit ARM, where installing it requires a compiler. The format is
+https://github.com/lz4/lz4/blob/dev/doc/lz4_Frame_format.md; checksums are verified.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ def _frame(data: bytes, limit: int) -> bytes:
     if flags & 1:
         raise ValueError("lz4 frames with dictionaries are not supported")
     if not 4 <= block_byte >> 4 & 7 <= 7:
-        raise ValueError("the block size must be defined")
+        raise ValueError("the block size code must be from 4 to 7")
     block_limit = 1 << (8 + 2 * (block_byte >> 4 & 7))
     position = 6 + (8 if flags & 8 else 0)
     if xxh32(data[4:position]) >> 8 & 0xFF != data[position]:

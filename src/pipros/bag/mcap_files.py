@@ -94,10 +94,10 @@ def connection_of(channel: Any, schema: Any, name: str) -> Connection:
 
 
 class McapReader(BagReader):
-    """An MCAP file with ROS 1 messages, with the methods of `BagReader`.
+    """Reader for an MCAP file with ROS 1 messages, with the methods of `BagReader`.
 
     Args:
-        path: a path, or a binary file open for reading, which is closed with the reader.
+        path: a path, or a binary file open for reading. `close` closes the file.
 
     Raises:
         NotIndexed: the file does not have a summary, because it is still being written or its writer was
@@ -225,7 +225,7 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
 
 
 class McapWriter:
-    """Writer of MCAP to an open file, with the methods of `BagWriter`.
+    """Writer of an MCAP file, with the methods of `BagWriter`.
 
     Args:
         compression: `none`, `lz4` or `zstd`. MCAP does not support `bz2`, so `bz2` selects `zstd`.

@@ -1,7 +1,7 @@
 """Read the messages in an MCAP file in time order, with few chunks in memory.
 
-As long as a chunk's time range overlaps that of the next messages, the times and offsets of its messages are
-kept in memory. As for bags, chunk contents are cached, and decompressed again if necessary (`chunk_data.py`).
+The times and offsets of a chunk's messages are kept in memory as long as its time range overlaps that of the
+next messages. As for bags, chunk contents are cached, and decompressed again if necessary (`chunk_data.py`).
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Read records from MCAP files in bounded memory: chunks by position, their messages, and the summary.
 
 The `mcap` library parses schemas, channels, statistics and chunk indexes. This module reads everything else,
-because the library limits neither decompression nor reads, and creates an object for each message in a chunk.
+because the library limits neither the size of decompressed data nor that of reads, and creates an object for
+each message in a chunk.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ def merged_raw(
 ) -> Iterator[tuple[int, tuple[Connection, int, bytes, int, int]]]:
     """Yield `BagReader.stored_fields` from all bags in time order, each with the index of its bag.
 
-    Messages with equal timestamps are in the order of the bags.
+    Messages with equal timestamps are yielded in the order of the bags.
 
     Args:
         where: selects connections; defaults to all connections.

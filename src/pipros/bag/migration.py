@@ -40,7 +40,7 @@ class Change:
 
 
 class Migrator:
-    """Migrator that applies rules to messages. Types with the same fields do not need a rule."""
+    """Applies migration rules to messages. A type whose fields have not changed does not need a rule."""
 
     def __init__(self, rules: Sequence[Rule] = ()) -> None:
         self._rules = {rule.old: rule for rule in rules if rule.is_valid}

@@ -1,6 +1,6 @@
 """Find the migration rules that installed packages export, as Noetic's `rosbag check` and `fix` do.
 
-A package that depends on one of the names below can export `<NAME ATTRIBUTE="file.bmr"/>` in its manifest.
+A package that depends on one of the packages below can export `<NAME ATTRIBUTE="file.bmr"/>` in its manifest.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ def parse_rules(text: str, file: str, on_refusal: Callable[[str], object] | None
 
 
 def _check_depth(tree: ast.Module, file: str) -> None:
-    """Reject nesting that would exceed Python's recursion limit during checks, unparsing or evaluation."""
+    """Reject nesting so deep that checking or evaluating a rule would exceed Python's recursion limit."""
     left: list[tuple[ast.AST, int]] = [(tree, 0)]
     while left:
         node, depth = left.pop()

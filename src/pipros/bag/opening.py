@@ -12,7 +12,7 @@ _MCAP = b"\x89MCAP0\r\n"
 
 
 def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> BagReader:
-    """Return the reader for a file, which is chosen by the first bytes.
+    """Open a file with the reader for its format, which its first bytes determine.
 
     Raises:
         BagError: the file is neither a bag nor MCAP, is damaged, or needs a library that is not installed.
@@ -34,7 +34,7 @@ def is_mcap(path: str | os.PathLike[str]) -> bool:
 def writer_for(
     path: str | os.PathLike[str], file: Any, *, compression: str = "none", chunk_bytes: int = CHUNK_BYTES
 ) -> MessageWriter:
-    """Return a writer to an open file, which is chosen by the file's final name.
+    """Return a writer to an open file, for the format that the file's final name determines.
 
     Raises:
         BagError: the format needs a library that is not installed, or does not support the compression.

@@ -1,6 +1,6 @@
-"""Convert between bag time and machine time, with a rate, pauses and skips.
+"""Convert between bag time and the machine's time, with a rate, pauses and skips.
 
-Callers pass in the machine time.
+Callers pass in the machine's time.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class PlayOptions:
     Attributes:
         duration_s, skip_empty_s: durations in seconds; None for no limit.
         topics: topics to play; empty for all.
-        pause_topics: topics; playback pauses after each of their messages.
+        pause_topics: playback pauses after each message on these topics.
         rate_control_topic: topic on which to pause while the last message is older than
             `rate_control_delay_s`.
     """
@@ -65,10 +65,10 @@ class PlayOptions:
 
 
 class Controls(Protocol):
-    """A player's keyboard and display."""
+    """The keyboard and display of a player."""
 
     def key(self) -> str:
-        """Return a key that was pressed, or an empty string. Must not block."""
+        """Return the next pressed key, or an empty string if there is none. Must not block."""
 
     def show(self, state: str, bag_ns: int, played_ns: int, whole_ns: int) -> None:
         """Show the current position. This method is called very often."""
@@ -273,7 +273,7 @@ class Player:
 
 
 def _class_of(connection: Connection) -> Any:
-    """Return a class for serialized messages with the connection's type, md5sum and definition."""
+    """Return a class for serialized messages that has the connection's type, md5sum and definition."""
     return type(
         "PlayedMessage",
         (AnyMsg,),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class FileOptions:
-    """Names, sizes and number of a recording's files.
+    """Options for the names, sizes and number of a recording's files.
 
     Attributes:
         prefix: prefix of the file name; the date is appended.
@@ -29,7 +29,7 @@ class FileOptions:
             recording ends.
         max_splits: maximum number of files kept; 0 for no limit.
         size_bytes, duration_s: limits on one file; 0 for no limit.
-        repeat_latched: whether to start each further file with the latched messages.
+        repeat_latched: whether each file after the first starts with the latched messages.
     """
 
     prefix: str = ""

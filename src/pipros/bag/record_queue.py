@@ -49,7 +49,7 @@ class RecordQueue:
     def get_all(self, timeout_s: float) -> list[StoredMessage]:
         """Wait for a message, and return all queued messages.
 
-        Return an empty list if the queue is still empty after `timeout_s`, or is empty and closed.
+        Return an empty list on timeout, or if the queue is empty and closed.
         """
         with self._changed:
             if not self._waiting and not self._is_closed:

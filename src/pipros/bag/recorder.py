@@ -49,9 +49,9 @@ class RecordOptions:
         min_space_bytes: free disk space below which writing is paused.
         ends_without_space: whether the recording ends instead of being paused.
         publish: whether to publish the name of each file on `/begin_write`.
-        snapshot: whether to keep messages in memory, and write them when a message on `snapshot_trigger` or a
-            call to the service `~trigger_snapshot` requests it; see `Snapshots`. `buffer_bytes` and the
-            files' `duration_s` limit the messages kept.
+        snapshot: whether to keep messages in memory, and write them only on request: a message on
+            `snapshot_trigger`, or a call to the service `~trigger_snapshot`; see `Snapshots`. `buffer_bytes`
+            and the files' `duration_s` limit the messages kept.
     """
 
     topics: Sequence[str] = ()
@@ -256,7 +256,7 @@ class Recorder:
             header = message.header
             known = connections.get(id(header))
             if known is None:
-                # most of these headers belong to publishers that no longer exist
+                # most of the headers belong to publishers that no longer exist
                 if len(connections) >= KEPT_CONNECTIONS:
                     connections.clear()
                 known = connections[id(header)] = received_connection(topic, header), header

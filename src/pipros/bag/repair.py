@@ -1,7 +1,7 @@
 """Rebuild, in place, the index of a bag that is truncated or damaged, or whose writer was killed.
 
-Complete chunks that are followed by their index stay unchanged. Starting with the first other chunk, all
-readable messages are rewritten.
+The leading chunks that are complete and followed by their index stay unchanged. All readable messages after
+them are rewritten.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
 
 
 def len_written(spool: Any, parts: Iterator[bytes]) -> int:
-    """Write all parts, and return their total size in bytes."""
+    """Write all parts. Return their total size in bytes."""
     return sum(spool.write(part) for part in parts)
 
 

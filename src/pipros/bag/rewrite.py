@@ -53,7 +53,7 @@ def replaced_file(path: Path) -> Iterator[Any]:
 
 
 def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, progress: Progress) -> None:
-    """Write a bag with the same chunks but another compression, using a thread for each processor.
+    """Write a bag with the same chunks but another compression, using one thread per processor.
 
     Raises:
         BagError: the bag is damaged, or the compression is not available.

@@ -1,8 +1,8 @@
 """Order the messages in many chunks by time, with as few open chunks as possible. Performs no I/O.
 
-The messages of a chunk whose time range does not overlap others are yielded as one run. The sorted entries of
-overlapping chunks are merged; a chunk is held in memory only from its first message to its last. Messages
-with equal timestamps are ordered by connection, then by position in the file.
+If a chunk's time range does not overlap other chunks', its messages are yielded as one run. The sorted
+entries of overlapping chunks are merged; a chunk is held in memory only from its first message to its last.
+Messages with equal timestamps are ordered by connection, then by position in the file.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Entry = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """Number of a chunk to read, and the timestamps (ns) of its earliest and latest message."""
+    """The number of a chunk to read, and the timestamps (ns) of its earliest and latest message."""
 
     number: int
     start_ns: int
@@ -29,7 +29,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class EntryRun:
-    """Run of messages in one chunk, `entries[begin:end]`, without messages from other chunks between them.
+    """A run of messages in one chunk, `entries[begin:end]`, with no messages from other chunks between them.
 
     Attributes:
         is_last: whether this is the last run of the chunk.

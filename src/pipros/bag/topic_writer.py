@@ -1,4 +1,4 @@
-"""Write messages by topic."""
+"""Write messages to a bag by topic."""
 
 from __future__ import annotations
 
@@ -12,10 +12,7 @@ from pipros.msg.class_finder import installed_class
 
 
 class TopicWriter:
-    """Adapter that adds messages to a writer.
-
-    Each combination of topic, type and header gets its own connection.
-    """
+    """Adds messages to a writer, with one connection for each combination of topic, type and header."""
 
     def __init__(self, writer: BagWriter) -> None:
         self._writer = writer

@@ -59,7 +59,7 @@ class WritableFile(Protocol):
 
 
 class MessageSink(Protocol):
-    """Methods that copying needs; see `BagWriter`."""
+    """The methods of a writer that copying needs; see `BagWriter`."""
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection: ...
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None: ...
@@ -67,7 +67,7 @@ class MessageSink(Protocol):
 
 
 class MessageWriter(MessageSink, Protocol):
-    """Methods that the writers for all formats of ROS 1 have; see `BagWriter`."""
+    """The methods shared by the writers of all ROS 1 bag formats; see `BagWriter`."""
 
     layout: BagLayout
 
@@ -95,7 +95,7 @@ class BagWriter:
     Args:
         file: a binary file open for reading and writing.
         compression: `none`, `bz2` or `lz4`. May be changed at any time, for later chunks.
-        chunk_bytes: a chunk ends with the message that makes it larger than this, uncompressed.
+        chunk_bytes: a chunk is complete once its uncompressed size exceeds this.
         layout: layout of the bag to append to; None for a new file.
 
     Raises:
@@ -124,7 +124,7 @@ class BagWriter:
         else:
             self.layout = layout
             layout.index_position = 0
-            # Done before truncating, so that readers do not look for the removed index.
+            # Write the header before truncating, so that readers do not look for the removed index.
             self._write_file_header(0)
             self._file.flush()
             self._file.truncate(layout.end)

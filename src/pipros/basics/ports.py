@@ -47,7 +47,7 @@ class PortRange:
             )
         if not 0 < int(first) <= int(last) <= 65535:
             raise InvalidEnvironment(
-                f"{source} [{text}] must be ports from 1 to 65535, with the smaller one first"
+                f"{source} [{text}] must be a range within 1 to 65535, with the smaller port first"
             )
         return cls(int(first), int(last))
 

@@ -26,7 +26,7 @@ class Admission:
 
     Attributes:
         secret: the secret whose token is required; None if no token is required.
-        origins: origins of further pages that may connect, such as `https://app.example.org`; `*` allows all.
+        origins: origins of other pages that may connect, such as `https://app.example.org`; `*` allows all.
             Pages served from this machine may always connect.
         allows_null_origin: whether pages without an origin, such as local files and sandboxed frames, may
             connect.
@@ -48,7 +48,7 @@ class Admission:
         raise Denied(f"Pages from {printable(origin)} may not connect here; --origin allows them.")
 
     def has_token(self, path: str, authorization: str | None) -> bool:
-        """Return whether a request contains the token, or no token is required.
+        """Return whether a request contains the token. If no token is required, return True.
 
         Args:
             path: path of the request. The token may be its last segment or the query parameter `token`.

@@ -2,11 +2,11 @@
 
 Theory of operation. `Outbox` wakes the event loop, once for all clients. A client's frames are written
 without a task: until the socket buffer is full, and again when asyncio reports that there is room. A
-connection that stays full without any progress is aborted after `bridge_stall_s`. Frames do not go through
-`send` of websockets, which copies a large message twice and takes several times as long for a small one, nor
-through `broadcast`, which does not report a full buffer. Encoding the head of a frame without mask and
-extensions (RFC 6455) takes three lines. A large frame is sent from its own memory; while it is being written,
-control frames wait.
+connection that stays full is aborted if the client reads nothing for `bridge_stall_s`. Frames do not go
+through `send` of websockets, which copies a large message twice and takes several times as long for a small
+one, nor through `broadcast`, which does not report a full buffer. Encoding the head of an unmasked frame
+without extensions (RFC 6455) takes three lines. A large frame is sent from its own memory; while it is being
+written, control frames wait.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class BridgeConnection(PortConnection):
 
     Attributes:
         is_page: whether the request was for the page.
-        is_known: whether the request contained the token, or none is required.
+        is_known: whether the request contained the token; True if no token is required.
         on_room: called when the connection is no longer full.
         on_full: called when the connection becomes full.
     """
@@ -91,7 +91,7 @@ class BridgeConnection(PortConnection):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self._is_encrypted = transport.get_extra_info("ssl_object") is not None
-        if not self._is_encrypted:  # with TLS, asyncio would pause even if the buffer is empty
+        if not self._is_encrypted:  # with TLS, asyncio would pause even with an empty buffer
             self.transport.set_write_buffer_limits(high=0)
 
     def pause_writing(self) -> None:
@@ -137,7 +137,7 @@ class BridgeConnection(PortConnection):
         while self._rest and not self.paused:
             buffers = self._rest.next_buffers()
             sent = self._send_now(buffers)
-            if not sent:  # the transport reports when there is room again
+            if not sent:  # the transport calls `resume_writing` when there is room again
                 if self.transport.is_closing():
                     self._rest.clear()
                     return
@@ -157,7 +157,7 @@ class BridgeConnection(PortConnection):
             return 0
         try:
             return sockets.send_gathered(self._visitor, parts)
-        except OSError:  # the socket is full or broken; the transport's next write handles either case
+        except OSError:  # the socket is full or broken; the transport's next write handles both cases
             return 0
 
 
@@ -184,7 +184,7 @@ class Client:
     """One connected client. Call methods from the event loop unless they are documented as thread-safe.
 
     Attributes:
-        number: distinguishes it from all other clients of the server.
+        number: distinguishes this client from all other clients of the server.
         protocol: the WebSocket subprotocol, or the name of the protocol if there is none.
         address: IP address and port.
         agent: the `User-Agent` header, or an empty string.
@@ -218,7 +218,7 @@ class Client:
         self.outbox.answer(*frames)
 
     async def send_large(self, frame: Frame) -> None:
-        """Send an answer that may be large, after all other answers have been sent.
+        """Send an answer that may be large, once all other answers have been written.
 
         Large answers are sent one at a time, so that they never overrun the outbox.
         """

@@ -56,7 +56,7 @@ class Session(Protocol):
         """
 
     def takes(self) -> Mapping[Hashable, str]:
-        """Return the client's subscriptions, as keys of its outbox and as names for a list of clients."""
+        """Return the client's subscriptions: keys in its outbox, with names for the list of clients."""
 
     def sends(self) -> Sequence[str]:
         """Return the topics that the client publishes."""
@@ -82,8 +82,8 @@ class ClientRow:
     Attributes:
         since: time of the connection, in seconds since 1970.
         sent: traffic of all subscriptions, current and past.
-        topics: traffic of the current subscriptions, by topic or another name.
-        publishes: topics that it publishes.
+        topics: traffic of the current subscriptions, by the names that `Session.topics` returns.
+        publishes: topics that the client publishes.
         received: number of messages of all kinds from the client, and their size in bytes.
         waiting_bytes: size of the data that the client has not read yet.
     """
@@ -104,7 +104,7 @@ class Door:
     """Serves clients until it is closed. For use in one event loop.
 
     Attributes:
-        port: its port, after `open`.
+        port: the open port, after `open`.
     """
 
     def __init__(
@@ -307,7 +307,7 @@ class Door:
 
 
 def _origin(request: Request) -> str | None:
-    """Return the origin of a request; a malformed origin if the request contains several."""
+    """Return the origin of a request; an invalid one if the request contains several."""
     values = request.headers.get_all("Origin")
     return None if not values else ", ".join(values)
 

@@ -3,8 +3,8 @@
 Theory of operation. Threads of links `put` messages, and the event loop pops them, in order of publishing,
 while the client's connection has room. A subscription may limit the number of its queued messages. If the
 client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted. Answers
-to requests are never dropped: if an answer does not fit, the outbox is overrun and the client must be
-disconnected, because it would wait for the answer forever.
+to requests are never dropped, because the client would wait for them forever: if an answer does not fit, the
+outbox is overrun and the client must be disconnected.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class _Waiting:
 @dataclass(slots=True, eq=False)
 class _Subscription:
     queue_length: int
-    numbers: deque[int] = field(default_factory=deque)  # numbers of its queued messages
+    numbers: deque[int] = field(default_factory=deque)  # numbers of the subscription's queued messages
     traffic: Traffic = field(default_factory=Traffic)
 
 
@@ -106,9 +106,9 @@ class Outbox:
                 self._bytes -= self._messages.pop(number).size
 
     def put(self, key: Hashable, *frames: Frame) -> None:
-        """Add a message, whose frames are sent or dropped together.
+        """Add a message; its frames are sent or dropped together.
 
-        Do nothing if the subscription is not open.
+        Do nothing if the subscription is closed.
         """
         size = sum(frame.size for frame in frames)
         with self._lock:

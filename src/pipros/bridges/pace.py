@@ -30,7 +30,7 @@ class Pace:
     def delay_s(self, size: int) -> float:
         """Count a message of `size` bytes.
 
-        Return the delay in seconds, 0.0 if the client keeps within the limits.
+        Return the delay in seconds; 0.0 if the client stays within the limits.
         """
         now_s = self._clock()
         earliest_s = now_s - BURST_S

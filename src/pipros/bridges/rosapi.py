@@ -1,4 +1,4 @@
-"""The services of the `rosapi` node, with which clients inspect the running system and use parameters.
+"""The services of the `rosapi` node. With them, clients inspect the running system and use parameters.
 
 Names that the globs do not allow are omitted from answers and refused in requests.
 """
@@ -133,7 +133,7 @@ class RosApi:
             return {"type": ""}
 
     def service_providers(self, service: str) -> dict[str, Any]:
-        """Return the nodes that offer services of a type, as in rosapi, or the node that offers a service."""
+        """Return the nodes that offer this service. As in rosapi, `service` may also be a type."""
         nodes = nodes_by_service(self._master)
         names = [service] if service in nodes else services_of_type(self._master, service)
         return {"providers": sorted({nodes[name] for name in self._allowed_services(names) if name in nodes})}

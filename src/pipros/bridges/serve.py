@@ -34,15 +34,15 @@ process.
 
 @dataclass(frozen=True, slots=True)
 class DoorOptions:
-    """Address on which a program listens, and the clients that it accepts.
+    """The address on which a program listens, and the conditions for its clients.
 
     Attributes:
         tool: name of the program in its messages.
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
-        token_file: file of tokens, one of which clients must present; None admits every client.
-        origins: origins of further pages that may connect; `*` allows all. Pages served from this machine may
+        token_file: file with the accepted tokens; None admits every client.
+        origins: origins of other pages that may connect; `*` allows all. Pages served from this machine may
             always connect.
         allows_null_origin: whether pages without an origin may connect.
         has_control: whether clients may change the system.
@@ -84,7 +84,7 @@ class Protocols(Protocol):
         """The page on the same port, if any."""
 
     def handlers(self) -> Mapping[str, Handler]:
-        """Return a handler for each subprotocol. Called once, before `start`."""
+        """Return the handlers by subprotocol. Called once, before `start`."""
 
     def start(self) -> None:
         """Start the threads. Called in the event loop, once the port is open."""

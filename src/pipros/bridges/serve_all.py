@@ -26,7 +26,7 @@ ROSAPI = "rosapi"
 
 
 class AllProtocols:
-    """All protocols of `pipros serve`, for `pipros.bridges.serve.serve`."""
+    """The protocols of `pipros serve`, for `pipros.bridges.serve.serve`."""
 
     def __init__(
         self,

@@ -84,7 +84,7 @@ class SharedTopics:
         self._lock = threading.Lock()
         self._takers: Counter[str] = Counter()
         self._newest: dict[str, tuple[AnyMsg, TopicMessage]] = {}
-        self._changes = Workers("subscriptions of a bridge", 1)  # one thread keeps the order of the changes
+        self._changes = Workers("subscriptions of a bridge", 1)  # a single thread keeps the changes in order
 
     def take(
         self, topic: str, kind: str | None, on_message: OnMessage, on_error: OnError | None = None
@@ -130,7 +130,7 @@ class SharedTopics:
             return dict(self._takers)
 
     def close(self) -> None:
-        """Ignore further changes. The node's shutdown ends the subscriptions."""
+        """Ignore all later changes. The node's shutdown ends the subscriptions."""
         self._changes.close()
         self._master.close()
 
@@ -145,7 +145,7 @@ class SharedTopics:
 
         If the topic has no type yet, the master stores it for `rostopic list`.
         """
-        with suppress(PiprosError):  # the registration is only informative
+        with suppress(PiprosError):  # the registration is for information only
             self._master.register_subscriber(topic, kind, self._node.uri)
             if self._node.is_ending:  # the node may have unregistered earlier
                 self._master.unregister_subscriber(topic, self._node.uri)
@@ -179,7 +179,7 @@ class Taken:
     Attributes:
         topic: global name.
         kind: the expected type; None accepts any type.
-        subscriber: the node's subscriber, once it exists. For `SharedTopics` only.
+        subscriber: the node's subscriber, once it exists. For use by `SharedTopics` only.
         is_closed: whether `close` was called.
     """
 

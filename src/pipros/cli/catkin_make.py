@@ -73,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _check_targets(
     targets: list[str], result: BuildResult, layout: WorkspaceFolders, definitions: Mapping[str, str]
 ) -> int:
-    """Run make targets that only genuine catkin knows; return 1 if an error was printed."""
+    """Handle make targets that only genuine catkin has. Return 1 if an error was printed."""
     known = set(target_names(result.projects))
     if definitions.get("CATKIN_ENABLE_TESTING", "ON").upper() in ("0", "OFF", "NO", "FALSE"):
         known -= {"run_tests", "tests"}

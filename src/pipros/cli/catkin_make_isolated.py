@@ -132,7 +132,7 @@ def _parse(arguments: Sequence[str]) -> Namespace:
 
 
 def _split(arguments: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
-    """Return the command's own arguments, and the arguments that follow each of the collecting options."""
+    """Return the command's own arguments, and the arguments that each collecting option has collected."""
     own: list[str] = []
     collected: dict[str, list[str]] = {option: [] for option in _COLLECTING}
     current = own
@@ -150,7 +150,7 @@ def _layout(options: Namespace) -> WorkspaceFolders:
     base = Path(options.directory).absolute()
     if not base.is_dir():
         raise WorkspaceError(f"Workspace path '{base}' does not exist.")
-    # As in Noetic, paths of spaces given on the command line are relative to the current folder.
+    # As in Noetic, the paths of spaces on the command line are relative to the current folder.
     layout = WorkspaceFolders(
         base,
         Path(options.source).absolute() if options.source else base / "src",

@@ -62,9 +62,9 @@ def _clients(place: str, token: str | None, certificate: str | None) -> list[Map
             answer = connection.getresponse()
             text = answer.read(LIMIT_BYTES).decode("utf-8", "replace")
         if answer.status == http.HTTPStatus.FORBIDDEN and "Authorization" in text and token is None:
-            raise CommandError(f"{place} requires a token; --token-file FILE names a file with it")
+            raise CommandError(f"{place} requires a token; use --token-file FILE")
         if answer.status != http.HTTPStatus.OK:
-            raise CommandError(f"{place} refuses: {text}")
+            raise CommandError(f"{place} refuses the request: {text}")
         rows: list[Mapping[str, Any]] = json.loads(text)
     except (OSError, ValueError, http.client.HTTPException) as error:
         hint = ""

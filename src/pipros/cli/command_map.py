@@ -94,7 +94,7 @@ COMMANDS: dict[str, dict[str, str]] = {
 
 
 def installed_commands() -> set[str]:
-    """Return the commands that the distribution installs."""
+    """Return the commands that the installed distribution provides."""
     try:
         points = importlib.metadata.distribution("pipros").entry_points
     except importlib.metadata.PackageNotFoundError:  # the command runs from a source tree

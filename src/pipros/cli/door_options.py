@@ -45,7 +45,7 @@ def add_door_options(parser: OptionParser, port: int) -> None:
 
 
 def door_options(tool: str, options: Any) -> DoorOptions:
-    """Return the values of these options."""
+    """Return the values of the options added by `add_door_options`."""
     from pipros.bridges.serve import DoorOptions
 
     host, port = bind_address(options.bind)

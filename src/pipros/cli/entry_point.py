@@ -25,11 +25,11 @@ class OutputFailed(OSError):
 
 
 def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
-    """Make `main` a command that works with any standard streams and can be interrupted at any moment.
+    """Make `main` a command that works with any standard streams and can be interrupted at any time.
 
-    - Ctrl-C ends the command at any moment (`pipros.basics.interrupts`).
+    - Ctrl-C ends the command at any time (`pipros.basics.interrupts`).
     - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
-      No file or socket opened later can take its number.
+      So no file or socket opened later can take its number.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
     - A character missing in the terminal's encoding is written as `\\xe9`.
@@ -41,7 +41,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     @wraps(main)
     def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
         interrupts.install()
-        # at exit, Python need not search for cycles in memory that is about to be freed
+        # at exit, Python need not search for reference cycles in memory that is about to be freed
         atexit.register(gc.freeze)
         _open_closed_streams()
         before = sys.stdout
@@ -75,8 +75,9 @@ def discard_output() -> None:
 
 
 class _ReportingFile(io.FileIO):
-    """The file behind standard output. Its errors are raised as `OutputFailed`, to distinguish them from
-    other OSErrors.
+    """The file behind standard output.
+
+    Errors are raised as `OutputFailed`, to distinguish them from other OSErrors.
     """
 
     def write(self, data: Any, /) -> int:
@@ -97,7 +98,7 @@ def _reporting_output(stream: Any) -> Any:
     stream.flush()
     own = _ReportingFile(raw.fileno(), "wb", closefd=False)
     return io.TextIOWrapper(
-        io.BufferedWriter(own) if is_buffered else own,  # Python does not buffer if -u is given
+        io.BufferedWriter(own) if is_buffered else own,  # Python does not buffer with -u
         encoding=stream.encoding,
         errors=_lenient_errors(stream),
         line_buffering=stream.line_buffering,

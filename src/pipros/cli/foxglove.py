@@ -97,7 +97,7 @@ def _node_main(argv: Sequence[str]) -> int:
 
 
 class _PrivateParameters:
-    """The private parameters of a node that has not started yet."""
+    """Reads the private parameters of a node that has not started yet."""
 
     def __init__(self, node: Node) -> None:
         from pipros.node.start_params import set_private_params

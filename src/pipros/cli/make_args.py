@@ -38,7 +38,7 @@ class MakeArguments:
 
 
 def read_make_arguments(words: Sequence[str]) -> MakeArguments:
-    """Classify the arguments. Variables (`VERBOSE=1`) are ignored, since nothing is compiled."""
+    """Classify the arguments. Variables (`VERBOSE=1`) are ignored, because nothing is compiled."""
     found = MakeArguments()
     rest = list(words)
     while rest:

@@ -15,7 +15,7 @@ from pipros.workspace.index import PackageIndex
 def split_arguments(
     arguments: Sequence[str], value_options: Collection[str], flags: Collection[str]
 ) -> tuple[list[str], dict[str, str], str]:
-    """Return the words, the options, and the error in them, which is empty if there is none.
+    """Return the words, the options, and an error text, which is empty if the arguments are valid.
 
     Args:
         arguments: arguments from the command line.
@@ -112,7 +112,7 @@ class PackageQuery:
         return value
 
     def indented_dependencies(self) -> list[str]:
-        """Return all dependencies as a tree, with repetitions (`depends-indent`)."""
+        """Return all dependencies as an indented tree, with repetitions (`depends-indent`)."""
         lines: list[str] = []
 
         def add(name: str, depth: int, path: tuple[str, ...]) -> None:
@@ -127,7 +127,7 @@ class PackageQuery:
         return lines
 
     def dependency_chains(self) -> list[str]:
-        """Return every dependency path to the package that the option `--target` names (`depends-why`)."""
+        """Return every dependency path to the package given with `--target` (`depends-why`)."""
         name, target = self.name, self.option("--target", f"no {self._noun} or target given")
         if self.index.get(target) is None:
             raise QueryFailed(f"{self._noun} '{target}' not found")

@@ -1,4 +1,4 @@
-"""`pipros ros2`: connects the running system to nodes of ROS 2, and shows what passes."""
+"""`pipros ros2`: connects the running system to ROS 2 nodes, and shows the traffic."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def _status(argv: Sequence[str]) -> int:
 
 
 def _statuses() -> dict[str, Mapping[str, Any]]:
-    """Return what the gateways of this master report, by node."""
+    """Return the reports of this master's gateways, by node."""
     from pipros.graph.client import GraphClient
     from pipros.graph.errors import GraphError
     from pipros.graph.service_call import ServiceCaller

@@ -133,7 +133,7 @@ def session_options(options: Values) -> SessionOptions:
 
     if options.ports:
         PortRange.parse(options.ports, "--ports")
-        os.environ[PORTS] = options.ports  # this process and its nodes use these ports
+        os.environ[PORTS] = options.ports  # for this process and its nodes
     if options.port is not None and not 0 <= options.port <= 65535:
         raise LaunchError(f"port must be between 0 and 65535, got {options.port}")
     return SessionOptions(

@@ -45,7 +45,7 @@ USAGE: rospack <command> [options] [package]
  is used (if it contains a package.xml or manifest.xml).
 """
 
-# Noetic has two texts for an unknown package.
+# Noetic reports an unknown package with one of two messages, depending on the command.
 _UNKNOWN = dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}")
 
 _VALUE_OPTIONS = ("--target", "--attrib", "--top", "--length", "--lang")
@@ -124,7 +124,7 @@ def _depends_manifests(query: PackageQuery) -> list[str]:
 
 
 def _depends_msgsrv(query: PackageQuery) -> list[str]:
-    # The output is empty, because only rosbuild packages had separate folders for generated files.
+    # Only rosbuild packages had separate folders for generated files, so the output is empty.
     query.graph.all(query.name)
     return [""]
 

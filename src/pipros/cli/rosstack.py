@@ -36,7 +36,7 @@ USAGE: rosstack [options] <command> [stack]
 _VALUE_OPTIONS = ("--target", "--length", "--attrib", "--top", "--lang")
 _FLAGS = ("-q", "-h")
 
-# Noetic has three texts for an unknown stack.
+# Noetic reports an unknown stack with one of three messages, depending on the command.
 _UNKNOWN = {
     **dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}"),
     **dict.fromkeys(("contains", "contains-path"), "stack containing package {} not found"),
@@ -91,7 +91,7 @@ def _folder(query: PackageQuery) -> list[str]:
 def _contents(query: PackageQuery) -> list[str]:
     """Return the packages in a stack: the stack itself, or none for a metapackage.
 
-    As in Noetic, an unknown stack only causes an error message.
+    As in Noetic, an unknown stack causes an error message but no failure.
     """
     try:
         name = query.name

@@ -98,7 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             name = options.results_filename or rostest_name(package.path, file)
             code = _run(rostest, package.name, name.removesuffix(".xml"), base)
     except KeyboardInterrupt:
-        # A second Ctrl-C must not prevent the nodes from being ended. The launcher itself escalates.
+        # A second Ctrl-C must not prevent the nodes from being stopped. The launcher itself escalates.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rostest.tear_down()
         print("rostest was interrupted: no results", file=sys.stderr)
@@ -125,7 +125,7 @@ def _run(rostest: Rostest, package: str, name: str, base: Path | None) -> int:
 
 
 def _run_as_text(rostest: Rostest) -> int:
-    """Run the tests, which print their own reports. The result only shows whether they could run."""
+    """Run the tests, which print their own reports. The result shows only whether the tests could be run."""
     result = unittest.TextTestRunner(verbosity=2).run(rostest.suite())
     print("\nWARNING: overall test result is not accurate when --text is enabled")
     return 0 if result.wasSuccessful() else COULD_NOT_RUN

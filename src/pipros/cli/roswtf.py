@@ -1,4 +1,7 @@
-"""`roswtf`: runs Noetic's checks, with its texts. `pipros doctor` finds more, and suggests remedies."""
+"""`roswtf`: runs Noetic's checks, with Noetic's messages.
+
+`pipros doctor` finds more, and suggests remedies.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Plugins(Protocol):
-    """Rules from plugins, run with the client library that they need."""
+    """The rules in plugins. They run with the client library, which they need."""
 
     def load(self) -> None:
         """Find and import the plugins. Print their names, and print problems to standard error."""

@@ -49,7 +49,7 @@ def _resolved(graph: GraphClient, word: str) -> str:
 
 @command
 def rqt_bag(argv: Sequence[str] | None = None) -> int:
-    """Open the page at its bags: those in the current folder, or in the folder of the given bag."""
+    """Open the page at the Bags tab, for the current folder or the folder of the given bag."""
     return run(lambda: _show_bags(sys.argv[1:] if argv is None else argv))
 
 
@@ -118,7 +118,7 @@ def rqt(argv: Sequence[str] | None = None) -> int:
     """Run `rqt`.
 
     With `-s NAME` (`--standalone`), run one plugin's command; with `--perspective-file FILE` or `-p NAME`,
-    open the page at a layout of panels; otherwise, at its graph.
+    open the page at a layout of panels; otherwise, at the graph.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _run_plugin(arguments))
@@ -153,7 +153,7 @@ def _show_layout(arguments: list[str]) -> int:
 
 
 def _panels(name: str | None, file: str | None) -> str:
-    """Return the text of a stored layout or of a layout in a file; empty if neither is given."""
+    """Return the panels of a stored layout or of a layout file; empty if neither is given."""
     from pipros.web.layouts import StoredLayouts, open_layout
 
     try:

@@ -1,7 +1,7 @@
-"""Shared behaviour of all commands: options in the style of ROS, one line per error, no traceback.
+"""Shared behaviour of all commands: options in the style of ROS, one line per error, no tracebacks.
 
-Most of a command's run time is interpreter start-up, so this module imports nothing that only some
-commands need.
+Most of a command's run time is interpreter start-up, so this module imports nothing that only some commands
+need.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class MasterUnreachable(CommandError):
 
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
     """Return a parser with Noetic's usage texts: `Usage: rostopic list [/namespace]`. Errors exit with 2."""
-    # Attributes that the deferred parser lacks are taken from an OptionParser.
+    # Attributes that the deferred parser lacks are those of an OptionParser.
     return _DeferredParser(command, f"usage: {command} {usage}", description)  # type: ignore[return-value]
 
 
@@ -152,7 +152,7 @@ def run(body: Callable[[], int], *, error_code: int = 1) -> int:
 
 
 def _headline(error: PiprosError) -> str:
-    """Return the error's text, which scripts may parse. On a terminal, the reason follows."""
+    """Return the error's text, which scripts may parse. On a terminal, add the reason."""
     if isinstance(error, Unreachable) and error.peer.startswith("master "):
         error = MasterUnreachable(str(error))
     if isinstance(error, MasterUnreachable) and error.reason and sys.stderr.isatty():
@@ -166,7 +166,10 @@ def _end_quietly() -> int:
 
 
 def _flush() -> None:
-    """Write buffered output. Drop it if the reader has exited, so that Python reports nothing at exit."""
+    """Write buffered output.
+
+    If the reader has exited, drop the output, so that Python reports no error at exit.
+    """
     try:
         sys.stdout.flush()
     except BrokenPipeError:

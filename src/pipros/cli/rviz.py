@@ -1,4 +1,4 @@
-"""`rviz`: opens the page at its tab Scene, with a configuration file."""
+"""`rviz`: opens the page at the Scene tab, with a configuration file."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _main(argv: Sequence[str]) -> int:
         file = SceneFile(path, options.fixed_frame or "")
     except OSError as error:
         raise CommandError(f"cannot read {name}: {error.strerror}") from None
-    if path.is_relative_to(SHARE):  # the default, which is saved as the user's own
+    if path.is_relative_to(SHARE):  # start from the default; saving creates the user's own file
         file.path = Path.home() / ".rviz" / f"{name or 'default'}.rviz"
     remappings = [word for word in argv if word not in without_remappings([word])]
     return show("rviz", "scene", options, argv=tuple(remappings), scene=file)
@@ -46,7 +46,7 @@ def _save_picture(options: Any, name: str, argv: Sequence[str]) -> int:
 
     arguments = [word for word in argv if word not in without_remappings([word])]
     if name:
-        config_path(name)  # refuse a missing file now
+        config_path(name)  # fail now if the file is missing
         arguments += ["-d", name]
     if options.fixed_frame:
         arguments += ["-f", options.fixed_frame]
@@ -83,12 +83,12 @@ def _parser() -> OptionParser:
 
 
 def config_path(name: str, home: Path | None = None) -> Path:
-    """Return the file that `-d NAME` means: a file, `~/.rviz/NAME.rviz`, or the default of pipros.
+    """Return the file that `-d NAME` selects: a path, `~/.rviz/NAME.rviz`, or pipros's default.
 
-    An empty name is `default`.
+    An empty name means `default`.
 
     Raises:
-        CommandError: it looks like a path to a file, which does not exist.
+        CommandError: the name looks like a path, but the file does not exist.
     """
     path = Path(name)
     if name and path.is_file():

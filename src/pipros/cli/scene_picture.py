@@ -1,7 +1,7 @@
-"""`rviz --png`: one picture of the scene, drawn by a Chromium without a window.
+"""`rviz --png`: writes a picture of the scene, drawn by a Chromium without a window.
 
 Chromium is driven over a pair of pipes (`--remote-debugging-pipe`): JSON requests and answers, each ended by
-a zero byte. That needs no port and no library.
+a zero byte. This needs no port and no library.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ def save_picture(
     `timeout_s`.
 
     Raises:
-        CommandError: there is no Chromium, it or the server does not start, or the file cannot be written.
+        CommandError: Chromium is not installed, Chromium or the server does not start, or the file cannot be
+            written.
     """
     if os.name == "nt":
         raise CommandError("--png does not work on Windows")
@@ -65,7 +66,7 @@ def save_picture(
             shown = browser.value(f"{_DRAW}({json.dumps(size)})")
             is_late = time.monotonic() > end_s
             if shown is None and is_late:
-                raise CommandError(f"the page showed no scene within {timeout_s:g} s")
+                raise CommandError(f"the page did not show a scene within {timeout_s:g} s")
             if shown is not None and (is_late or (shown == last and not shown["problems"])):
                 break
             last = shown
@@ -88,7 +89,7 @@ def picture_size(text: str) -> tuple[int, int]:
 
 @contextlib.contextmanager
 def _server(arguments: Sequence[str]) -> Iterator[str]:
-    """Serve the page in another process; provide its address."""
+    """Serve the page in another process, and provide its address."""
     argv = [sys.executable, "-c", _SERVER, "--no-browser", "--read-only", *arguments]
     with subprocess.Popen(argv, stderr=subprocess.PIPE) as server:  # noqa: S603 - this interpreter
         try:
@@ -96,7 +97,7 @@ def _server(arguments: Sequence[str]) -> Iterator[str]:
             ready, _, _ = select.select([output], [], [], START_S)
             line = output.readline().decode() if ready else ""
             if ": http" not in line:
-                raise CommandError(f"the server of the page did not start: {line.strip() or 'no answer'}")
+                raise CommandError(f"the page's server did not start: {line.strip() or 'no answer'}")
             yield line.partition(": ")[2].strip()
         finally:
             _stop(server)
@@ -115,9 +116,9 @@ class _Chromium:
         argv = [program, "--headless", "--remote-debugging-pipe", "--no-first-run", "--hide-scrollbars"]
         argv += [f"--user-data-dir={self._folder.name}", f"--window-size={size[0] + 100},{size[1] + 200}"]
         if os.getuid() == 0:
-            argv.append("--no-sandbox")  # Chromium refuses to start with it as root
+            argv.append("--no-sandbox")  # as root, Chromium refuses to start with its sandbox
 
-        # It reads the pipe 3 and writes the pipe 4.
+        # Chromium reads from descriptor 3 and writes to descriptor 4.
         words = ["sh", "-c", f'exec "$@" 3<&{to_browser} 4>&{from_browser}', "sh", *argv, "about:blank"]
         self._process = subprocess.Popen(  # noqa: S603 - a browser in PATH
             words, pass_fds=(to_browser, from_browser), stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL
@@ -140,7 +141,7 @@ class _Chromium:
         self._folder.cleanup()
 
     def value(self, expression: str) -> Any:
-        """Return the value of an expression of JavaScript in the page."""
+        """Return the value of a JavaScript expression in the page."""
         answer = self.ask("Runtime.evaluate", {"expression": expression, "returnByValue": True})
         return answer.get("result", {}).get("value")
 

@@ -1,6 +1,6 @@
 """Output on a terminal: colours, aligned columns, and blocks of lines that are rewritten in place.
 
-Output to pipes and files has none of these, so that scripts read exactly the text that Noetic prints.
+Output to pipes and files has none of these, so scripts read exactly the text that Noetic prints.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-# type checkers treat this as True; commands start faster if they do not import `typing`
+# type checkers treat this as True; importing `typing` takes milliseconds
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import IO
@@ -93,7 +93,7 @@ def paragraph(text: str, *, indent: int, taken: int = 0) -> str:
 
 @contextmanager
 def passing_note(text: str) -> Iterator[None]:
-    """If standard error is a terminal, show a line on it while the body runs, then erase the line."""
+    """If standard error is a terminal, show a line on it while the body runs."""
     if not is_terminal(sys.stderr):
         yield
         return
@@ -122,9 +122,7 @@ class LiveBlock:
         self._height = 0
 
     def _height_of(self, text: str) -> int:
-        """Return the number of screen lines that a block takes; 0 if the block is too tall for its start to
-        be reached.
-        """
+        """Return the number of screen lines of a block; 0 if its start has scrolled off the screen."""
         import shutil
 
         columns, lines = shutil.get_terminal_size()

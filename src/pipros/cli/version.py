@@ -31,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def versions_of_process() -> dict[str, str]:
-    """Return versions and places by name, in the order in which they are printed."""
+    """Return the versions and paths to print, by name, in order."""
     from pipros.cli.rosversion import DISTRO
 
     return {

@@ -22,7 +22,7 @@ def value_of(word: str) -> Any:
 def documents_of(lines: Iterable[str], file: str = "standard input") -> Iterator[Any]:
     """Yield the documents in the lines, each as soon as its separator arrives. Empty documents are skipped.
 
-    A pipe may therefore stay open: `rostopic echo /a | rostopic pub /b std_msgs/String`.
+    The lines may come from a pipe that stays open: `rostopic echo /a | rostopic pub /b std_msgs/String`.
 
     Raises:
         YamlError: a document is not valid YAML.

@@ -353,7 +353,7 @@ class Interpreter:
 
 
 class _Names:
-    """The names for which `if(COMMAND name)` is true: functions, CMake's own commands, and others."""
+    """The names for which `if(COMMAND name)` is true: CMake's own commands, and the names in `others`."""
 
     def __init__(self, *others: Container[str]) -> None:
         self._all = (BUILTIN_COMMANDS, *others)

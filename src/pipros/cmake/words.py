@@ -1,4 +1,4 @@
-"""Grouping of a command's arguments by keyword."""
+"""Group a command's arguments by keyword."""
 
 from __future__ import annotations
 

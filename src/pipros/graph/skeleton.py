@@ -54,7 +54,7 @@ class _Fields(dict[str, Any]):
 
 
 class _Dumper(yaml.SafeDumper):
-    """Writes fields in order. Starting with the first large message, small parts are written on one line."""
+    """Writes fields in order. After the first large message, flat lists and mappings are on one line."""
 
     is_mixed = True
 

@@ -192,7 +192,7 @@ def _workspace_around(folder: Path) -> Path | None:
 
 
 def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
-    """Return the shell start files that source a missing setup file below /opt/ros, each with the missing
+    """Return the shell startup files that source a missing setup file below /opt/ros, each with the missing
     file.
     """
     found = {}

@@ -39,8 +39,7 @@ class MachineReport:
             distribution that replaced its files; empty if unknown.
         master_error: why the master cannot be reached; empty if it answers, None if it was not called.
         has_local_master: whether a master answers at this machine's default address.
-        missing_setup_files: maps shell start files to the ROS setup file that they source, and that does not
-            exist.
+        missing_setup_files: maps shell startup files to the missing ROS setup file that they source.
         bound_host: the address that nodes listen on.
         port_problem: why no port of `PIPROS_PORTS` can be opened; empty if one can, or if the variable is
             unset or invalid.

@@ -113,7 +113,7 @@ def missing_paths(machine: MachineReport) -> Findings:
 
 
 def missing_setup_files(machine: MachineReport) -> Findings:
-    """Find shell start files that source a ROS setup file that does not exist.
+    """Find shell startup files that source a missing ROS setup file.
 
     Many courses tell students to add such lines.
     """

@@ -1,4 +1,4 @@
-"""Manages processes that are started by other code, and watched, restarted and stopped by a launch."""
+"""Processes that other code starts, and that a launch watches, restarts and stops."""
 
 from __future__ import annotations
 
@@ -90,9 +90,9 @@ class AdoptedProcesses(Generic[_Process]):
             self._processes.remove(process)
 
     def check(self) -> list[_Process] | None:
-        """Report ended processes, and restart them when it is time.
+        """Report processes that have exited, and restart those that are due.
 
-        Return the processes that are no longer watched; None if a required process has ended.
+        Return the processes that are no longer watched; None if a required process has exited.
         """
         gone = []
         for process in self:
@@ -125,7 +125,7 @@ class AdoptedProcesses(Generic[_Process]):
             self._printer.say(f"[{process.name}] killing on exit")
             try:
                 process.stop(errors)
-            except Exception:  # the process object is a script's, whose methods can raise any exception
+            except Exception:  # the object comes from a script, so its methods can raise any exception
                 self._on_error()
         with self._lock:
             self._processes.clear()

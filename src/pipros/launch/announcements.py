@@ -65,7 +65,7 @@ def summary(
     cleared: Iterable[str] = (),
     has_machines: bool = False,
 ) -> str:
-    """Return the lists of parameters, machines and nodes in Noetic's format. A core lists no nodes.
+    """Return the lists of parameters, machines and nodes in Noetic's format. For a core, list no nodes.
 
     Args:
         cleared: namespaces whose parameters are deleted first.

@@ -1,4 +1,4 @@
-"""Limits the size of what a launch reads and generates.
+"""Limit the amount of data that a launch reads and generates.
 
 Without limits, a file of 3 kB could double a text 40 times, or include a file twice at each of 40 levels.
 """
@@ -17,7 +17,7 @@ class OverBudget(PiprosError, ValueError):
 
 @dataclass(slots=True)
 class Budget:
-    """Resources that one launch's files have consumed so far.
+    """Resources that a launch's files have used so far.
 
     Attributes:
         read_bytes: size of all files and command outputs, plus the characters inserted by substitutions.

@@ -26,8 +26,8 @@ def mistakes(
 
     Args:
         with_test_depends: whether `test_depend` counts as a declaration.
-        ignore_unset: whether to accept arguments without a value. Nodes whose package or type depends on such
-            an argument are skipped.
+        ignore_unset: whether to accept arguments without a value. If so, nodes whose package or type depends
+            on such an argument are not checked.
     """
     try:
         launch = load(

@@ -1,10 +1,10 @@
 """A launch child: starts nodes on this computer for a parent roslaunch on another computer.
 
 This is Noetic's protocol. The parent logs in by ssh and starts `roslaunch -c NAME -u URI --run_id ID`. The
-child opens an XML-RPC server and calls the parent's `register(NAME, its URI)`. Once the master is running,
-the parent calls `launch(XML)`; the response names the started nodes. From then on the child calls `log(NAME,
-level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()` or exits, or all
-nodes have exited.
+child opens an XML-RPC server and passes its URI to the parent's `register(NAME, URI)`. Once the master is
+running, the parent calls `launch(XML)`; the response names the started nodes. From then on the child calls
+`log(NAME, level, text)` and `process_died(process, exit code)`, until the parent calls `shutdown()` or exits,
+or all nodes have exited.
 """
 
 from __future__ import annotations
@@ -105,7 +105,10 @@ class Child:
         self._console.relay_to(self._link.log)
 
     def wait(self) -> None:
-        """Start the nodes that the parent requests. Return when all have exited or a stop is requested."""
+        """Start the nodes that the parent requests.
+
+        Return when all of them have exited, or when a stop is requested.
+        """
         if self._log is None:
             raise RuntimeError("the child is not running; call start() first")
         while self._run is None and not self._is_stop_requested:
@@ -177,11 +180,10 @@ class Child:
     def _admits(self, caller: Caller) -> bool:
         """Return whether a caller may connect.
 
-        Few callers may, because `launch` runs programs as this process's user.
-
-        On this machine, only the parent's user, this process's user and root may connect. If the system does
-        not report a connection's user, every user on this machine may connect if the parent runs here
-        too. Other machines may connect from the addresses of the parent and of its ssh login.
+        Few callers may, because `launch` runs programs as this process's user. On this machine, only the
+        parent's user, this process's user and root may connect. If the system does not report which user owns
+        a connection, any user of this machine may connect, but only if the parent runs here. Other machines
+        may connect from the addresses of the parent and of its ssh login.
         """
         parent = self._link.addresses
         if not caller.is_here:

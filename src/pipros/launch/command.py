@@ -43,7 +43,7 @@ class NodeCommand:
     Attributes:
         argv: the program and its arguments.
         environment: all environment variables.
-        overlay: the variables that the launch file and the launcher set.
+        overlay: the environment variables that the launch file and the launcher set.
         folder: the working folder.
     """
 
@@ -78,7 +78,7 @@ class CommandMaker:
         """Create a maker that uses this process's environment and ROS_HOME.
 
         Args:
-            log: the launcher's log file, which its nodes get as `ROS_LOG_FILENAME`, as in Noetic.
+            log: the launcher's log file, which nodes find in `ROS_LOG_FILENAME`, as in Noetic.
         """
         variables = dict(os.environ)
         if log is not None:
@@ -87,9 +87,7 @@ class CommandMaker:
 
     @property
     def tag(self) -> str:
-        """A variable `NAME=value`, the path of the log file, that all commands of this launcher have, and no
-        others.
-        """
+        """The environment variable `NAME=value` that all commands of this launcher set, and no others."""
         log = self._environment.get("ROS_LOG_FILENAME")
         return f"ROS_LOG_FILENAME={log}" if log else ""
 

@@ -100,5 +100,5 @@ class Console:
             try:
                 write_line(stream, text)
             except (OSError, ValueError):
-                # The reader of the output has exited. The nodes must still be ended in order.
+                # The reader of the output has exited. The nodes must still be stopped in order.
                 return

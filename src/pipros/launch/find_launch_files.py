@@ -45,7 +45,7 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
 
 
 def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
-    """Return the only file with the given name in a package.
+    """Return the only file in a package that has the given name.
 
     A path such as `launch/x.launch` is relative to the package's folder.
     """

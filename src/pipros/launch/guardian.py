@@ -1,15 +1,16 @@
 """Kills all of a launcher's processes when the launcher exits, even if it is killed.
 
 The launcher starts one small interpreter and writes the ids of running process groups to its standard input.
-When that pipe closes, the launcher has exited for some reason. The guardian then sends SIGTERM to everything
-still running, and SIGKILL a second later. On Linux it also looks for processes with a tag in their
-environment, which finds those started just as the launcher was killed, and those that left their group.
+When that pipe closes, the launcher has exited, for whatever reason. The guardian then sends SIGTERM to
+everything still running, and SIGKILL a second later. On Linux it also looks for processes with a tag in their
+environment. This finds processes that were started just as the launcher was killed, and processes that have
+left their group.
 
 Linux's parent-death signal is not used for several reasons: it reaches only the direct child, not the
 programs behind a launch prefix or a shell script; it is sent when the *thread* that started the child exits;
 setting it requires code between fork and exec, which is unsafe in a process with threads; and macOS lacks it.
 
-This file is also that small program, which is run as a script with `python -I -S`, so it imports little.
+The interpreter runs this file as a script, with `python -I -S`, so the file imports little.
 """
 
 from __future__ import annotations
@@ -31,17 +32,18 @@ _CHECK_EVERY_S = 0.02
 
 
 class Guardian:
-    """The launcher's side of the guardian. Does nothing on Windows, which lacks process groups of this kind.
+    """The launcher's side of the guardian. Does nothing on Windows, which lacks POSIX process groups.
 
     `started` and `ended` may be called from any thread. If the guardian itself is killed, the launcher
     continues without its protection.
     """
 
     def __init__(self, tag: str = "") -> None:
-        """Create a guardian, whose process `start()` starts.
+        """Create a guardian. Call `start()` to start its process.
 
         Args:
-            tag: a variable `NAME=value` that all of this launcher's processes have, and no others.
+            tag: an environment variable, as `NAME=value`, that is set in all processes of this launcher and
+                in no others.
         """
         self._tag = tag
         self._process: subprocess.Popen[bytes] | None = None
@@ -60,7 +62,7 @@ class Guardian:
         )
 
     def started(self, group: int) -> None:
-        """Add a process group, whose number is the id of its first process."""
+        """Add a process group. Its number is the id of its first process."""
         self._send(f"+{group}\n")
 
     def ended(self, group: int) -> None:

@@ -1,4 +1,4 @@
-"""Access to the computer for the launch file loader, as one value.
+"""The launch file loader's access to the computer, as one value.
 
 `LoadContext.of_process()` is the real context; tests pass their own.
 """
@@ -54,9 +54,7 @@ class LoadContext:
         return cls(find, os.environ, anonymous_name, _read_file, _run_command)
 
     def within(self, budget: Budget) -> LoadContext:
-        """Return a context that counts everything read against `budget`, and raises OverBudget when `budget`
-        is exceeded.
-        """
+        """Return a context whose functions count what they read against `budget`, and raise OverBudget."""
 
         def read(path: str) -> bytes:
             content = self.read_file(path)
@@ -99,7 +97,7 @@ def _run_command(command_line: str) -> str:
     command = shlex.split(command_line)
     if not command:
         raise CommandFailed("the command is empty")
-    environment = program_environment(os.environ)  # `$(find xacro)/xacro` needs pipros's Python
+    environment = program_environment(os.environ)  # run `$(find xacro)/xacro` with pipros's Python
     try:
         with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603
             printed = _read_output(process, command)

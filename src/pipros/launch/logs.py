@@ -18,7 +18,7 @@ from pipros.launch.console import Console
 
 _GIGABYTE = 1_000_000_000
 
-# The launch waits for this measurement, and an old log folder can have a hundred thousand files.
+# The launch waits until the size is known, and an old log folder can contain a hundred thousand files.
 _MEASURING_TIME_S = 0.05
 
 
@@ -113,7 +113,7 @@ def _unusable(folder: Path, error: OSError) -> LogFolderUnusable:
 
 
 def _point_latest(link: Path, folder: Path) -> None:
-    """Replace the link by renaming, so that two runs can start at the same time."""
+    """Replace the link by renaming a new one, so that two runs can start at the same time."""
     unfinished = link.with_name(f".latest-{os.getpid()}")
     with suppress(OSError):
         unfinished.symlink_to(folder)

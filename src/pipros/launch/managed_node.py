@@ -1,4 +1,4 @@
-"""A running node across its restarts, and the process information that other programs can query."""
+"""A node and its restarts, and the process information that other programs can query."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.launch.process import NodeProcess
 
 @dataclass(frozen=True, slots=True)
 class ProcessInfo:
-    """A snapshot of one process in a launch. If its node was restarted, it describes the latest process.
+    """A snapshot of one process in a launch. If the node has been restarted, this is its latest process.
 
     Attributes:
         name: the process's name in messages, such as `talker-2`.
@@ -61,8 +61,8 @@ class ManagedNode:
     """A node and its processes.
 
     Attributes:
-        process: the current process; None after one has ended and before the next has started.
-        left_behind: a process that has exited, while its child processes are still running.
+        process: the current process; None while the node waits for a restart or has ended.
+        left_behind: a process that has exited, but whose child processes are still running.
         restart_at: time at which to restart the node, on the monotonic clock; None if no restart is due.
         latest: the latest process, whether or not it is still running.
     """

@@ -161,7 +161,7 @@ class Launch:
     """The contents of a set of launch files.
 
     Attributes:
-        files: the files in the order in which they were read.
+        files: the files, in the order in which they were read.
         includes: pairs (file, included file).
         params: values by full name, in the order in which they were set.
         clear_params: namespaces to delete first, each with a trailing slash.

@@ -25,7 +25,7 @@ _COLOURS_ALONE = re.compile(rb"(?:\033\[[\d;]*m)+")
 
 _BARE_LINE_END = re.compile(rb"(?<!\r)\n")
 
-# An incomplete line, such as a prompt or a progress bar, is shown after this time.
+# An incomplete line, such as a prompt or a progress bar, is printed after this time.
 _INCOMPLETE_LINE_S = 0.1
 
 
@@ -56,9 +56,9 @@ class LinePrefix:
 
 
 class PrefixedOutput:
-    """A pty for one process, whose lines are copied to the launcher's terminal.
+    """A pty for one process. Its output lines are copied to the launcher's terminal.
 
-    The process gets `write_end` as its output; call `started` once it has been spawned.
+    Use `write_end` as the process's output, and call `started` once the process has been spawned.
     """
 
     def __init__(self, name: str, number: int) -> None:
@@ -74,12 +74,12 @@ class PrefixedOutput:
         self._copier = threading.Thread(target=self._copy, name=f"output of {name}", daemon=True)
 
     def started(self) -> None:
-        """Start copying. Must be called after the process was started or failed to start."""
+        """Start copying. Must be called after the process has been started or has failed to start."""
         os.close(self.write_end)
         self._copier.start()
 
     def finish(self, timeout_s: float = 0.5) -> None:
-        """Wait up to `timeout_s` until all output of the process, which has exited, has been shown."""
+        """Wait up to `timeout_s` until all output of the exited process has been printed."""
         self._copier.join(timeout_s)
 
     def _copy(self) -> None:
@@ -105,7 +105,8 @@ class PrefixedOutput:
         """Write a piece of output. Return the text that is still pending, which is empty."""
         if text:
             shown = self._prefix.format(text)
-            # Nodes that read single keys restore the terminal before they print, but it may be raw again.
+            # Nodes that read single keys restore the terminal before they print, but it may be in raw mode
+            # again.
             if is_raw(self._target):
                 shown = _BARE_LINE_END.sub(b"\r\n", shown)
             with contextlib.suppress(OSError):

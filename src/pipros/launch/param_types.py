@@ -31,7 +31,9 @@ def convert(text: str, type_name: str, source: str = "<param>") -> Any:
     if type_name in ("bool", "boolean"):
         return convert_bool(text)
     if type_name == "yaml":
-        from pipros.safe import yaml  # the import takes 10 ms, and few launch files need it
+        from pipros.safe import (
+            yaml,
+        )  # imported late, because the import takes 10 ms and few launch files need it
 
         return yaml.load(text, source, angles=False)
     raise ValueError(f"Unknown type '{type_name}'")
@@ -88,7 +90,7 @@ def parameters_in(text: str, source: str, key: str, *, is_named: bool) -> dict[s
         YamlError: the text is invalid.
         ValueError: the value requires a name, or a key is not a string.
     """
-    from pipros.safe import yaml  # this import takes 10 ms, and not every launch file needs it
+    from pipros.safe import yaml  # imported late, because the import takes 10 ms and few launch files need it
 
     value = yaml.load(text, source)
     if value is None:

@@ -28,7 +28,7 @@ def apply_parameters(launch: Launch, master_uri: str) -> None:
 
 
 class ParameterServer(Protocol):
-    """The calls that an upload makes. They raise `Refused` if a parameter does not exist."""
+    """The calls that an upload makes. `Refused` means that a parameter does not exist."""
 
     def get_param(self, key: str) -> Any: ...
 
@@ -77,6 +77,6 @@ def _set(client: ParameterServer, key: str, value: Any) -> None:
     try:
         client.set_param(key, value)
     except (TypeError, OverflowError) as error:
-        raise LaunchError(f"the parameter [{key}] cannot have the value {value!r}: {error}") from None
+        raise LaunchError(f"cannot set the parameter [{key}] to {value!r}: {error}") from None
     except Refused as error:
         raise LaunchError(f"the parameter [{key}] was not set: {error.text}") from None

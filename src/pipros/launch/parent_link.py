@@ -1,7 +1,7 @@
-"""Sends a launch child's reports to its parent roslaunch, in order and one at a time.
+"""Send a launch child's reports to its parent roslaunch, in order and one at a time.
 
 A separate thread makes the calls, so that a hanging or disconnected parent delays no node. If there is
-nothing to report, it checks once a second whether the parent still answers.
+nothing to report, the thread checks once a second whether the parent still answers.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _CHECK_EVERY_S = 1.0
 _LAST_CALLS_S = 1.0
 
 # After this many consecutive refused connections, the parent is considered to have exited. A computer that
-# does not answer at all may only be out of reach for a while, as robots often are.
+# does not answer at all may just be out of range for a while, as robots often are.
 _REFUSALS = 3
 
 
@@ -77,8 +77,7 @@ class ParentLink:
         """The user id of a parent on this machine; this process's user id if the parent runs elsewhere or is
         unknown.
 
-        It is looked up only once, because another user may take the parent's port after the parent has
-        exited.
+        Looked up only once, because another user may reuse the parent's port after the parent has exited.
         """
         if self._user_id is None:
             for host in filter(has_address, self.addresses):
@@ -145,7 +144,7 @@ class ParentLink:
             self._refusals = 0
 
     def _watch_input(self) -> None:
-        """If standard input is a connection, wait until it closes, which means that ssh has exited."""
+        """If standard input is a pipe or socket, wait until it closes, which means that ssh has exited."""
         with suppress(OSError, ValueError, AttributeError):
             number = sys.stdin.fileno()
             mode = os.fstat(number).st_mode

@@ -1,4 +1,4 @@
-"""One process in a launch, which is started in its own process group, watched, and stopped step by step."""
+"""A process in a launch: started in its own process group, watched, and stopped step by step."""
 
 from __future__ import annotations
 
@@ -48,12 +48,13 @@ class NodeProcess:
 
         Args:
             stdout_log, stderr_log: files for its standard output and error; None to inherit the launcher's.
-            restarts: whether this restarts a node; output is then appended to the files.
-            colour: the number of the colour for the name that prefixes the process's lines on the terminal;
-                None to pass the terminal on to the process.
+            restarts: whether a node is being restarted; if so, its output is appended to the files.
+            colour: the colour number of the name that prefixes each output line on the terminal; None to let
+                the process write to the terminal itself.
 
         Raises:
-            CannotLaunch, CannotStart: the operating system refuses; the error says what to try.
+            CannotLaunch, CannotStart: the operating system refuses to start the process; the error says what
+                to try.
         """
         self.name = name
         self.command = command
@@ -102,7 +103,7 @@ class NodeProcess:
         return self._exited.wait(timeout_s)
 
     def release(self) -> None:
-        """Kill all processes that are left in the group after the process has exited, and drop the group."""
+        """Kill all processes that remain in the group after the process has exited, and forget the group."""
         if self._has_group and self._exited.is_set():
             self.send_signal(SIGKILL)
             self._forget_group()
@@ -113,7 +114,7 @@ class NodeProcess:
             self._prefixed.finish()
         self._exited.set()
         # A group that still has a process stays guarded, because a script may have started the real node in
-        # the background. The group's number cannot be reused.
+        # the background. Until that process exits, the system does not reuse the group's number.
         if not self.has_group:
             self._forget_group()
         self._on_exit(self)
@@ -161,7 +162,7 @@ def _opened(log: Path, *, append: bool) -> IO[bytes]:
 
 
 def _check_first_line(command: NodeCommand) -> None:
-    """Check a script's shebang first, because the operating system's error is unhelpful."""
+    """Check a script's shebang before starting it, because the operating system's error is unhelpful."""
     program = Path(command.argv[0])
     reason = why_not_startable(program) if program.is_file() else None
     if reason is not None:
@@ -173,9 +174,8 @@ def _check_first_line(command: NodeCommand) -> None:
 def _is_group_alive(group: int) -> bool:
     """Return whether a process in the group is running.
 
-    Zombies are members of the group, but are not running.
-
-    Zombies remain if the init process does not reap orphans, as in many containers.
+    Zombies do not count. They stay in the group if the init process does not reap orphans, as in many
+    containers.
     """
     try:
         signal_group(group, 0)

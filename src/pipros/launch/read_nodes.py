@@ -53,7 +53,7 @@ def read_test(reader: ElementReader) -> None:
 
 
 def _read(reader: ElementReader, name: str) -> Node:
-    """Read the attributes and children that nodes and tests have in common."""
+    """Read the attributes and children shared by nodes and tests."""
     if "/" in name:
         raise reader.error("node name cannot contain a namespace")
     if not names.is_legal_base(name):
@@ -100,7 +100,7 @@ def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchSco
 
     As in Noetic, parameters from `<param>` are set after parameters from `<rosparam>`, regardless of their
     order
-    in the file; private parameters declared outside, which every node gets, are set before both.
+    in the file; private parameters declared outside of nodes, which apply to every node, are set before both.
     """
     params: dict[str, Any] = {
         private.resolve_param(key[1:]): value for key, value in inner.private_params.items()

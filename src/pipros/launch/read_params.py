@@ -69,7 +69,9 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
 
 
 def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]:
-    from pipros.safe.yaml import YamlError  # this import takes 10 ms, and not every launch file needs it
+    from pipros.safe.yaml import (
+        YamlError,
+    )  # imported late, because the import takes 10 ms and few launch files need it
 
     # Blank lines before the text make YAML errors report line numbers in the launch file.
     text, source = "\n" * (reader.element.line - 1) + reader.element.text, reader.scope.file

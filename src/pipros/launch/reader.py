@@ -108,7 +108,7 @@ class ElementReader:
             raise self.error(f"'{name}' must be a number: [{text}]") from None
 
     def choice(self, name: str, kind: type[_Choice]) -> _Choice | None:
-        """Return the enum member whose value is this text; None if the element lacks the attribute."""
+        """Return the attribute `name` as a member of `kind`; None if the element lacks the attribute."""
         text = self.text(name)
         if text is None:
             return None
@@ -120,7 +120,7 @@ class ElementReader:
         raise self.error(f"{name} must be one of {allowed}")
 
     def is_wanted(self) -> bool:
-        """Evaluate `if` and `unless`; return True if there are none."""
+        """Evaluate `if` or `unless`. Return True if the element has neither."""
         condition, exception = self.text("if"), self.text("unless")
         if condition is not None and exception is not None:
             raise self.error("cannot set both 'if' and 'unless' on the same tag")

@@ -24,7 +24,7 @@ ROS_COMM_VERSION = "1.15.15"
 """Value of `/rosversion`, the ros_comm release whose behaviour pipros follows."""
 
 STANDARD_PARAMETERS: dict[str, Any] = {
-    # In genuine ROS, these are outputs of commands, including the line ending.
+    # As in genuine ROS, where these are outputs of commands, the values end with a newline.
     "/rosdistro": f"{ROS_DISTRO}\n",
     "/rosversion": f"{ROS_COMM_VERSION}\n",
 }

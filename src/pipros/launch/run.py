@@ -34,13 +34,13 @@ _CHECK_EVERY_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """How to run a launch.
+    """Options for running a launch.
 
     Attributes:
         output: the destination for the standard output of all nodes; None leaves the choice to each node.
         all_required: whether to stop the launch when any node exits.
         local_only: whether to skip nodes on other machines.
-        has_prefixes: whether lines that nodes print on the terminal are prefixed with their names.
+        has_prefixes: whether lines that nodes print on the terminal are prefixed with the node's name.
         is_child: whether this is a launch child, whose standard output is not visible.
     """
 
@@ -66,7 +66,7 @@ class _StopRequest:
 
 
 class LaunchRun:
-    """The execution of a launch, which one thread watches.
+    """The execution of a launch. One thread watches it.
 
     `start`, `end_one` and `request_stop` may be called from any thread.
 
@@ -162,7 +162,7 @@ class LaunchRun:
     def start_managed(
         self, node: Node, extra_arguments: Sequence[str] = (), output: Output | None = None
     ) -> ManagedNode:
-        """Start a node like `start`, for callers that follow it across restarts. The result is read-only."""
+        """Start a node like `start`, for callers that track its restarts. The result must not be modified."""
         with self._lock:
             self._guardian.start()
             number = next(self._numbers)
@@ -198,7 +198,7 @@ class LaunchRun:
     def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
         """Like `wait`, but return once this process has exited and its exit has been reported.
 
-        Return False on timeout, or if it is time to stop.
+        Return False on timeout, or if the launch must stop.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while any(managed.process is process for managed in self._managed):
@@ -209,10 +209,7 @@ class LaunchRun:
         return True
 
     def watch_once(self, timeout_s: float | None = None) -> bool:
-        """Handle the next event that arrives in time (at most one slice).
-
-        Return False if it is time to stop.
-        """
+        """Wait for an event, at most one slice, and handle it. Return False if the launch must stop."""
         if self._is_running:
             self._handle(self._next_event(timeout_s))
         return self._is_running
@@ -220,8 +217,8 @@ class LaunchRun:
     def end_one(self, process: NodeProcess) -> None:
         """Stop one process step by step. Return when it has exited.
 
-        The watching thread handles this like any other exit: as in Noetic, a node with `respawn` is
-        restarted.
+        The watching thread handles this like any other exit, so a node with `respawn` is restarted, as in
+        Noetic.
         """
         end(
             [process],
@@ -310,7 +307,7 @@ class LaunchRun:
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
         due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
-        # A process that is not a child of this process must be polled to detect its exit.
+        # The exit of a process that is not a child of this process can only be detected by polling.
         due += [_CHECK_EVERY_S for managed in self._managed if managed.left_behind is not None]
         return get_within_slice(self._events, min(due))
 

@@ -6,7 +6,7 @@ import re
 
 from pipros.basics.printable import printable
 
-# The id names a folder next to the link `latest`, and any peer can set the parameter. Noetic uses UUIDs.
+# The id is used as the name of a folder next to the link `latest`, and any peer can set the parameter.
 _RUN_ID = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 

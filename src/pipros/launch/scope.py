@@ -22,11 +22,12 @@ class LaunchScope:
         file: the current file, as shown in messages.
         substitution: holds the arguments of this scope.
         declared: the names of the `<arg>`s read so far in this file.
-        given: arguments from the command line or the `<include>`, which a `value` must not override.
-        passed_all: whether a `value` may override these arguments anyway, as with `pass_all_args`.
+        given: arguments from the command line or the `<include>`, which an `<arg>` with a `value` must not
+            override.
+        passed_all: whether a `value` may override them nevertheless, as with `pass_all_args`.
         remappings: pairs (from, to); a later pair replaces an earlier one with the same `from`.
         environment: pairs (name, value) in order.
-        private_params: `~name` of `<param>`s outside of nodes, which every later node gets.
+        private_params: parameters `~name` declared outside of nodes, which apply to every later node.
         default_machine: the machine for nodes that have no `machine` attribute.
     """
 
@@ -43,11 +44,11 @@ class LaunchScope:
 
     @property
     def arguments(self) -> dict[str, str | None]:
-        """The values of `$(arg x)`; None for arguments declared without a value."""
+        """The arguments' values, for `$(arg x)`; None for arguments declared without a value."""
         return self.substitution.arguments
 
     def child(self, namespace: str = "") -> LaunchScope:
-        """Return a scope that inherits everything from this scope. This scope stays unchanged."""
+        """Return a new scope that inherits everything from this scope."""
         return replace(
             self,
             namespace=self._below(namespace),
@@ -61,9 +62,7 @@ class LaunchScope:
     def included(
         self, namespace: str, file: str, folder: str | None, given: dict[str, str | None], *, passed_all: bool
     ) -> LaunchScope:
-        """Return the scope for an included file, which is a child with only the given arguments and no
-        declarations.
-        """
+        """Return the scope for an included file: a child with only the given arguments."""
         scope = self.child(namespace)
         scope.file = file
         scope.declared = set()

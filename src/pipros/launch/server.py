@@ -83,12 +83,12 @@ class LaunchServer:
             raise
 
     def check_address(self, timeout_s: float) -> None:
-        """Check the advertised address, because no other program can connect if it is wrong.
+        """Check that the server can be reached at the advertised address.
 
-        Do nothing if `PIPROS_ADVERTISE` is set, because a router may lead connections in from outside only.
+        Do nothing if `PIPROS_ADVERTISE` is set, because a router may forward only connections from outside.
 
         Raises:
-            LaunchError: the server cannot be reached at this address from here.
+            LaunchError: the server cannot be reached at this address.
         """
         if self._has_outside_address:
             return

@@ -167,8 +167,8 @@ class LaunchSession:
     def wait(self) -> None:
         """Block until a stop is requested, a required node exits, or all nodes have exited.
 
-        A session that started the master continues even if all nodes have exited, because others may use the
-        master.
+        If the session started the master, it continues after all nodes have exited, because other programs
+        may use the master.
         """
         self.run.wait(until_all_ended=not self.owns_master)
 
@@ -203,7 +203,7 @@ class LaunchSession:
         self._console.close()
 
     def _end_if_requested(self) -> None:
-        """Abort `start` between two steps, so that no step is left incomplete."""
+        """Abort `start` if a stop is requested. Called between steps, so that no step is left incomplete."""
         if self._is_stop_requested:
             raise KeyboardInterrupt
 
@@ -310,6 +310,6 @@ class LaunchSession:
         try:
             client.delete_param(server.parameter)
         except PiprosError:
-            pass  # the master may have exited, or the parameter was deleted
+            pass  # the master has exited, or the parameter has been deleted
         finally:
             client.close()

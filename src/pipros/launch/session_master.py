@@ -1,4 +1,4 @@
-"""A launch session's master, which is either already running, or is started and stopped by the session."""
+"""A launch session's master: one that is already running, or one that the session starts and stops."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class SessionMaster:
 
     Attributes:
         environment: the session's environment, including its master's URI.
-        sets_run_id: whether `start` sets `/run_id`, which it does on the session's own master, or on a master
-            that has no run id.
+        sets_run_id: whether `start` sets `/run_id`: True on the session's own master, and on a master without
+            a run id.
     """
 
     def __init__(

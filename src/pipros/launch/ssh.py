@@ -1,8 +1,8 @@
 """Starts nodes on other computers through the system's ssh client.
 
-The remote command is `[env-loader] env VARIABLE=value… rosrun package type argument…`, which any ROS 1
-installation can run. The client requests a remote terminal, so that the node gets SIGHUP when the connection
-ends for any reason.
+The remote command, `[env-loader] env VARIABLE=value… rosrun package type argument…`, works with any ROS 1
+installation. The client requests a remote terminal, so that the node gets SIGHUP when the connection ends for
+any reason.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ def remote_command(
 ) -> list[str]:
     """Return the ssh command line that runs a node on a machine.
 
-    The machine's password is ignored, because ssh does not take a password from the command line, where every
-    user could read it. roslaunch logs in with a key or an agent.
+    The machine's password is ignored, because ssh accepts no password on the command line, where every user
+    could read it. roslaunch logs in with a key or an agent.
     """
     prefix = ["--prefix", node.launch_prefix] if node.launch_prefix else []
     remote = [
@@ -37,7 +37,7 @@ def remote_command(
 
 
 def ssh_command(machine: Machine, words: Sequence[str]) -> list[str]:
-    """Return the ssh command line that runs `words` on a machine, in a separate terminal."""
+    """Return the ssh command line that runs `words` on a machine, in a remote terminal."""
     destination = f"{machine.user}@{machine.address}" if machine.user else machine.address
     return [
         "ssh",

@@ -29,9 +29,9 @@ def end(
     sigterm_timeout_s: float = SIGTERM_TIMEOUT_S,
     is_announced: bool = True,
 ) -> None:
-    """Stop processes and their child processes, all in parallel, with SIGINT, SIGTERM and SIGKILL.
+    """Stop processes and their child processes in parallel, with SIGINT, then SIGTERM, then SIGKILL.
 
-    Return when all have exited, or if even SIGKILL had no effect.
+    Return when all have exited, or when even SIGKILL had no effect.
     """
     for process in processes:
         if is_announced:

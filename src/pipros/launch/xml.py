@@ -44,7 +44,7 @@ def load(
 
     Args:
         arguments: `name:=value` arguments from the command line, for every file.
-        texts: contents of launch files, such as text from standard input, which are read after the files.
+        texts: contents of further launch files, such as standard input; processed after the files.
         unset_as: the value to use for unset arguments, for tools that only inspect the file; by default,
             unset arguments are an error.
         arguments_only: whether to read only the `<arg>`s of the files themselves.
@@ -105,7 +105,7 @@ class Loader:
         return scope
 
     def load_text(self, text: str) -> LaunchScope:
-        """Like `load_file`, but read the launch file's content from a string."""
+        """Like `load_file`, but take the content of the launch file as a string."""
         scope = self._root_scope("<stdin>", None)
         self._process_root(_parse(text, "<stdin>"), scope)
         return scope

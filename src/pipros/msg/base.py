@@ -26,7 +26,7 @@ struct_I = struct.Struct("<I")  # noqa: N816 # genuine generated modules import 
 
 
 class Buffers(list[Buffer]):
-    """Collector of a message's output as separate buffers, so that a transport does not need to copy them."""
+    """Collects a message's output as separate buffers, so that a transport does not need to copy them."""
 
     write = list.append
 
@@ -82,8 +82,8 @@ class Message:
             exc: the error that was raised when serializing the message.
 
         Raises:
-            SerializationError: always. The message names the field, or is the text of `exc` if all values
-                fit.
+            SerializationError: always. The message names the field; if all values fit, it is the text of
+                `exc`.
         """
         from pipros.msg.check import check_type
         from pipros.msg.errors import SerializationError

@@ -22,9 +22,9 @@ class MissingDefinition(PiprosError):
 
 
 class ClassFinder:
-    """Finder for the classes of types. Each definition is processed only once.
+    """Finds the classes of types, and processes each definition only once.
 
-    A peer could send new definitions forever, so the cache is cleared when it exceeds
+    A peer could send new definitions forever, so the cache is emptied when it exceeds
     `Limits.definition_cache_bytes`.
     """
 
@@ -54,7 +54,7 @@ class ClassFinder:
 
 
 def installed_class(type_name: str) -> type[Message] | None:
-    """Return the class of a type whose package is on the path, or else None."""
+    """Return the class of a type; None if its package is not on the path."""
     from pipros.msg import load_message_class
 
     try:

@@ -54,7 +54,7 @@ def message_classes_from_text(
 
 
 def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
-    """Limit the total cost of all types' classes. The code of each class includes its embedded types.
+    """Limit the total size of all types' classes. The code of each class includes its embedded types.
 
     Raises:
         DefinitionError: see `message_classes_from_text`.
@@ -79,7 +79,7 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
 
 
 class DynamicClasses:
-    """The classes created from texts and still in use, for copying and unpickling their messages."""
+    """The classes that were created from texts and are still in use. Needed to copy and unpickle messages."""
 
     def __init__(self) -> None:
         self._in_use: WeakValueDictionary[tuple[str, str], type[Message]] = WeakValueDictionary()

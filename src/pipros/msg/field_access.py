@@ -1,4 +1,4 @@
-"""The attributes that expressions over messages may read: fields, message types, and times as numbers."""
+"""Define the attributes of messages that expressions may read: fields, types, and times as numbers."""
 
 from __future__ import annotations
 

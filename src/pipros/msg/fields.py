@@ -1,4 +1,4 @@
-"""The attributes of a message, for code that cannot import `Message` because `Message` imports that code."""
+"""Recognize messages in modules that `Message` itself imports, and which therefore cannot import it."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
 """Parts of the Python source that genuine genpy generates for a message, for tools that generate their own.
 
-pipros's own classes do not use this source; they are compiled in `pipros.msg.compile`. Types are named as in
-definitions. A context has `get_registered(name)`, which returns a specification with `fields`, `types`,
-`names` and
-`constants`, and raises KeyError for an unknown name.
+pipros does not use this source for its own classes, which `pipros.msg.compile` compiles. Types are named as
+in definitions. A context has `get_registered(name)`, which returns a specification with `fields`, `types`,
+`names` and `constants`, and raises KeyError for an unknown name.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ _HEADERS = ("Header", "std_msgs/Header")
 
 
 class GenerationError(PiprosError):
-    """No source can be generated for a type."""
+    """Source cannot be generated for a type."""
 
 
 class Special:
@@ -123,7 +122,7 @@ def constructor(context: Any, package: str, type_: str) -> str | None:
 
 
 def imports(context: Any, package: str, type_: str) -> list[str]:
-    """Return the imports that the generated source of a field needs."""
+    """Return the imports that the generated source for a field needs."""
     bare = type_.partition("[")[0]
     if bare == "roslib/Header":
         return ["import std_msgs.msg"]

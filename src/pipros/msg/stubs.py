@@ -1,7 +1,7 @@
 """Type stubs (`.pyi`) for the messages and services of ROS packages, for editors and type checkers.
 
-When read, an octet or number array field has the same type as in received messages (`bytes` or a sequence).
-When set, it accepts all types that the codec accepts, such as numpy arrays. Comments in the definitions
+Reading an octet or number array field gives the type that received messages have (`bytes` or a sequence).
+Assigning to it accepts all types that the codec accepts, such as numpy arrays. Comments in the definitions
 become docstrings.
 """
 

@@ -37,9 +37,9 @@ def _is_real(value: object) -> bool:
 
 
 class TVal:
-    """Common base class of points in time and spans of time."""
+    """Base class of `Time` and `Duration`."""
 
-    __module__ = "genpy.rostime"  # the module that pickles refer to, including pickles from genuine ROS
+    __module__ = "genpy.rostime"  # the module named in pickles, including pickles from genuine ROS
 
     __slots__: ClassVar[list[str]] = ["secs", "nsecs"]  # noqa: RUF023 # the order of the wire
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]

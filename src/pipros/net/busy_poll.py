@@ -82,8 +82,7 @@ class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
     Intended for one waiting thread at a time. Two threads can share a receiver, but it then learns less well.
-    If
-    the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
+    If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 
     __slots__ = ("_backoff", "_longest_s")

@@ -18,8 +18,8 @@ AnyMessage = TypeVar("AnyMessage")
 class MessageStream(Generic[AnyMessage]):
     """The messages of a subscription as an asynchronous iterator, which ends when the node shuts down.
 
-    If `queue_size` is n, it keeps the n newest messages that have not been consumed yet, and counts the
-    others in `dropped`. If `queue_size` is None, it keeps all messages.
+    If `queue_size` is n, the n newest messages that have not been consumed are kept, and `dropped` counts the
+    others. If `queue_size` is None, all messages are kept.
     """
 
     def __init__(self, queue_size: int | None) -> None:
@@ -66,7 +66,10 @@ class MessageStream(Generic[AnyMessage]):
 
 
 async def call(client: ServiceClient, request: Any, timeout_s: float | None) -> Any:
-    """Call a service without blocking the event loop. Cancellation interrupts the client's calls."""
+    """Call a service without blocking the event loop.
+
+    Cancelling this call interrupts all of the client's calls.
+    """
     task = in_daemon_thread(client.call, request, timeout_s)
     try:
         return await asyncio.shield(task)

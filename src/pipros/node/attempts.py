@@ -21,8 +21,7 @@ SLOW_FACTOR: Final = 10
 class Attempts:
     """Limits a node's concurrent attempts to connect to publishers. For the event loop only.
 
-    First attempts take precedence over repeated attempts, so that a peer that lists nonexistent publishers
-    does
+    First attempts take precedence over repeated ones, so that nonexistent publishers in the master's list do
     not delay others for long.
     """
 
@@ -68,7 +67,7 @@ class Attempts:
         try:
             await turn
         except asyncio.CancelledError:
-            if turn.done() and not turn.cancelled():  # the turn was granted, but is no longer needed
+            if turn.done() and not turn.cancelled():  # cancelled after the turn was granted
                 self._pass_on()
             raise
 

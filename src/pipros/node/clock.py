@@ -1,6 +1,8 @@
 """A node's clock: the wall clock, or the simulated time of `/clock`.
 
-All waits end when the node shuts down. Source: http://wiki.ros.org/Clock
+All waits end when the node shuts down.
+
+Source: http://wiki.ros.org/Clock
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ SILENCE_S = 5.0
 
 
 class TimeMovedBackwards(PiprosError):
-    """Simulated time jumped back during a wait for a later time.
+    """Simulated time jumped back during a wait.
 
     Attributes:
         jump_s: the jump in seconds; negative.
@@ -31,7 +33,7 @@ class TimeMovedBackwards(PiprosError):
 
 
 class Clock(Protocol):
-    """A source of time, which also supports sleeping."""
+    """A source of time that threads can also sleep on."""
 
     @property
     def is_simulated(self) -> bool: ...
@@ -84,7 +86,7 @@ class SimulatedClock:
     is_simulated = True
 
     def __init__(self, on_silence: Callable[[], object] = lambda: None) -> None:
-        """`on_silence` is called if a thread is waiting and no time is published for SILENCE_S."""
+        """`on_silence` is called if no time is published for SILENCE_S while a thread is waiting."""
         self._on_silence = on_silence
         self.changed = threading.Condition()
         self._now_ns = 0

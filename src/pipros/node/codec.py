@@ -21,7 +21,10 @@ def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
 
 
 def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]:
-    """Return the fastest decoder for a class. Classes from genuine generators only accept bytes."""
+    """Return the fastest decoder for a class.
+
+    Decoders of classes from genuine generators accept only bytes.
+    """
     from_bytes: Callable[[memoryview | bytes], Any] | None = getattr(message_class, "_from_bytes", None)
     if from_bytes is not None:
         return from_bytes

@@ -118,7 +118,7 @@ class Endpoints:
         return found[0] if found else None
 
     def statistics(self) -> Mapping[str, Any]:
-        """Return for each topic a dictionary of its links by peer: messages, bytes, and dropped messages."""
+        """Return, by topic and by peer, the number of messages, bytes and dropped messages."""
         return {
             "publications": {
                 publication.topic: {peer.caller_id: peer.link.statistics for peer in publication.links}
@@ -143,7 +143,7 @@ class Endpoints:
     ) -> Publisher[Any]:
         """Return a new handle on a topic; the first handle registers the topic with the master.
 
-        `headers` are further fields for the connection headers that subscribers receive.
+        `headers` are additional fields for the connection headers that subscribers receive.
 
         Raises:
             TypeConflict: this node already publishes the topic with another type.
@@ -224,7 +224,7 @@ class Endpoints:
         return Subscriber(subscription, listener, self._release_subscription)
 
     def observe(self, observer: MessageObserver) -> None:
-        """Call `observer` for each further message on each topic, before the callbacks."""
+        """Call `observer` for each subsequent message on each topic, before the callbacks."""
         with self._lock:
             self._observer = observer
             for subscription, _ in self._subscriptions.values():
@@ -293,7 +293,7 @@ class Endpoints:
 
     def attach(self, connection: TcprosConnection) -> None:
         """Pass a connection to the topic or service that its header requests."""
-        if not connection.fields:  # the connection failed, so no reply is possible
+        if not connection.fields:  # the connection is broken, so no reply is possible
             connection.sock.close()
             return
         topic, service = connection.fields.get("topic"), connection.fields.get("service")

@@ -22,7 +22,7 @@ class Identity:
         namespace: the node's namespace with a trailing slash: `/robot/`.
         arguments: the classified command line.
         remappings: the command-line remappings, as global names.
-        environment: the variables, as changed by `__master:=` and similar arguments.
+        environment: the environment variables, with changes by `__master:=` and similar arguments.
     """
 
     name: str
@@ -104,6 +104,6 @@ class Identity:
         return names.resolve_remappings(self.arguments.remappings, self.name).get(resolved, resolved)
 
     def remap(self, name: str, node_name: str) -> str:
-        """Return the target of the remapping argument whose source is literally `name`, else `name`."""
+        """Return the target of the remapping argument whose source is literally `name`, or `name` itself."""
         new = self.arguments.remappings.get(name)
         return name if new is None else names.resolve(new, node_name)

@@ -20,7 +20,7 @@ class LastMessage:
 class LatchedFirst:
     """Stand-in for a new callback, which receives the latched messages first, and newer messages afterwards.
 
-    Messages that arrive in the meantime, in the links' threads, are queued; `give` also passes them on.
+    Messages that arrive in the meantime, in the links' threads, are queued, and `give` passes them on, too.
     """
 
     def __init__(self, latched: Iterable[Any], call_back: Callable[[Any], object]) -> None:

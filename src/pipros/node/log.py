@@ -1,4 +1,4 @@
-"""Log handlers of a node: the console, a file, and the topic `/rosout`.
+"""Log handlers of a node, for the console, a file, and the topic `/rosout`.
 
 They are handlers of Python's `logging`, added to the node's logger. The console format is set by
 `ROSCONSOLE_FORMAT`, see http://wiki.ros.org/rosconsole#Console_Output_Formatting
@@ -142,7 +142,7 @@ class ConsoleHandler(logging.Handler):
             else:
                 write_line(stream, line)
         except (OSError, ValueError):
-            pass  # the console was closed, so the node continues without it
+            pass  # the console has been closed; the node continues without it
 
     def _render(self, record: logging.LogRecord, severity: Severity) -> str:
         message = full_text(record)
@@ -253,8 +253,9 @@ def open_file_handler(path: Path) -> FileHandler:
 def find_log_config(environment: Environment) -> Path | None:
     """Return the file that replaces the default configuration of Python's logging; None if there is none.
 
-    This is `ROS_PYTHON_LOG_CONFIG_FILE`, else `config/python_logging.conf` or `.yaml` in `ROS_HOME`. Such a
-    file can run code, so a file in `ROS_HOME` is used only if no other user may write to it or its folder.
+    This is the file named by `ROS_PYTHON_LOG_CONFIG_FILE`; otherwise `config/python_logging.conf` or `.yaml`
+    in `ROS_HOME`. Such a file can run code, so a file in `ROS_HOME` is used only if no other user may write
+    to it or its folder.
     """
     if environment.python_log_config is not None:
         return environment.python_log_config
@@ -326,12 +327,12 @@ def logger_levels() -> list[tuple[str, str]]:
 
 
 def logger_count() -> int:
-    """Return the number of loggers in the process, including the placeholders for parts of their names."""
+    """Return the number of loggers in the process, including placeholders for their parents."""
     return len(logging.Logger.manager.loggerDict)
 
 
 def logger_exists(name: str) -> bool:
-    """Return whether the process has a logger with this name. The root logger always exists."""
+    """Return whether the process has a logger of this name. The root logger always exists."""
     return not name or isinstance(logging.Logger.manager.loggerDict.get(name), logging.Logger)
 
 

@@ -52,7 +52,7 @@ def open_console_and_file(
     else:
         logger.setLevel(logging.INFO)
         for handler in logger.handlers[:]:
-            # left from the logging that the program configured before it started the node
+            # an output that the program opened before it started the node
             if isinstance(handler, ConsoleHandler):
                 logger.removeHandler(handler)
         console = ConsoleHandler(

@@ -129,7 +129,7 @@ class Node:
     # -- life -----------------------------------------------------------------
 
     def start(self) -> None:
-        """Open the node's ports. The master learns of the node with its first registration.
+        """Open the node's ports. The master knows the node only after its first registration.
 
         Raises:
             OSError: the address in the environment does not belong to this machine, a port is in use, or no
@@ -310,7 +310,7 @@ class Node:
                 self._calls.interrupt()
                 try:
                     running.leave()
-                finally:  # a loop that kept running would watch descriptors that have been closed elsewhere
+                finally:  # a loop that kept running would watch descriptors that other code has closed
                     self._loop.stop()
                     self.master.close()
         finally:
@@ -345,7 +345,7 @@ class Node:
         queue_size: int | None = 10,
         latch: bool = False,
     ) -> Publisher[AnyMessage]:
-        """Advertise a topic; `pipros.net.outgoing` explains `queue_size`.
+        """Advertise a topic. See `pipros.net.outgoing` for `queue_size`.
 
         A latched topic sends its newest message to every later subscriber.
         """

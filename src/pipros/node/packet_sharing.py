@@ -1,7 +1,7 @@
-"""Detects bursts of messages, in which several messages should share a packet.
+"""Detect bursts of messages, during which several messages should share a packet.
 
 A packet costs both sides several times as much as a small message, so sending each message in its own packet
-limits the rate of a burst. Outside a burst, a message must not wait for others.
+limits the rate of a burst. Outside bursts, no message may wait for others.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class BurstDetector:
         self._last_s = float("-inf")
 
     def note(self, now_s: float) -> bool:
-        """Count a message that is about to be sent; return True if it changes `in_burst`."""
+        """Count a message that is about to be sent. Return True if this changes `in_burst`."""
         is_close, self._last_s = now_s - self._last_s < CLOSE_S, now_s
         if is_close:
             if self._length == RUN_LENGTH:
@@ -65,7 +65,7 @@ class BurstDetector:
         return changes
 
     def end_if_idle(self, now_s: float) -> bool:
-        """End a burst that has paused for SILENCE_S; return True if there was one."""
+        """End the burst if there has been no message for SILENCE_S. Return True if a burst ended."""
         if self.in_burst and now_s - self._last_s >= SILENCE_S:
             self.in_burst = False
             self._length = 0
@@ -122,14 +122,14 @@ class PacketSharing:
         self._is_closed = True
 
     def _watch(self) -> None:
-        """Send the last messages of a burst once it has ended. Runs in the event loop, without waiting."""
+        """Send the last messages of a burst once it has ended. Runs in the event loop and does not block."""
         if self._lock.acquire(blocking=False):  # skip the check while a message is being published
             try:
                 if self._detector.end_if_idle(time.monotonic()):
                     self.apply()
                 self._is_watched = self._detector.in_burst and not self._is_closed
                 if not self._is_watched:
-                    return  # a later burst is watched separately
+                    return  # the next burst starts its own watch
             finally:
                 self._lock.release()
         self._loop.asyncio.call_later(CHECK_S, self._watch)

@@ -80,7 +80,7 @@ class CachedParameter:
         self.state, self.value = _REGISTERED[self.state], value
 
     def invalidate(self) -> None:
-        """Mark the value as possibly out of date."""
+        """Mark the value as possibly outdated."""
         self.changes += 1
         self.state = _INVALIDATED[self.state]
 
@@ -129,7 +129,10 @@ class Parameters:
         resolve: Callable[[str], str],
         registrations: Callable[[], Registrations | None],
     ) -> None:
-        """Values are cached once `registrations` returns an object; before the start, it returns None."""
+        """Values are cached once `registrations` returns an object.
+
+        Before the node starts, it returns None.
+        """
         self._master = master
         self._resolve = resolve
         self._registrations = registrations
@@ -271,5 +274,5 @@ def _is_within(key: str, namespace: str) -> bool:
 
 
 def _are_related(key: str, other: str) -> bool:
-    """Return whether the keys are equal, or one is a namespace that contains the other."""
+    """Return whether the keys are equal or one is a namespace that contains the other."""
     return _is_within(key, other) or _is_within(other, key)

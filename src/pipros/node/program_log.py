@@ -18,8 +18,8 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
 
     Args:
         logname: names the file, `<logname>-<pid>.log`.
-        level: records below it are omitted, unless a configuration file is used.
-        filename: file name to use instead. It may include folders, to which `latest` then links.
+        level: the lowest level to write; ignored if a configuration file is used.
+        filename: the file name to use instead. If it includes a folder, `latest` links to that folder.
 
     Returns:
         The file; None if its folder cannot be created, which is reported on stderr.

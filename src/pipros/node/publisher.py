@@ -61,14 +61,16 @@ class PublisherLink:
 class Publication:
     """A topic that a node publishes, shared by all its handles.
 
-    Invariant: `links` is replaced, never changed, so that it is read without a lock.
+    Invariant: `links` is replaced, never changed, so it can be read without a lock.
 
-    Two locks, taken in this order: `_lock` keeps the messages of several threads in the same order on all
-    links, and is held while a message is encoded, for seconds if it is large; the event loop never waits for
-    it. `_links_lock` is held only to change `links` and `_joining`, and to queue calls to the listeners.
+    There are two locks, acquired in this order. `_lock` keeps the messages of several threads in the same
+    order on all links. It is held while a message is encoded, which takes seconds for a huge message; the
+    event loop never waits for it. `_links_lock` is held only to change `links` and `_joining`, and to queue
+    calls to the listeners.
 
-    A new subscriber gets the reply header at once and waits in `_joining`. It is added to `links` when it is
-    sent the latched message, which a thread encodes, or a message that is being published.
+    A new subscriber gets the reply header at once and waits in `_joining`. It is added to `links` with the
+    first message sent to it: the latched message, which a thread encodes, or a message that is being
+    published.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:
@@ -80,7 +82,7 @@ class Publication:
         self.links: tuple[PublisherLink, ...] = ()
         self._joining: tuple[PublisherLink, ...] = ()
         self.handles = 0
-        self.headers: dict[str, str] = {}  # further fields for the connection header
+        self.headers: dict[str, str] = {}  # additional fields for the connection header
         self.listeners: list[PeerListener] = []
         self._listeners_thread = Workers(f"subscribe listeners of {topic}", limit=1, kept_idle=0)
         self._join_thread = Workers(f"new subscribers of {topic}", limit=1, kept_idle=0)
@@ -104,7 +106,7 @@ class Publication:
         The message is serialized once, or not at all if there are no subscribers. Blocks for at most
         `Limits.stall_s`, for all subscribers together, regardless of `queue_size` (see
         `pipros.net.outgoing`). A subscriber that does not catch up in that time has stalled: until it has
-        caught up, `publish` does not wait for it, and it gets only the newest message.
+        caught up, `publish` does not wait for it, and it receives only the newest message.
 
         Raises:
             SerializationError: a value does not fit the type of its field. Nothing was sent.
@@ -190,7 +192,7 @@ class Publication:
             try:
                 data = self._serialized(self._latched) if self._latched is not None else None
             except Exception as error:
-                # it was published when there were no subscribers, so it has not been serialized before
+                # published when there were no subscribers, so it has not been serialized yet
                 self._context.log.error("the latched message of [%s] cannot be sent: %s", self.topic, error)
                 data = None
             for link in self._admit():
@@ -199,7 +201,7 @@ class Publication:
                     link.queue_for_loop()
 
     def _admit(self) -> list[OutgoingLink]:
-        """Admit new subscribers to further messages and return their links. The caller holds `_lock`."""
+        """Add the waiting subscribers to `links`, and return their links. The caller holds `_lock`."""
         with self._links_lock:
             joining, self._joining = self._joining, ()
             for peer in joining:
@@ -247,7 +249,7 @@ class Publication:
     def _serialized(self, message: Message) -> tuple[WireMessage, int]:
         """Return the message in wire format, and its size including the length field."""
         if self._has_header:
-            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # a uint32, which wraps around
+            self._sequence = (self._sequence + 1) & 0xFFFFFFFF  # sequence numbers are uint32 and wrap around
             header: Any = message.header  # type: ignore[attr-defined]
             header.seq = self._sequence
             if header.frame_id is None:

@@ -1,4 +1,4 @@
-"""Links a subscriber to all publishers that the master lists for a topic, and keeps it linked."""
+"""Link a subscriber to all publishers that the master lists for a topic, and keep these links open."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class PublisherConnector:
         self._connect = connect
         self._listed: set[str] = set()
         self._linked: set[str] = set()
-        self._refused: set[str] = set()  # URIs that refused; tried again later
+        self._refused: set[str] = set()  # URIs that refused; to be tried again later
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._warnings = ThrottledWarnings(
             context.log, context.loop, f"cannot receive [{topic}] from %d more publishers; the last is %s"
@@ -97,7 +97,7 @@ class PublisherConnector:
                 except (PiprosError, ValueError) as error:
                     # the publisher registered an invalid URI (ValueError)
                     is_first = False
-                    if str(error) != explained:  # each problem is explained once
+                    if str(error) != explained:  # each problem is logged once
                         explained = str(error)
                         await self._explain(uri, error)
                     if isinstance(error, Refused):
@@ -126,7 +126,7 @@ class PublisherConnector:
         return loop.time() - began > RETRY_LONGEST_S
 
     async def _wait_refused(self, uri: str, delay_s: float) -> float:
-        """Wait after a refusal, but no longer than until the next `update`. Return the delay to use next."""
+        """Wait after a refusal, at most until the next `update`. Return the delay to use next."""
         self._refused.add(uri)
         try:
             await asyncio.sleep(delay_s)

@@ -70,7 +70,7 @@ class Tick:
 
 
 class Timer(threading.Thread):
-    """A daemon thread, started on construction, that calls a function until it or the node is shut down."""
+    """A daemon thread that calls a function periodically until it or the node is shut down."""
 
     def __init__(
         self,

@@ -1,7 +1,7 @@
-"""A node's registrations with the master, which are repeated if the master has lost them.
+"""A node's registrations with the master, which are repeated after the master has restarted.
 
-The node checks once a second whether the master knows it. A restarted master does not, so the node repeats
-all its registrations. Links between nodes do not depend on the master and continue.
+The node checks once a second whether the master knows it. If not, the node repeats all its registrations.
+Links between nodes do not depend on the master and continue.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class PublicationEntry:
 class SubscriptionEntry:
     """A subscription.
 
-    `ask` is called before the master is queried, and returns the function that takes the master's answer.
+    `ask` is called before each query of the master, and returns a function that receives the answer.
     """
 
     topic: str

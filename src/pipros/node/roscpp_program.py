@@ -1,6 +1,4 @@
-"""Single-node programs that replace a C++ program, with console output, log levels and shutdown like
-roscpp's.
-"""
+"""Run a node that replaces a C++ program, with console output, log levels and shutdown like roscpp's."""
 
 from __future__ import annotations
 
@@ -24,7 +22,7 @@ def roscpp_program(
 ) -> Iterator[tuple[Node, logging.Logger]]:
     """Run a node within the context. Ctrl-C and SIGTERM shut the node down; the caller must check for this.
 
-    Waits for the master. Everything that the process logs is printed on the console in roscpp's format, and
+    Waits for the master. All log records of the process are printed on the console in roscpp's format, and
     published on `/rosout`.
 
     Args:

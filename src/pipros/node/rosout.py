@@ -23,8 +23,8 @@ _NAMES = {1: "DEBUG", 2: "INFO", 4: "WARN", 8: "ERROR", 16: "FATAL"}
 class RosoutAggregator:
     """Runs the `/rosout` node inside this process. Use it as a context manager, or call `start` and `stop`.
 
-    In the file, continuation lines of a message are indented by a tab, so a sender cannot forge another
-    sender's lines. Control characters are escaped.
+    In the file, continuation lines of a message are indented by a tab and control characters are escaped, so
+    that a sender cannot forge another sender's lines.
     """
 
     def __init__(self, environment: Environment, log_file: Path | None = None) -> None:

@@ -63,7 +63,7 @@ class RunningNode:
 
         Args:
             methods: the methods of the slave API.
-            advertised: where peers connect to.
+            advertised: the address to which peers connect.
             bind_host: the address to listen on.
             ports: the slave API port and the TCPROS port, where 0 selects a free port; or a range, whose
                 first free port is used for both.
@@ -113,7 +113,7 @@ class RunningNode:
 
     @property
     def descriptors(self) -> list[int]:
-        """The file descriptors of the ports. A forked child must not keep them."""
+        """The file descriptors of the ports, which a forked child must close."""
         return [*self._tcpros.descriptors, *self._rpc.descriptors]
 
     def leave(self) -> None:

@@ -1,6 +1,6 @@
-"""Calling services over TCPROS.
+"""Call services over TCPROS.
 
-Source of the protocol: http://wiki.ros.org/ROS/TCPROS
+Source: http://wiki.ros.org/ROS/TCPROS
 """
 
 from __future__ import annotations
@@ -42,8 +42,9 @@ PROBE_LIMIT_S = 10.0
 
 
 class ServiceFailed(PiprosError):
-    """A service call failed: there is no server, it refused the call or replied with an error, or the
-    connection broke.
+    """A service call failed.
+
+    No server was found, the server refused the call or replied with an error, or the connection broke.
     """
 
 
@@ -64,7 +65,7 @@ class CallTimeout(ServiceFailed):
 
 
 class Interruptible(Protocol):
-    """An interruptible wait for a peer."""
+    """A wait for a peer that can be interrupted."""
 
     def interrupt(self) -> None: ...
 
@@ -72,7 +73,7 @@ class Interruptible(Protocol):
 
 
 class OpenCalls:
-    """Running calls that can be interrupted together. A group can be part of another group."""
+    """A group of running calls that can be interrupted together. A group can be part of another group."""
 
     def __init__(self, part_of: OpenCalls | None = None) -> None:
         self._open: WeakSet[Interruptible] = WeakSet()
@@ -165,7 +166,7 @@ class ServiceClient:
             finally:
                 link.close()
         with self._kept_lock:
-            if self._kept is None or self._kept.is_closed:  # an earlier call broke the link, so connect again
+            if self._kept is None or self._kept.is_closed:  # the link is broken; connect again
                 self._kept = self._connect(deadline)
             link = self._kept
             body = link.call(self.service, request, deadline)

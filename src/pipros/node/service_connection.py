@@ -5,8 +5,8 @@ Theory of operation. At any moment, a connection has one of these owners:
 - the event loop, while it waits for a request, which needs no thread;
 - a worker thread, while it answers a call. Before the call, and after the reply to a client that keeps its
   connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers a prompt request
-  much sooner than the event loop would. Only `WAITING_THREADS` connections of a node have a waiting thread,
-  so a flood of connections costs no more threads than that;
+  much sooner than the event loop would. At most `WAITING_THREADS` threads of a node wait in this way, however
+  many connections there are;
 - the event loop, while it sends the rest of a reply that the client did not read at once.
 
 The owner closes the connection. Others `abort` it, and the owner closes it soon after.
@@ -95,16 +95,13 @@ class Server(Protocol):
     is_closed: bool
 
     def run(self, serve: Callable[[], None]) -> bool:
-        """Call `serve` in a worker thread as soon as one is free.
-
-        Return False if no thread is or will be free.
-        """
+        """Call `serve` in a worker thread as soon as one is free. Return False if none will become free."""
 
     def answer(self, data: memoryview | bytes, fields: Mapping[str, str]) -> Reply | None:
         """Answer one call; return None if the request was malformed and the link must end."""
 
     def forget(self, connection: ServiceConnection) -> None:
-        """Remove a connection that is closed."""
+        """Forget a connection that has been closed."""
 
 
 class ServiceConnection:
@@ -136,7 +133,7 @@ class ServiceConnection:
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._buffer = MessageReader(server.frame_bytes)
         self._requests: Iterator[memoryview | bytes] = self._buffer.feed(connection.rest)
-        self._request: memoryview | bytes | None = None  # the next request, if the loop has received it
+        self._request: memoryview | bytes | None = None  # the next request, if the event loop has received it
         self._unsent = memoryview(b"")
         self._is_answered = False
         self._moved = 0
@@ -163,7 +160,7 @@ class ServiceConnection:
         self._serve(waits=True)
 
     def _serve(self, *, waits: bool = False) -> None:
-        """Answer calls for as long as they follow each other closely.
+        """Answer calls as long as they follow each other closely.
 
         If `waits` is true, wait for the first call; a slot of `waiting_threads` was acquired for this wait.
         """
@@ -188,7 +185,7 @@ class ServiceConnection:
                 waits = server.waiting_threads.try_acquire()
             is_handed_over = self._hand_over(self._wait_in_loop)
         except (OSError, ProtocolError):
-            pass  # the client has disconnected or sent garbage, so only its connection ends
+            pass  # the client has disconnected or violated the protocol; only its own connection ends
         finally:
             if waits:
                 server.waiting_threads.release()
@@ -334,7 +331,7 @@ class ServiceConnection:
     # -- in either thread --------------------------------------------------------------------
 
     def _note_progress(self, count: int) -> None:
-        """Count transferred bytes, and extend the deadline if they suffice."""
+        """Count transferred bytes. Extend the deadline if the client is fast enough."""
         self._moved += count
         if self._moved >= PROGRESS_BYTES:
             self._moved = 0

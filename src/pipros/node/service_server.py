@@ -47,8 +47,8 @@ class CallFailed(Exception):
 class ServiceServer:
     """Answers calls to one service. Calls on different connections run concurrently, in threads.
 
-    `handler` gets the request and returns the response; it may block. If it raises, the client gets the error
-    text, and `on_error` is called.
+    `handler` receives the request and returns the response; it may block. If `handler` raises, the error text
+    is sent to the client, and `on_error` is called.
     """
 
     def __init__(

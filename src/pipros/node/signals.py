@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM handling that ends the node regardless of what the main thread is doing."""
+"""End a node on Ctrl-C or SIGTERM, whatever the main thread is doing."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ class Signals:
     """Handles SIGINT and SIGTERM; one per process.
 
     Theory of operation. Python calls handlers only when the main thread runs Python code, so a signal that
-    arrives just before the main thread starts to wait would be lost. The interpreter writes each signal's
-    number to a descriptor at once, though, and the node's event loop reads it. Other code may replace that
+    arrives just before the main thread starts to wait would be lost. However, the interpreter at once writes
+    each signal's number to a descriptor, which the node's event loop reads. Other code may replace that
     descriptor for a while (asyncio, matplotlib), or call our handler from its own. Therefore, the handler
     writes to the same descriptor, and a signal that is reported both ways counts once. If our handler has
-    been replaced, only the new handler decides the effect of a signal.
+    been replaced, the new handler alone decides what a signal does.
 
     The handler raises nothing while the node runs: an exception between any two byte codes of the main thread
     could leave a lock held that the shutdown needs. Once the node has ended, the handler raises
-    KeyboardInterrupt, so that a further Ctrl-C ends a main thread that continues.
+    KeyboardInterrupt, so that another Ctrl-C ends a main thread that is still running.
 
     A forked child is not the node, and gets the process's previous handlers.
     """
@@ -59,8 +59,8 @@ class Signals:
     def __init__(self, end: Callable[[str], object], *, insist: bool = False) -> None:
         """`end` is called with the reason, in a separate thread, at the first signal.
 
-        If `insist` is true, the main thread is interrupted if it does not call `uninstall` soon afterwards.
-        This also applies to a shutdown that another thread began, as for `rosnode kill`.
+        If `insist` is true, the main thread is interrupted unless it calls `uninstall` soon afterwards. This
+        also applies to a shutdown begun by another thread, for example by `rosnode kill`.
         """
         self._end = end
         self._insist = insist
@@ -99,7 +99,7 @@ class Signals:
         call_in_children(self._uninstall_in_child)
 
     def listen(self, node: Node) -> None:
-        """Make signals end the node, including those received since `install`.
+        """From now on, let signals end the node, including signals received since `install`.
 
         They are read in the node's event loop.
         """
@@ -108,7 +108,7 @@ class Signals:
             node.on_shutdown(self._insist_on_end)
 
     def listen_anew(self, node: Node) -> None:
-        """Make signals end a later node. Signals that arrived after the previous node ended are lost."""
+        """Let signals end another node. Signals that have arrived since the previous node ended are lost."""
         if self._ending is not None and self._ending is not threading.current_thread():
             self._ending.join()
         with contextlib.suppress(BlockingIOError):
@@ -145,7 +145,7 @@ class Signals:
                 previous(number, frame)
 
     def _read(self) -> None:
-        """Handle the reports that have arrived. Runs in the event loop."""
+        """Handle the signals reported so far. Runs in the event loop."""
         for report in self._sockets[0].recv(64):
             number = report & ~_FROM_HANDLER
             if number not in self._previous_handlers:
@@ -166,7 +166,7 @@ class Signals:
     def _end_by(self, number: int) -> None:
         """Shut the node down in a separate thread.
 
-        A second signal, unless it follows at once, ends the process.
+        A second signal ends the process, unless it follows at once.
 
         The main thread may be in the middle of a publish, for example, and hold a lock that the shutdown
         needs, so the shutdown does not run in the main thread.
@@ -177,7 +177,7 @@ class Signals:
             os._exit(128 + number)
 
     def _insist_on_end(self) -> None:
-        """Interrupt the main thread after a shutdown that was begun neither by it nor by a signal.
+        """Interrupt the main thread if neither it nor a signal began the shutdown.
 
         Called as a shutdown hook.
         """
@@ -219,8 +219,8 @@ def ended_by_signals(
     Outside the main thread, signal handlers are left unchanged.
 
     Args:
-        insist: interrupt a block that continues after any shutdown. Otherwise only a second signal does, so
-            that the block can finish writing.
+        insist: whether to interrupt a block that continues after any shutdown. If false, only a second signal
+            interrupts the block, so that it can finish writing.
     """
     if threading.current_thread() is not threading.main_thread():
         with life:

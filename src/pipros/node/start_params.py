@@ -1,4 +1,4 @@
-"""Command-line arguments and parameters that control the start of a node."""
+"""Command-line arguments and parameters that affect how a node starts."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class StatisticsPublisher:
         self._node_name = node_name
         self._now_ns = now_ns
         self._limits = limits
-        # the least recently active first
+        # least recently active first
         self._meters: OrderedDict[tuple[str, str], TrafficMeter] = OrderedDict()
         self._most_links = most_links
         self._lock = threading.Lock()

@@ -81,7 +81,7 @@ class Subscription:
         self._taken = ReceiveStatistics()  # totals of closed links
         self.handles = 0
         self.observe: MessageObserver | None = None
-        self._missing: set[str] = set()  # texts of MissingExtra that were logged
+        self._missing: set[str] = set()  # texts of `MissingExtra` errors that have been logged
         self._context = context
         self._decode = decoder(message_class)
         self._delivery_lock = DeliveryLock()
@@ -95,8 +95,8 @@ class Subscription:
     def add(self, listener: SubscriberCallback) -> Callable[[], object]:
         """Add a callback.
 
-        Call the returned function next, without holding a lock: it calls back with the last message of each
-        connected latching publisher, before newer ones.
+        Call the returned function next, without holding a lock: it calls the callback with the last message
+        of each connected latching publisher, before newer messages.
         """
         with self._lock:
             latched = [
@@ -147,8 +147,8 @@ class Subscription:
 
         Return a function to call with the master's response, in any thread.
 
-        A list that the master announces in the meantime is newer than the response, which may lack a
-        publisher that has just registered, so the response does not replace that list.
+        If the master announces a list of publishers before its response is applied, the response is ignored:
+        the announced list is newer, and the response may lack a publisher that has just registered.
         """
         before = self._announcements
 
@@ -167,8 +167,8 @@ class Subscription:
         """Connect to a publisher.
 
         Raises:
-            PiprosError: the publisher is unreachable, refuses or violates the protocol, or there is no room
-                for a link.
+            PiprosError: the publisher is unreachable, refuses the connection or violates the protocol, or
+                this node has too many connections.
             ValueError: the publisher registered an invalid URI.
         """
         connections, limits = self._context.connections, self._context.limits
@@ -218,7 +218,7 @@ class Subscription:
             self.links = (*self.links, peer)
         try:
             link.start()
-        # no thread is available; threads may have become free by the next attempt
+        # no thread is available; one may be free at the next attempt
         except RuntimeError as error:
             connection.sock.close()
             self._remove_link(link)
@@ -252,7 +252,9 @@ class Subscription:
         try:
             message: Any = self._decode(data)
         except Exception as error:
-            raise ProtocolError(f"{len(data)} bytes are not a {self.interface.type}: {error}") from error
+            raise ProtocolError(
+                f"cannot decode {len(data)} bytes as {self.interface.type}: {error}"
+            ) from error
         message._connection_header = header
         if last is None:
             listeners = self.listeners
@@ -283,7 +285,7 @@ class Subscription:
             self._log_bad_callback(listener, error)
 
     def _log_bad_callback(self, listener: SubscriberCallback, error: Exception) -> None:
-        # the callback fails for every message until the user installs something
+        # every message fails until the user installs the missing package
         if isinstance(error, MissingExtra):
             if str(error) not in self._missing:
                 self._missing.add(str(error))

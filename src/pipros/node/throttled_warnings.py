@@ -15,8 +15,7 @@ counted.
 
 
 class ThrottledWarnings:
-    """Allows the first warnings to be logged in full. Later warnings are summarized by their number and the
-    last warning.
+    """Lets the first warnings be logged in full, and summarizes later ones by their number and the last one.
 
     For the event loop only.
     """

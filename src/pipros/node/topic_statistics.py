@@ -15,7 +15,7 @@ from pipros.msg.time import NS_PER_S
 
 @dataclass(frozen=True, slots=True)
 class WindowLimits:
-    """The number of messages that a window should hold, and its length in seconds.
+    """Limits on the number of messages in a window and on its length in seconds.
 
     Set by the parameters `/statistics_window_min_elements`, `..._max_elements`, `..._min_size` and
     `..._max_size`. The defaults are the same as in genuine nodes.

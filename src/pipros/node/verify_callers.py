@@ -11,7 +11,7 @@ Question = Callable[[], object]
 
 
 class CallerVerification:
-    """Queries the master to confirm the claims of untrusted callers.
+    """Queries the master about the claims of untrusted callers.
 
     The first query is sent at once. Queries that are requested while it is running, or within `interval_s`
     after its response, are sent together afterwards, without duplicates. A peer that calls a thousand times

@@ -1,1 +1,1 @@
-"""The web page behind `rqt_graph` and the other rqt commands, and its server."""
+"""The web page that `rqt_graph` and the other rqt commands open, and its server."""

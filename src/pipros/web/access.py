@@ -1,4 +1,4 @@
-"""Check hosts and origins of requests to the page: only its own are accepted. No sockets."""
+"""Accept only requests whose host and origin are those of the page's server. No sockets."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Access:
         return self._url(host, f"token={self.secret.token}", tab)
 
     def one_time_url(self, host: str, tab: str = "") -> str:
-        """Return the address with a one-time code instead of the token, for places that others can read."""
+        """Return the address with a one-time code, not the token, for places that other users can read."""
         return self._url(host, f"code={self.secret.new_code()}", tab)
 
     def check_host(self, host: str | None) -> None:
@@ -56,7 +56,7 @@ class Access:
             raise Denied(f"This server is not {host or 'without a name'}. Open the address that it printed.")
 
     def check_origin(self, origin: str | None) -> None:
-        """Raise `Denied` if a WebSocket was opened by a page of another site."""
+        """Raise `Denied` if a page from another site has opened the WebSocket."""
         try:
             parts = urlsplit(origin or "")
         except ValueError:

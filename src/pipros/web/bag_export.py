@@ -1,4 +1,4 @@
-"""Write a part of a bag as a bag, or as a ZIP file of tables or images, for a browser to download."""
+"""Write part of a bag as a bag, or as a ZIP file of tables or images, for a browser to download."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FORMATS: Final = ("bag", "csv", "images")
 
 
 class _Room:
-    """The bytes that an export may still have."""
+    """Limits the size of an export."""
 
     def __init__(self, limit_bytes: int) -> None:
         self._limit_bytes = self._left_bytes = limit_bytes
@@ -41,14 +41,14 @@ def export(
     file: IO[bytes],
     limit_bytes: int,
 ) -> None:
-    """Write the messages of some topics between two times, inclusive.
+    """Write the messages of some topics from one time to another, both inclusive.
 
     Args:
         form: one of `FORMATS`; tables have the rows of `rostopic echo -p`, with the times of the bag.
-        limit_bytes: maximum size of the messages.
+        limit_bytes: maximum total size of the messages.
 
     Raises:
-        BagError: the messages are larger than the limit, or the bag is damaged.
+        BagError: the messages exceed the limit, or the bag is damaged.
         PiprosError: a message cannot be converted.
     """
     room = _Room(limit_bytes)

@@ -1,4 +1,4 @@
-"""The folder of bags that a page may open. Names and links that lead out of it are refused."""
+"""The folder whose bags a page may open. Names and links that lead out of the folder are refused."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class BadBagName(BagError):
 
 
 class BagFolder:
-    """A folder and its subfolders. All methods block.
+    """The bags in a folder and its subfolders. All methods block.
 
     Args:
-        path: the folder, in which links are followed only if they stay in it.
+        path: the folder. Links are followed only if their targets are inside.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -33,7 +33,7 @@ class BagFolder:
         """Return the names of the bags relative to the folder, with their sizes in bytes, newest first."""
         found: list[tuple[float, str, int]] = []
         left = MOST_LOOKED_AT
-        for folder, _, files in os.walk(self.path):  # which does not follow links to folders
+        for folder, _, files in os.walk(self.path):  # os.walk does not follow links to folders
             left -= len(files) + 1
             if left < 0 or len(found) >= MOST_FILES:
                 break
@@ -50,12 +50,12 @@ class BagFolder:
         """Return the path of a bag.
 
         Raises:
-            BadBagName: the name is not that of a bag, or it leads out of the folder.
+            BadBagName: there is no bag of this name, or the name leads out of the folder.
         """
         if not isinstance(name, str) or not name.endswith(ENDINGS) or len(name) > _LONGEST_NAME:
-            raise BadBagName(f"the name of a bag must end in .bag, .mcap or .bag.active, got {name!r:.100}")
+            raise BadBagName(f"a bag's name must end in .bag, .mcap or .bag.active, got {name!r:.100}")
         if "\0" in name:
-            raise BadBagName("the name of a bag must not contain a null character")
+            raise BadBagName("a bag's name must not contain a null character")
         path = (self.path / name).resolve()
         if not path.is_relative_to(self.path):
             raise BadBagName(f"[{name:.100}] leads out of the folder of bags")

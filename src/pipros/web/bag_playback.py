@@ -1,8 +1,10 @@
-"""Play a bag for one browser: its tabs show the messages of the bag's moment instead of those of the system.
+"""Play a bag for one browser, whose tabs then show the bag's messages instead of the running system's.
 
-Each jump begins a new epoch with an empty `BagSystem`. The browser opens its views again, and each watched
-topic first gets the messages that were current at the moment. A thread reads only the watched topics, a chunk
-at a time.
+The position of playback is called the moment.
+
+Each jump begins a new epoch with an empty `BagSystem`. The browser then reopens its views, and each watched
+topic first receives the messages that were current at the new moment. A thread reads only the watched topics,
+one chunk at a time.
 """
 
 from __future__ import annotations
@@ -60,13 +62,13 @@ HIGHEST_SPEED: Final = 100.0
 
 @dataclass(frozen=True, slots=True)
 class PlaybackState:
-    """What the browser shows of a playback.
+    """State of a playback, as shown in the browser.
 
     Attributes:
-        epoch: number of jumps so far; the browser opens its views again if it changes.
+        epoch: number of jumps so far; the browser reopens its views when it changes.
         moment: time in the bag (s since 1970).
         speed: seconds of the bag per second.
-        error: why the bag could not be read further.
+        error: why the rest of the bag cannot be read.
     """
 
     epoch: int
@@ -78,7 +80,7 @@ class PlaybackState:
 
 
 class BagSystem(WatchedSystem):
-    """The topics of a bag at a moment, in place of those of the running system."""
+    """Stands in for the running system: provides the topics of a bag at the playback's moment."""
 
     def __init__(self, live: WatchedSystem, topics: TopicWatches, now_s: Callable[[], float]) -> None:
         super().__init__(live.graph, live.node)
@@ -101,7 +103,9 @@ class BagSystem(WatchedSystem):
 
 
 class BagTopics(TopicWatches):
-    """Watched topics that a playback feeds. `on_change` is called when a topic was added or removed."""
+    """Watched topics whose messages come from a playback.
+
+    `on_change` is called after a topic has been added or removed."""
 
     def __init__(
         self, live: WatchedSystem, on_change: Callable[[], None], now_s: Callable[[], float]
@@ -118,7 +122,7 @@ class BagTopics(TopicWatches):
 
 
 class BagPlayback:
-    """A bag, and the moment of it that a browser shows. Its methods are thread-safe and do not block.
+    """Playback of a bag for one browser. Its methods are thread-safe and do not block.
 
     Args:
         live: the running system, whose threads are used.
@@ -147,7 +151,7 @@ class BagPlayback:
 
     @property
     def layout(self) -> BagLayout | None:
-        """The index, with which another reader opens the bag at once; None for MCAP."""
+        """The bag's index, which lets another reader open the bag without reading it; None for MCAP."""
         return self._reader.layout if self._reader.layout.chunks else None
 
     @property
@@ -190,7 +194,7 @@ class BagPlayback:
             self._jump(moment_ns)
 
     def step(self, direction: int, topics: Sequence[str]) -> None:
-        """Pause, and go to the next (1) or previous (-1) message on the topics; by default, on any."""
+        """Pause, and go to the next (1) or previous (-1) message on `topics`; by default, on any topic."""
         wanted = [each for each in self._reader.connections if not topics or each.topic in topics]
         with self._changed:
             self._is_playing = False
@@ -235,7 +239,7 @@ class BagPlayback:
             self._reader.close()
 
     def _turn(self) -> bool:
-        """Do what is due. Return False once the playback is closed."""
+        """Execute the next step, or wait for one. Return False once the playback is closed."""
         with self._changed:
             version, moment_ns = self._version, self._moment_ns
             watches = self.system.topics.watches()
@@ -318,7 +322,7 @@ class BagPlayback:
     def _wait_until(
         self, time_ns: int, clock: PlaybackClock, version: int, watches: Sequence[TopicWatch]
     ) -> bool:
-        """Wait until a message is due. Return False if something else is to be done first."""
+        """Wait until a message is due. Return False if a command arrives first."""
         while True:
             with self._changed:
                 now_ns = time.monotonic_ns()
@@ -341,7 +345,7 @@ class BagPlayback:
         return found
 
     def _by_topic(self, watches: Sequence[TopicWatch]) -> dict[str, list[TopicWatch]]:
-        """Return the watches by the topics of the bag that feed them."""
+        """Map each watched topic of the bag to its watches."""
         found: dict[str, list[TopicWatch]] = {}
         for watch in watches:
             for topic in {each.topic for each in self._connections(watch.topic)} - {CLOCK_TOPIC}:
@@ -360,7 +364,7 @@ class BagPlayback:
             watch.note(message, stored.time_ns / NS_PER_S, is_leading=is_leading)
 
     def _tick(self, watches: Iterable[TopicWatch], moment_ns: int) -> None:
-        """Pass the bag's time to the tabs that use `/clock`."""
+        """Send the bag's time to the watches of `/clock`."""
         for watch in watches:
             if watch.topic == CLOCK_TOPIC:
                 kind = load_message_class("rosgraph_msgs/Clock")
@@ -377,7 +381,7 @@ class BagPlayback:
 def newest_before(
     reader: BagReader, connections: Sequence[Connection], moment_ns: int
 ) -> StoredMessage | None:
-    """Return the newest message at a moment or before. Reads backwards in growing windows of time."""
+    """Return the newest message at or before a time. Reads backwards in growing windows of time."""
     try:
         begin_ns = reader.range_ns[0]
     except NoMessages:
@@ -393,7 +397,7 @@ def newest_before(
 
 
 def _header(connection: Connection) -> dict[str, str]:
-    """Return a connection's header as that of a publisher."""
+    """Return a connection's fields as a publisher's header."""
     fields: Mapping[str, str] = {
         name: value.decode("utf-8", "replace") for name, value in connection.header.items()
     }

@@ -1,4 +1,4 @@
-"""Tracks of a timeline: the density of each topic's messages, from the index of the bag alone."""
+"""Compute the tracks of a timeline: the density of each topic's messages, read only from the bag's index."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _Span = tuple[int, int, Mapping[int, int]]
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """The messages of a topic.
+    """The distribution of a topic's messages over time.
 
     Attributes:
         bins: estimated number of messages in each of `BINS` equal parts of the bag's duration.

@@ -1,4 +1,4 @@
-"""Views that show the moment of a bag in browsers that have opened one, and the running system in others."""
+"""Views that show a bag in browsers that have opened one, and the running system in others."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ _ACTIONS: Final = ("definition", "message_text")
 
 
 class ShownBags:
-    """Replaces views and actions by those of the bag that the calling browser has opened."""
+    """Redirects views and actions to the bag that the calling browser has opened, if any."""
 
     def __init__(self, open_bags: OpenBags) -> None:
         self._open_bags = open_bags
 
     def views(self, live: Mapping[str, View]) -> Mapping[str, View]:
-        """Return the views, of which those that show messages show the browser's bag."""
+        """Return all views; those that show messages are redirected."""
         return {**live, **{name: self._view(name, live[name]) for name in _VIEWS}}
 
     def actions(self, live: Mapping[str, Action]) -> Mapping[str, Action]:
-        """Return the actions, of which those that concern messages concern the browser's bag."""
+        """Return all actions; those that read messages are redirected."""
         return {**live, **{name: self._action(name, live[name]) for name in _ACTIONS}}
 
     def _view(self, name: str, live: View) -> View:

@@ -1,8 +1,8 @@
 """Extract columns of numbers from the rows of a `sensor_msgs/PointCloud2`, without numpy.
 
 A browser draws points from planar columns: x, y, z, and the fields that determine colours. To stay within the
-browser's limit only every k-th point is taken, with a start that varies from message to message, so that a
-standing cloud shows all of its points in turn.
+browser's limit, only every k-th point is sent. The first point varies from message to message, so all points
+of a static cloud are shown in turn.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ POSITION: Final = ("x", "y", "z")
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """The values of one field.
+    """The values of one field of a cloud.
 
     Attributes:
         datatype: as in `sensor_msgs/PointField`.
@@ -35,12 +35,12 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Columns of a cloud.
+    """The columns read from one cloud.
 
     Attributes:
         count: number of points in the cloud.
         step: distance between chosen points; 1 if all were chosen.
-        problem: rviz's text for the reason why the cloud cannot be shown; empty if it can be shown.
+        problem: rviz's error text if the cloud cannot be shown; otherwise empty.
     """
 
     count: int
@@ -50,9 +50,9 @@ class Columns:
 
 
 def thinning_step(count: int, limit: int) -> int:
-    """Return the distance of chosen points, so that at most `limit` of `count` are chosen.
+    """Return the smallest odd k such that every k-th of `count` points makes at most `limit` points.
 
-    It is odd, because clouds with an even number of rows would otherwise lose every second row.
+    With an even k, clouds with an even number of rows would lose every second row.
 
     >>> thinning_step(100, 100), thinning_step(200, 100), thinning_step(1000, 90)
     (1, 3, 13)
@@ -62,7 +62,7 @@ def thinning_step(count: int, limit: int) -> int:
 
 
 def cloud_columns(cloud: Any, wanted: Sequence[str], limit: int, turn: int = 0) -> Columns:
-    """Return the columns x, y, z and those of `wanted` that the cloud has.
+    """Return the columns x, y, z and those in `wanted`, if the cloud has them.
 
     Args:
         limit: maximum number of points.

@@ -1,9 +1,9 @@
 """Accept connections from browsers, and limit connections that have not been authenticated yet.
 
-Theory of operation. The listening socket counts each connection when it is accepted, before a TLS handshake,
-in a table like the ones that a node's servers use. Until `Visitor.admit` is called, a connection may be
-closed in favour of a new one, starting with the connection that has been silent for longest, and is closed
-after `login_s` without a request. Admitted connections are not closed.
+Theory of operation. The listening socket counts each connection when it is accepted, before the TLS
+handshake, in a connection table as used by a node's servers. Until `Visitor.admit` is called, a connection
+may be closed in favour of a new one, the longest silent connection first, and is closed after `login_s`
+without a request. Admitted connections are not closed.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ class Visitor(socket.socket):
     _deadline: asyncio.TimerHandle | None = None
 
     def enter(self, entrance: Entrance, peer: str, limit_s: float) -> bool:
-        """Take a slot in the table, for `limit_s` until the first request. Return False if it is full."""
+        """Take a slot in the table. Return False if the table is full.
+
+        The first request must arrive within `limit_s`.
+        """
         self.peer = peer
         loop = asyncio.get_running_loop()
         self.last_used = loop.time()
@@ -54,7 +57,7 @@ class Visitor(socket.socket):
         self._transport = transport
 
     def note_request(self) -> None:
-        """Cancel the deadline for the request, which has arrived. The protocol sets its own deadlines."""
+        """Cancel the deadline for the first request. The protocol sets its own deadlines."""
         self._cancel_deadline()
         if self._entrance is not None:
             self._entrance.table.mark_used(self)
@@ -90,12 +93,13 @@ class Entrance:
 
     Attributes:
         limit: maximum number of connections.
-        table: all connections. Connections that may be closed in favour of new connections are idle.
+        table: all connections. Connections that have not been authenticated count as idle: the table may
+            close them to make room for new ones.
         visitors: connections by file descriptor.
     """
 
     def __init__(self, limits: Limits, *, most: int, log: logging.Logger, share: float = SHARE) -> None:
-        """Create an entrance for at most `most` connections, or fewer if file descriptors are scarce.
+        """Create an entrance for at most `most` connections; fewer if `share` permits fewer.
 
         Args:
             share: share of the process's file descriptors that the connections may use.

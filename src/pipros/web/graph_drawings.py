@@ -1,4 +1,4 @@
-"""Drawings of the graph. Each is laid out once for all browsers that show it with the same options."""
+"""Drawings of the graph, shared by all browsers that use the same options."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class GraphDrawings:
     """Cache of drawings. For use in one event loop."""
 
     def __init__(self, draw: Draw) -> None:
-        """`draw` lays out a graph; it is called once for each graph."""
+        """`draw` computes the drawing of a graph; it is called once per graph."""
         self._draw = draw
         self._drawings: dict[tuple[GraphOptions, Grouping], _Drawing] = {}
 
@@ -39,7 +39,7 @@ class GraphDrawings:
         grouping: Grouping | None = None,
         removed: Collection[tuple[str, str]] = (),
     ) -> NodeGraph:
-        """Return the graph of an observation: the same object until the graph changes.
+        """Return the graph of an observation: always the same object until the graph changes.
 
         Args:
             removed: kinds and names of the nodes and topics in the observation that no longer exist.

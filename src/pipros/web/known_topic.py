@@ -1,7 +1,6 @@
 """Decode well-known topics such as `/tf`.
 
-Views access the fields of these messages, so publishers must use the installed definition. A type of the same
-name with another definition may have other fields.
+Views access the fields of these messages by name, so publishers must use the installed definition.
 """
 
 from __future__ import annotations
@@ -36,13 +35,13 @@ class KnownTopic:
 
     @contextlib.contextmanager
     def listening(self) -> Iterator[None]:
-        """Pass on messages within the context, beginning with the newest if another view has received it."""
+        """Pass on messages within the context, beginning with the newest one that any view has received."""
         with self._watch.listening(self._add, from_newest=True):
             yield
 
     @property
     def problem(self) -> str:
-        """Reason for skipping messages in the last seconds; empty if no message was skipped."""
+        """Why messages were skipped in the last seconds; empty if none was skipped."""
         text, last_s = self._problem
         return text if time.time() - last_s < SHOWN_S else ""
 

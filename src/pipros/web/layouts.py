@@ -1,7 +1,7 @@
-"""Layouts of panels: stored under names, read from files, and made from perspectives of rqt.
+"""Store layouts of panels by name, read them from files, and derive them from rqt perspectives.
 
-A file is JSON: `{"pipros_layout": 1, "panels": "row(plot//imu/x~console)"}`. The text of the panels is that
-of their address, which only the page interprets.
+A file is JSON: `{"pipros_layout": 1, "panels": "row(plot//imu/x~console)"}`. The value of `panels` also
+occurs in the page's address. Only the page interprets it.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ class BadLayout(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class OpenedLayout:
-    """A layout from a file.
+    """A layout read from a file.
 
     Attributes:
-        panels: its text.
-        skipped: plugins of a perspective that the page does not have.
+        panels: the layout, as in the page's address.
+        skipped: plugins in a perspective for which the page has no tab.
     """
 
     panels: str
@@ -65,9 +65,10 @@ class OpenedLayout:
 
 
 class StoredLayouts:
-    """The layouts in `$ROS_HOME/pipros/layouts`. Only files that no other user could have written are used.
+    """The layouts stored in `$ROS_HOME/pipros/layouts`.
 
-    All methods block, and raise `OSError` if the folder cannot be used.
+    Files that other users could have written are ignored. All methods block. They raise `OSError` if the
+    folder cannot be used.
     """
 
     def __init__(self) -> None:
@@ -82,7 +83,7 @@ class StoredLayouts:
         return sorted(name.removesuffix(_ENDING) for name in found if name.endswith(_ENDING))[:MOST_LAYOUTS]
 
     def load(self, name: object) -> str:
-        """Return the text of a layout. Raise `BadLayout` if there is none of that name."""
+        """Return a layout's panels. Raise `BadLayout` if there is no layout of that name."""
         file = _file_of(name)
         try:
             content = self._folder.load(file)
@@ -103,7 +104,7 @@ class StoredLayouts:
         self._folder.store(file, content)
 
     def delete(self, name: object) -> None:
-        """Delete a layout. Raise `BadLayout` if there is none of that name."""
+        """Delete a layout. Raise `BadLayout` if there is no layout of that name."""
         try:
             self._folder.remove(_file_of(name))
         except FileNotFoundError:
@@ -111,11 +112,11 @@ class StoredLayouts:
 
 
 def open_layout(path: str) -> OpenedLayout:
-    """Read a file with a layout, or a perspective of rqt, of whose plugins the tabs are shown side by side.
+    """Read a layout file, or make a layout with a tab for each plugin in an rqt perspective.
 
     Raises:
-        BadLayout: the file is neither.
-        OSError: it cannot be read.
+        BadLayout: the file is neither of these.
+        OSError: the file cannot be read.
     """
     with open(path, "rb") as file:
         content = file.read(_LARGEST_PERSPECTIVE + 1)
@@ -124,12 +125,12 @@ def open_layout(path: str) -> OpenedLayout:
         return OpenedLayout(_panels_in(content, path))
     groups = values.get("groups")
     if not isinstance(groups, dict) or not groups.keys() & {"mainwindow", "pluginmanager"}:
-        raise BadLayout(f"{path} is neither a layout of pipros nor a perspective of rqt")
+        raise BadLayout(f"{path} is neither a pipros layout nor an rqt perspective")
     return _from_perspective(groups.get("pluginmanager"), path)
 
 
 def _from_perspective(settings: Any, path: str) -> OpenedLayout:
-    """Return a layout with a panel for each running plugin, or if none is named, for each with settings."""
+    """Return a layout with a panel for each running plugin, or, without any, for each with settings."""
     try:
         running = str(settings["keys"]["running-plugins"]["repr"])
     except (KeyError, TypeError):

@@ -20,7 +20,7 @@ def message_layout(type_name: str, full_text: str) -> Layout:
         full_text: the publisher's definition, from its connection header.
 
     Raises:
-        PiprosError: the definition is invalid, or lacks an embedded type.
+        PiprosError: the definition is invalid or recursive, or lacks an embedded type.
     """
     specs = specs_from_text(type_name, full_text)
     layout: Layout = {}

@@ -1,4 +1,4 @@
-"""Messages whose values change with time: YAML with expressions, evaluated without running Python code."""
+"""Messages whose values change over time, as YAML with expressions that cannot run Python code."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from pipros.safe.expr import Expression
 
 
 class MessagePattern:
-    """A YAML value in which texts that begin with "=" are expressions of `i` and `t`.
+    """A YAML value in which strings that begin with "=" are expressions of `i` and `t`.
 
-    Texts that begin with "==" are not evaluated. `pipros.safe.expr` describes the functions, such as `sin`.
+    Strings that begin with "==" are not evaluated. See `pipros.safe.expr` for the functions, such as `sin`.
 
     >>> MessagePattern({"x": "=2 * i", "name": "arm", "all": ["=round(sin(t))"]}).value(3, 0.0)
     {'x': 6, 'name': 'arm', 'all': [0]}
@@ -21,7 +21,7 @@ class MessagePattern:
         self._value = _parsed(value)
 
     def value(self, number: int, seconds: float) -> Any:
-        """Return the value for a count and a time. Raise `ExpressionError` if an evaluation fails."""
+        """Evaluate the expressions for a count and a time. Raise `ExpressionError` if one fails."""
         return _evaluated(self._value, {"i": number, "t": seconds})
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PROC = Path("/proc")
-# Positions in /proc/PID/stat after the name, which ends at the last parenthesis; see proc(5).
+# Positions in /proc/PID/stat after the process name, which ends at the last parenthesis; see proc(5).
 _USER_TICKS, _SYSTEM_TICKS, _THREADS, _START_TICKS, _PAGES = 11, 12, 17, 19, 21
 
 
@@ -25,8 +25,8 @@ class ProcessUsage:
         memory_bytes: resident memory.
         threads: number of threads.
         files: number of open descriptors; None for a process of another user.
-        start: start time, in clock ticks after the system's start. It distinguishes processes with the same
-            id.
+        start: start time, in clock ticks after the system's start. Distinguishes successive processes with
+            the same id.
     """
 
     processor_s: float

@@ -1,7 +1,7 @@
 """Read and write rviz's configuration files (`.rviz`).
 
-All scalars stay texts, as in rviz itself, whose properties convert them. So unknown keys, their order, and
-numbers such as `0.0299999993` survive a change of another property.
+Scalars are kept as strings, as in rviz itself. So unknown keys, the order of keys, and numbers such as
+`0.0299999993` survive when another property is changed.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ MANAGER = "Visualization Manager"
 
 
 class RvizFileError(PiprosError, ValueError):
-    """A text is not a configuration of rviz."""
+    """A file or value is not an rviz configuration."""
 
 
 class _TextDumper(yaml.Dumper):
-    """Writes strings without quotes, if they are not ambiguous for a reader that takes scalars as texts."""
+    """Writes strings without quotes where a reader that keeps scalars as strings can read them back."""
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 # declared so by PyYAML
 
@@ -30,17 +30,17 @@ class _TextDumper(yaml.Dumper):
 
 
 def read_rviz(content: bytes | str, file: str = "<string>") -> dict[str, Any]:
-    """Return the mapping in a `.rviz` file. Values are texts, lists and mappings.
+    """Return the mapping in a `.rviz` file. Values are strings, lists and mappings.
 
     Raises:
-        RvizFileError: the content is not YAML, exceeds the limits of YAML, or is not a configuration of rviz.
+        RvizFileError: the content is not YAML, exceeds the limits on YAML, or is not an rviz configuration.
     """
     try:
         found = load_texts(content, file)
     except YamlError as error:
         raise RvizFileError(str(error)) from None
     if not isinstance(found, dict) or not isinstance(found.get(MANAGER), dict):
-        reason = "a configuration of rviz must have the key 'Visualization Manager'"
+        reason = "an rviz configuration must have the key 'Visualization Manager'"
         if file.endswith(".vcg"):
             reason += "; files of rviz before Groovy (.vcg) cannot be read"
         raise RvizFileError(f"{file}: {reason}")
@@ -48,10 +48,10 @@ def read_rviz(content: bytes | str, file: str = "<string>") -> dict[str, Any]:
 
 
 def write_rviz(config: Any) -> str:
-    """Return the text of a `.rviz` file.
+    """Return the content of a `.rviz` file.
 
     Raises:
-        RvizFileError: a value is not a text, list or mapping, or the result cannot be read again.
+        RvizFileError: a value is not a string, list or mapping, or the result could not be read back.
     """
     _check(config, 0)
     text = yaml.dump(config, Dumper=_TextDumper, sort_keys=False, allow_unicode=True, width=1_000_000)
@@ -70,4 +70,4 @@ def _check(value: Any, depth: int) -> None:
         for part in value:
             _check(part, depth + 1)
     elif not isinstance(value, str):
-        raise RvizFileError(f"values must be texts, lists and mappings, got {value!r:.100}")
+        raise RvizFileError(f"values must be strings, lists and mappings, got {value!r:.100}")

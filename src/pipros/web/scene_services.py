@@ -1,4 +1,4 @@
-"""The services of an rviz node that load and save its file."""
+"""Services with which other nodes load and save rviz's configuration file."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ SAVING: Final = "~save_config"
 def serve_scene_file(node: Node, file: SceneFile, *, may_save: bool) -> None:
     """Offer `~load_config`, `~load_config_discarding_changes` and `~save_config`.
 
-    Only the file of `-d` and `.rviz` files below `~/.rviz` are read, and written if `may_save` is true. Any
-    other request is answered with False, and logged.
+    The services accept only the file given with `-d` and `.rviz` files below `~/.rviz`, and save only if
+    `may_save` is true. Other requests are logged and answered with False.
     """
     kind = load_service_class("rviz/SendFilePath")
     first = file.path
@@ -57,12 +57,12 @@ def permitted_path(text: str, first: Path | None) -> Path:
     """Return the path of a file that services may read and write.
 
     Raises:
-        PiprosError: it is neither `first` nor a `.rviz` file below `~/.rviz`.
+        PiprosError: the path is neither `first` nor a `.rviz` file below `~/.rviz`.
     """
     path = Path(text).resolve()
     if first is not None and path == first.resolve():
         return path
     folder = (Path.home() / ".rviz").resolve()
     if path.suffix != ".rviz" or not path.is_relative_to(folder):
-        raise PiprosError(f"only the file of -d and .rviz files below {folder} can be used")
+        raise PiprosError(f"the file must be the one given with -d, or a .rviz file below {folder}")
     return path

@@ -36,14 +36,14 @@ class Secret:
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, tokens: Sequence[str] = ()) -> None:
-        """Create a secret with a random token, or with these tokens, the first of which is printed."""
+        """Create a secret with a random token, or with these tokens. The first is the one that is printed."""
         self._tokens = tuple(tokens) or (secrets.token_urlsafe(24),)
         self.token: Final = self._tokens[0]
         self._clock = clock
         self._codes: dict[str, float] = {}  # code to expiry time, oldest first
 
     def __repr__(self) -> str:
-        return "Secret()"  # omits the token, because representations end up in logs
+        return "Secret()"  # omit the token, because representations end up in logs
 
     def is_token(self, value: object) -> bool:
         """Return whether a value from a client is a token of this server."""

@@ -88,13 +88,13 @@ class PageOptions:
         host: address to listen on.
         port: port to listen on; 0 selects a free one.
         certificate, key: PEM files for TLS.
-        token_file: file of tokens, one of which browsers must present; None creates a new token.
+        token_file: file with the accepted tokens; None creates a new token.
         permitted: the views and actions in `CHANGING` that the page may use.
         saves_layouts: whether browsers may store layouts of panels.
         opens_browser: whether to open the page in a browser if there is a display.
         argv: remappings of the page's node.
-        scene: the file of the Scene tab; with one, the node offers the services of rviz.
-        bags: the folder of bags that browsers may open.
+        scene: the file shown in the Scene tab; if given, the node offers rviz's services.
+        bags: the folder whose bags browsers may open.
     """
 
     tool: str = "rqt_graph"

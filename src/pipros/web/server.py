@@ -1,14 +1,14 @@
-"""Server of the page: its files over HTTP, and all live data over one WebSocket per browser.
+"""Serve the page's files over HTTP, and all live data over one WebSocket per browser.
 
-The files contain nothing secret. The first message of a WebSocket authenticates the browser for the rest:
-`{"token": "…"}`, or `{"code": "…"}` with a one-time code; the answer is `{"id": 0, "data": {"token": "…"}}`.
-Then it requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
-`{"id": 4, "action": "set_param", "args": {…}}`. Answers carry the id: `{"id": 3, "data": …}`,
-`{"id": 3, "error": "…"}`, or in binary the id as four bytes, most significant first, and the data.
-A read-only view is retried after an error, unless its arguments were invalid.
+The files contain nothing secret. The first message on a WebSocket authenticates the browser: `{"token":
+"…"}`, or `{"code": "…"}` with a one-time code; the answer is `{"id": 0, "data": {"token": "…"}}`. Then the
+browser requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
+`{"id": 4, "action": "set_param", "args": {…}}`. Answers carry the id: `{"id": 3, "data": …}`, `{"id": 3,
+"error": "…"}`, or in binary the id as four bytes, most significant first, and the data. A read-only view is
+retried after an error, unless its arguments were invalid.
 
-Each view of a browser is a task that sends only after the browser has received the previous values. So a slow
-browser receives fewer but current values, and does not delay other browsers.
+Each view is a task that sends new values only after the browser has received the previous ones. So a slow
+browser receives fewer values, which are current, and does not delay other browsers.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ SECURITY_HEADERS = {
 
 
 class RequestRefused(PiprosError):
-    """A view or an action is refused. The page shows the text."""
+    """A request for a view or an action is refused. The page shows the error text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class Services:
         views, actions: functions by name.
         changing: names of the views and actions that change the system.
         permitted: the names in `changing` that are allowed.
-        pages: packages whose folders `page` contain the files, in the order in which they are searched.
+        pages: packages whose folders `page` contain the page's files, in search order.
     """
 
     views: Mapping[str, View] = field(default_factory=dict)
@@ -287,7 +287,7 @@ class _Browser:
                     yield await json_text({"id": number, "data": value})
 
     def _text_of(self, error: Exception, name: str) -> str:
-        """Return the text of an error for the browser. Log defects of the page, once per kind."""
+        """Return the error text for the browser. Log unexpected errors, once per view or action and type."""
         if isinstance(error, _EXPECTED):
             return (str(error) or type(error).__name__)[:LONGEST_ERROR]
         if (name, type(error)) not in self._logged:
@@ -320,8 +320,8 @@ def only_header(headers: Headers, name: str) -> str | None:
 def _file_response(path: str, packages: Sequence[str], request: Headers) -> Response:
     """Return a file of the page.
 
-    Only file names in its folders are looked up, so no other file can be read. Third-party files are large:
-    browsers keep them, ask whether they have changed, and get them compressed.
+    Only file names in its folders are looked up, so no other file can be read. Third-party files are large,
+    so they are sent compressed, and browsers cache and revalidate them.
     """
     name = "index.html" if path == "/" else path[1:]
     files = (_find(resources.files(package) / "page", name) for package in packages)

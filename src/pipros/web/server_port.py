@@ -26,7 +26,7 @@ _SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)
 
 
 class PortConnection(ServerConnection):
-    """Connection that can send only a few bytes before it is admitted."""
+    """Connection whose client can send only a few bytes before it is admitted."""
 
     def __init__(self, entrance: Entrance, limit_bytes: int, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -51,7 +51,7 @@ class PortConnection(ServerConnection):
         self._visitor.note_request()
 
     def admit(self) -> None:
-        """Lift the limits for unauthenticated clients, after the client has authenticated."""
+        """Lift the limits on unauthenticated clients, because this client has authenticated."""
         self._visitor.admit()
         self._bytes_left = math.inf
 
@@ -89,7 +89,7 @@ class ServerPort:
             attend: serves a WebSocket until it ends.
             answer: returns the response to a request, or None to begin a WebSocket.
             max_bytes: maximum size of a message from an admitted client.
-            options: further keyword arguments of `websockets.asyncio.server.serve`.
+            options: additional keyword arguments for `websockets.asyncio.server.serve`.
 
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
@@ -109,7 +109,7 @@ class ServerPort:
                     max_size=max_bytes,
                     write_limit=65536,
                     server_header=None,
-                    compression=None,  # compression costs more than it saves on loopback
+                    compression=None,  # on loopback, compression costs more than it saves
                     logger=_SILENT,
                     close_timeout=1,
                     backlog=ACCEPTED_AT_A_TIME,

@@ -1,4 +1,4 @@
-"""Service calls from browsers, limited in number and time, and cancelled when the request or browser ends."""
+"""Service calls from browsers, limited in number and time, and cancelled with their request or connection."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class ServiceCalls:
         self._pool = DaemonPool("service call", CALLS_AT_ONCE)
 
     async def run(self, call: Callable[[MasterClient, OpenCalls], T]) -> T:
-        """Run `call` in a thread, and return its result. Cancelling the coroutine interrupts its open calls.
+        """Run `call` in a thread, and return its result. Cancelling the coroutine interrupts the call.
 
         Raises:
             RequestRefused: the browser already has `CALLS_OF_A_BROWSER` pending calls.

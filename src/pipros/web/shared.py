@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 class Shared(Generic[T]):
-    """Value that is created for the first user and closed after the last. For use in one event loop."""
+    """A value that is created for its first user and closed after its last. For use in one event loop."""
 
     def __init__(self, make: Callable[[], contextlib.AbstractContextManager[T]]) -> None:
         self._make = make

@@ -1,4 +1,4 @@
-"""Velocity commands of one person who steers a robot: limited, repeated, and ended by silence. No sockets."""
+"""Limit, repeat and time out the velocity commands of one person who steers a robot. No sockets."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ ZERO = Velocity()
 
 
 class VelocityCommands:
-    """What to publish: the last command while it is not zero and not old, then zero once."""
+    """Selects the velocity to publish: the last command until it is zero or too old, then zero once."""
 
     def __init__(self, most: Velocity) -> None:
-        """`most` has the largest absolute values of both parts."""
+        """`most` contains the largest absolute values of both components."""
         self._most = most
         self._wanted = ZERO
         self._last_s = -math.inf
         self._is_moving = False
 
     def steer(self, wanted: Velocity, now_s: float) -> None:
-        """Take a command, reduced to the limits."""
+        """Store a command, clamped to the limits."""
         self._wanted = Velocity(
             _limited(wanted.linear, self._most.linear), _limited(wanted.angular, self._most.angular)
         )
         self._last_s = now_s
 
     def due(self, now_s: float) -> Velocity | None:
-        """Return the command to publish now, or None if the robot stands and has been told so."""
+        """Return the velocity to publish now, or None if zero has already been returned."""
         wanted = self._wanted if now_s - self._last_s < SILENCE_S else ZERO
         if wanted == ZERO:
             return self.end()
@@ -46,7 +46,7 @@ class VelocityCommands:
         return wanted
 
     def end(self) -> Velocity | None:
-        """Return the command that stops the robot, or None if it stands."""
+        """Stop. Return the velocity to publish, or None if the robot is already stopped."""
         was_moving, self._is_moving = self._is_moving, False
         self._wanted = ZERO
         return ZERO if was_moving else None

@@ -43,7 +43,7 @@ def read_tokens(path: str) -> list[str]:
         if len(token) < SHORTEST or not _TOKEN.fullmatch(token):
             raise BadTokenFile(
                 f"{path}:{number}: a token must have at least {SHORTEST} characters, "
-                "which are letters, digits, '-', '.', '_' or '~'"
+                "and only letters, digits, '-', '.', '_' and '~'"
             )
         tokens.append(token)
     if not tokens:

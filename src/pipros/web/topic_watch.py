@@ -59,7 +59,7 @@ class TopicWatch:
         limits: Limits | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`clock` returns the time (s) in which rates are measured."""
+        """`clock` returns the time (s) by which rates are measured."""
         self.topic = topic
         self._most_bytes = (limits or process_limits()).page_message_bytes
         self.queue_size = queue_size
@@ -79,8 +79,8 @@ class TopicWatch:
         """Count a message, and pass it to the listeners.
 
         Args:
-            received_s: the time in a bag.
-            is_leading: whether listeners that are added later get the message, too.
+            received_s: the message's time in a bag; defaults to the current time.
+            is_leading: whether listeners that are added later also receive the message.
         """
         moment_s = self._clock() if received_s is None else received_s
         wall_s = time.time() if received_s is None else received_s
@@ -102,7 +102,7 @@ class TopicWatch:
         with self._lock:
             rate, bandwidth = self._rate.figures(), self._bandwidth.figures(now_s)
             is_quiet = now_s - self._last_s > max(QUIET_S, 3 * rate.mean if rate else 0.0)
-            # Delayed messages arrive in a burst, from which no rate can be computed.
+            # Delayed messages arrive in bursts, so their intervals do not show the rate.
             is_quiet |= rate is not None and rate.count < WINDOW - 1 and rate.mean * rate.count < SHORTEST_S
             return {
                 "rate": 1.0 / rate.mean if rate and rate.mean > 0 and not is_quiet else None,
@@ -115,7 +115,7 @@ class TopicWatch:
     def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
         """Call `listener` with each message within the context.
 
-        If `from_newest` is true, begin with the newest message.
+        If `from_newest` is true, begin with the newest message received so far.
         """
         with self._lock:
             self._listeners.append(listener)
@@ -168,10 +168,7 @@ class TopicWatches:
         self._is_closed = False
 
     def close(self) -> None:
-        """Stop changing subscriptions.
-
-        The node's shutdown ends them, so the master is waited for only once.
-        """
+        """Stop changing subscriptions. The node's shutdown ends them all, with one wait for the master."""
         with self._lock:
             self._is_closed = True
 
@@ -240,7 +237,7 @@ class TopicWatches:
         return True
 
     def _next_change(self) -> tuple[str, TopicWatch | None] | None:
-        """Return a topic whose subscription does not match its watch, and the watch if there is one."""
+        """Return a topic whose subscription does not match its watch, and that watch; None if all match."""
         if self._is_closed:
             return None
         for topic, (watch, _) in self._subscribers.items():
@@ -268,7 +265,7 @@ class NewSamples:
             self._lost += 1
 
     def pop_all(self) -> tuple[list[object], int]:
-        """Return all values since the last call, and the number of lost ones."""
+        """Return the values added since the last call, and the number of lost values."""
         with self._lock:
             values, lost = list(self._values), self._lost
             self._values.clear()

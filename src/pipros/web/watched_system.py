@@ -38,7 +38,7 @@ class WatchedSystem:
         graph: client of the master and the nodes.
         node: the page's own node, which is registered with its first subscription.
         topics: watched topics.
-        calls: service calls of browsers.
+        calls: service calls from browsers.
         questions: threads for calls to the master and to the APIs of nodes.
         computations: threads that decode and draw.
         node_clients: connections to the APIs of nodes.
@@ -79,7 +79,7 @@ class WatchedSystem:
         return True
 
     def now_s(self) -> float:
-        """Return the time (s) with which arrivals of messages are compared."""
+        """Return the current time (s), to compare with the arrival times of messages."""
         return time.time()
 
     async def observations(self) -> AsyncIterator[Observation]:
@@ -102,7 +102,7 @@ class WatchedSystem:
                 return
             try:
                 observation = self._observer.poll()
-            except Exception as error:  # this is a defect; log one line for each kind of error
+            except Exception as error:  # unexpected; log each type of error once
                 text = f"cannot observe the system: {type(error).__name__}: {error}"
                 if type(error) not in logged:
                     logged.add(type(error))

@@ -98,7 +98,7 @@ def test_images_that_cannot_be_written_are_refused(wrong: Image, words: str) -> 
 
 def test_mistakes_are_explained(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["export", "run.bag", "out", "/none"]) == 1
-    assert "the bag does not have the topics /none" in capsys.readouterr().err
+    assert "the bag does not contain the topics /none" in capsys.readouterr().err
     for arguments in (["run.bag"], ["--format", "xls", "run.bag", "out"]):
         with pytest.raises(SystemExit) as ended:
             main(["export", *arguments])

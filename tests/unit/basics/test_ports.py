@@ -57,7 +57,7 @@ def test_bound_ports_have_addresses_outside(
         ("robot:x=5", "must have the form"),
         ("robot:80", r"does not say which port 80 leads to: set PIPROS_PORTS, or write robot:80=PORT"),
         ("robot:80-81=5000", "80-81 and 5000 must have the same number of ports"),
-        ("robot:81-80=1-2", "with the smaller one first"),
+        ("robot:81-80=1-2", "with the smaller port first"),
     ],
 )
 def test_an_invalid_advertised_address_is_refused_with_the_variable(text: str, problem: str) -> None:

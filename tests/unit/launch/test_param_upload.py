@@ -69,7 +69,7 @@ def test_a_dump_that_cannot_be_written_names_parameter_and_file(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("value", "complaint"),
     [
-        (object(), r"the parameter \[/p\] cannot have the value <object .*cannot marshal"),
+        (object(), r"cannot set the parameter \[/p\] to <object .*cannot marshal"),
         ("too large", r"the parameter \[/p\] was not set: there is no room for it"),
     ],
 )

@@ -119,10 +119,10 @@ def test_a_perspective_without_known_plugins_is_refused(tmp_path: Path) -> None:
         ("", "is not JSON"),
         ("[" * 100_000, "is not JSON"),
         ("[1]", "is not a layout"),
-        ("{}", "neither a layout of pipros nor a perspective"),
+        ("{}", "neither a pipros layout nor an rqt perspective"),
         ('{"pipros_layout": 2, "panels": "graph"}', "of this version"),
         ('{"pipros_layout": 1, "panels": 7}', "of this version"),
-        ('{"groups": 7}', "neither a layout of pipros nor a perspective"),
+        ('{"groups": 7}', "neither a pipros layout nor an rqt perspective"),
         ('{"groups": {"pluginmanager": 7}}', "no plugin"),
     ],
 )

@@ -169,7 +169,7 @@ def test_services_use_the_file_of_the_command_and_those_of_rviz_only(
     assert permitted_path(str(first), first) == first
     assert permitted_path(str(tmp_path / ".rviz/a/b.rviz"), None) == tmp_path / ".rviz/a/b.rviz"
     for path in (first, tmp_path / ".rviz/b.txt", tmp_path / ".rviz/../b.rviz"):
-        with pytest.raises(PiprosError, match="only the file of -d"):
+        with pytest.raises(PiprosError, match="must be the one given with -d"):
             permitted_path(str(path), None)
 
 

@@ -59,7 +59,7 @@ AnyOffer = TypeVar("AnyOffer", bound=Offer)
 
 @dataclass(frozen=True, slots=True)
 class Change(Generic[AnyOffer]):
-    """Changes to announce to the clients."""
+    """Additions and removals to announce to the clients."""
 
     added: Sequence[AnyOffer]
     removed: Sequence[int]

@@ -1,4 +1,4 @@
-"""Definitions of the topics and services in a running system, installed or received from a peer."""
+"""Find the definitions of topic and service types, in installed packages or by asking a peer."""
 
 from __future__ import annotations
 

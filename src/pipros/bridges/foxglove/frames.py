@@ -1,4 +1,4 @@
-"""Encodes messages to Foxglove clients as frames. No sockets.
+"""Encode the server's messages to Foxglove clients as frames. No sockets.
 
 Source: https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Binary integers are little-endian.
 """
@@ -41,10 +41,7 @@ def server_info(
     metadata: Mapping[str, str],
     session: str,
 ) -> Frame:
-    """Return the first message to a client.
-
-    `encodings`: the encodings for its publications and service calls.
-    """
+    """Return the first message to a client. It may use `encodings` to publish and to call services."""
     return _op(
         "serverInfo",
         name=name,
@@ -87,7 +84,7 @@ def time(time_ns: int) -> Frame:
 
 
 def advertise_services(services: Iterable[Service]) -> Frame:
-    """Return the advertisement of services, with the schemas in the formats of new and of old clients."""
+    """Return the advertisement of services, with the schemas in the formats for new and for old clients."""
     rows = [
         {
             "id": service.id,

@@ -28,7 +28,7 @@ class Look:
 
     Attributes:
         state: registrations of all topics and services that are allowed.
-        topics, services: definitions, as far as they are known.
+        topics, services: the definitions that are known.
     """
 
     state: SystemState
@@ -83,7 +83,7 @@ class GraphWatch:
             self._changed.notify()
 
     def set_needed(self, is_needed: bool) -> None:
-        """Begin or stop watching. A call with True also makes the thread query the graph at once."""
+        """Begin or stop watching. To begin also makes the thread query the graph at once."""
         with self._changed:
             self._is_needed = self._is_urgent = is_needed
             self._changed.notify()

@@ -28,7 +28,7 @@ def flattened(tree: object) -> dict[str, Any]:
 
 
 def selected(found: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:
-    """Yield the parameter with this name, or else all parameters below it."""
+    """Yield the parameter with this name, or all parameters in the namespace of this name."""
     if name in found:
         yield name, found[name]
         return

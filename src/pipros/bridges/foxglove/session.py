@@ -100,7 +100,7 @@ class Connection(Protocol):
 
 
 class ClientSession:
-    """Session of one client. For use in the event loop."""
+    """The session of one client. For use in the event loop."""
 
     def __init__(self, client: Connection, bridge: Bridge) -> None:
         self._client = client
@@ -179,7 +179,7 @@ class ClientSession:
 
     async def _handle(self, request: ClientRequest) -> None:
         capability = _CAPABILITIES.get(type(request))
-        if capability is not None and not isinstance(request, CallService):  # the answer to a call reports it
+        if capability is not None and not isinstance(request, CallService):  # the response reports errors
             self._check_offered(capability)
         match request:
             case Publish():

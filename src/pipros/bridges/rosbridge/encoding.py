@@ -56,7 +56,7 @@ class _Bson:
         try:
             from bson import decode, encode
             from bson.errors import BSONError
-        except ImportError:  # or the package on PyPI that is named `bson` is installed
+        except ImportError:  # also raised if PyPI's unrelated package `bson` is installed
             raise MissingCodec("BSON needs pymongo: pip install 'pipros[bridges]'") from None
         self.encode: Callable[[Any], bytes] = encode
         self.decode: Callable[[bytes], dict[str, Any]] = decode
@@ -91,7 +91,7 @@ _NUMBERS = itertools.count(1)
 
 
 def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> Frame:
-    """Encode an operation other than a message of a topic.
+    """Encode an operation other than `publish`.
 
     Raises:
         PiprosError: BSON cannot hold a value, or `pymongo` is not installed.
@@ -159,7 +159,7 @@ class Encoder:
     def values_of(self, message: Any) -> dict[str, Any]:
         """Return a message, for example a response, as values for `operation_frame`.
 
-        NaN and infinities are None, except for BSON. Raises `NotRepresentable`.
+        NaN and infinities become None, except for BSON. Raises `NotRepresentable`.
         """
         return self._nulls.of(message)
 

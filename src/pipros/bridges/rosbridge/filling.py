@@ -1,8 +1,8 @@
-"""Fills messages from the values of a client: JSON, or BSON.
+"""Fills messages with values from a client: JSON or BSON.
 
-The values may be partial; missing fields keep their values. Numbers must match the type exactly: no float or
-boolean for an integer, no integer for a boolean. Errors name the field. A `std_msgs/Header` without a stamp
-gets the current time, and so does a time given as `"now"`.
+The values may be partial; missing fields keep their values. Numbers must match the type: an integer field
+accepts no float or boolean, and a boolean field no integer. Errors name the field. A `std_msgs/Header`
+without a stamp gets the current time, and so does a time given as `"now"`.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Filler:
 
 
 class _Filling:
-    """The filling of one message."""
+    """Fills one message."""
 
     def __init__(self, now_ns: Callable[[], int], most_values: int) -> None:
         self._now_ns = now_ns
@@ -266,7 +266,9 @@ def _string(value: Any) -> str:
         try:
             value.encode()
         except UnicodeEncodeError:
-            raise WrongValue("string", "contains half a surrogate pair, which UTF-8 cannot encode") from None
+            raise WrongValue(
+                "string", "must be a valid Unicode string, but contains an unpaired surrogate"
+            ) from None
     return value
 
 

@@ -8,10 +8,7 @@ from collections.abc import Iterable
 
 
 class Globs:
-    """Names that match at least one of several patterns.
-
-    Without patterns all names match, as in rosbridge.
-    """
+    """A set of names: those that match at least one pattern; without patterns, all, as in rosbridge."""
 
     def __init__(self, patterns: Iterable[str] = ()) -> None:
         self.patterns = tuple(patterns)

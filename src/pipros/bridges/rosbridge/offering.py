@@ -1,4 +1,4 @@
-"""Services that clients offer: the node serves them, and passes each call to the client that answers it."""
+"""Services that clients offer. The node serves them, and passes each call to the client, which answers it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Offerer(Protocol):
 class OfferedServices:
     """The services of all clients.
 
-    A new offer replaces earlier offers of the same name, as after a page is reloaded.
+    A new offer replaces an earlier offer of the same name, for example after a page has been reloaded.
     """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
@@ -43,7 +43,7 @@ class OfferedServices:
         self._lock = threading.Lock()
 
     def offer(self, client: Offerer, service: str, kind: str, name: str) -> None:
-        """Offer a service for a client, which calls it `name`.
+        """Offer a service on behalf of a client, under the name `name`.
 
         Raises:
             PiprosError: the type is unknown, or the node itself has a service of this name.
@@ -146,7 +146,7 @@ class _Offer:
         waiting.set_result(response)
 
     def fail(self, reason: str) -> bool:
-        """Answer all open and future calls with an error. Return whether there were open calls."""
+        """Answer all open and future calls with an error. Return whether any calls were open."""
         with self._lock:
             self._failure = reason
             waiting = list(self._open.values())

@@ -378,7 +378,7 @@ def response_to(operation: Mapping[str, Any], values: Any, *, is_success: bool) 
 
 
 def _key(operation: Mapping[str, Any]) -> str:
-    """Return the id of an operation, of any type, as a key."""
+    """Return an operation's id, which can have any type, as a key for dictionaries."""
     return json.dumps(operation.get("id"), default=str, sort_keys=True)
 
 
@@ -387,11 +387,11 @@ def _type(operation: Mapping[str, Any]) -> str:
     if not isinstance(kind, str) or "/" not in kind:
         raise BadOperation(f"type must be package/Name, got {_quoted(kind)}")
     package, *_, name = kind.split("/")
-    return f"{package}/{name}"  # accepts ROS 2 names, such as `std_msgs/msg/String`
+    return f"{package}/{name}"  # accept ROS 2 names, such as `std_msgs/msg/String`
 
 
 def _number(operation: Mapping[str, Any], key: str, default: int = 0) -> float:
-    """Return a number >= 0; the default if it is missing or null."""
+    """Return a field that must be a number >= 0; the default if the field is missing or null."""
     value = operation.get(key)
     if value is None:
         return default

@@ -33,7 +33,7 @@ class UnknownTopic(PiprosError):
 
 
 class SharedPublishers:
-    """The publishers of all clients. Methods may be called from any thread, and may block for a while."""
+    """The publishers of all clients. Methods may be called from any thread, and may block."""
 
     def __init__(
         self, node: Node, filler: Filler, type_of: TypeOf, call_later: CallLater, unregister_s: float
@@ -126,7 +126,7 @@ class SharedPublishers:
 
 
 class _SharedPublisher:
-    """A publisher of the node, with messages that wait for its first subscribers."""
+    """A publisher of the node, with messages waiting for its first subscriber."""
 
     def __init__(
         self,

@@ -112,7 +112,7 @@ class ServerOptions:
         host, port: the address to listen on; port 0 selects a free one.
         certificate, key: PEM files for TLS; None without TLS.
         origins: origins of pages that may connect, in addition to pages of this machine.
-        allows_null_origin: whether pages without an origin, such as files, may.
+        allows_null_origin: whether pages without an origin, such as files, may connect.
         authenticator: checks the operation `auth` of each client; None without authentication.
         ping_s: interval of pings, and timeout for their answers; None disables pings.
         message_bytes: maximum size of a message from a client; None uses the process-wide limit.
@@ -133,7 +133,7 @@ class ServerOptions:
 
 
 class BridgeRuntime:
-    """The event loop and the threads of a server, and its `Bridge`."""
+    """A server's event loop, threads and `Bridge`."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
         self.loop = BackgroundLoop("rosbridge")

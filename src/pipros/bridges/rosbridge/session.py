@@ -52,11 +52,11 @@ CALLS_OF_A_CLIENT: Final = 256
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Times in seconds.
+    """Timeouts of a server, in seconds.
 
     Attributes:
         unregister_s: how long a publisher is kept after its last client has left.
-        call_s: maximum duration of a service call, in both directions.
+        call_s: maximum duration of a service call, whether a client makes or answers it.
     """
 
     unregister_s: float = 10.0
@@ -104,7 +104,7 @@ class Bridge:
 
 
 class ClientSession:
-    """One client: its protocol, its outbox, and what it uses on the node.
+    """One client: its protocol, its outbox, and the topics and services that it uses.
 
     `receive` and `receive_stream` may block, and are called by one thread at a time.
 

@@ -95,9 +95,9 @@ class TcpServer(_Server):
     def __init__(self, node: Node, options: ServerOptions) -> None:
         super().__init__(node, options)
         self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
-        # the client that has been silent for longest comes first
+        # longest silent client first
         self._sessions: dict[asyncio.StreamWriter, ClientSession] = {}
-        self._entrance = asyncio.Lock()  # ensures that a client gets the place that was freed for it
+        self._entrance = asyncio.Lock()  # ensures that a new client gets the place freed for it
 
     async def _open(self) -> int:
         self._wakeups = Wakeups(asyncio.get_running_loop())
@@ -157,9 +157,7 @@ class TcpServer(_Server):
             self._disconnect(writer, session)
 
     async def _end_idle(self) -> None:
-        """Of the clients that use no topics or services, disconnect the client that has been silent for
-        longest.
-        """
+        """Disconnect the longest silent of the clients that use no topics or services."""
         idle = (writer for writer, session in self._sessions.items() if session.is_unused)
         writer = next(idle, None)
         if writer is not None:
@@ -214,14 +212,17 @@ class TcpServer(_Server):
 
 
 class NotLoopback(PiprosError):
-    """UDP is requested for other machines, which the server could not tell apart."""
+    """UDP is requested on a network address. Senders there can be forged, so clients cannot be told apart."""
 
 
 class UdpServer(_Server):
-    """A rosbridge server for UDP on a node, for clients on this machine only. Each address is a client."""
+    """A rosbridge server over UDP, running on a node, for clients on this machine only.
+
+    Each address is one client.
+    """
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
-        """Raises `NotLoopback` if the address is not a loopback address."""
+        """Raise `NotLoopback` if the address is not a loopback address."""
         if options.host != "localhost" and not _is_loopback(options.host):
             raise NotLoopback(f"UDP serves this machine only; address must be 127.0.0.1, got {options.host}")
         super().__init__(node, options)

@@ -22,8 +22,8 @@ REPORTED_ERRORS: Final = 10
 class TopicStream:
     """Passes the messages of a topic to a client's outbox. Messages arrive in the threads of links.
 
-    With `throttle_s`, at most one message is sent in that interval. Of the messages that arrive earlier, the
-    newest `queue_length` are queued and the others dropped.
+    With `throttle_s`, at most one message is sent per interval. Of the messages that arrive before the
+    interval is over, the newest `queue_length` are queued and the others are dropped.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
-"""Finds the JSON objects in the data from a client: text that may be split or joined, and fragments.
+"""Finds the JSON objects in a client's data: text that may be split or joined, and fragments.
 
-Both are limited in bytes per client, and recover from errors: text that is not a JSON object is discarded
-with an error for the client, and reading continues with the next object.
+The incomplete data of a client are limited in bytes. Errors do not stop the parser: text that is not a JSON
+object is discarded with an error for the client, and reading continues with the next object.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _SHOWN = 60
 
 
 class BadInput(PiprosError):
-    """Text from a client is not a JSON object, or too long."""
+    """Text from a client is not a JSON object, or is too long."""
 
 
 def json_object(text: str | bytes) -> dict[str, Any]:
@@ -33,7 +33,7 @@ def json_object(text: str | bytes) -> dict[str, Any]:
     try:
         value = json.loads(text)
     except RecursionError:
-        raise BadInput("the JSON is nested too deeply") from None
+        raise BadInput("the JSON object is nested too deeply") from None
     except ValueError as error:
         raise BadInput(f"not JSON: {error}") from None
     if not isinstance(value, dict):
@@ -63,7 +63,7 @@ class JsonObjects:
         self._is_in_string = self._is_escaped = False
 
     def feed(self, text: str) -> Iterator[str | BadInput]:
-        """Yield the text of each object that is now complete, and an error for any text between objects."""
+        """Yield the text of each completed object, and an error for any text between objects."""
         position = 0
         while position < len(text):
             if not self._depth:

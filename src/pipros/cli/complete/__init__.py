@@ -1,9 +1,9 @@
 """`pipros-complete`: completes the word at the cursor of a ROS command line in a shell.
 
-The shell's completion passes the position of the word and all words. One candidate is printed per line. A
-multi-line candidate is printed alone, after the character 0x1f. If called with `--find PACKAGE NAME`, the
-command prints the files with that name in a package, for roscat, rosed and roscp. With `--absent COMMAND`, it
-prints advice on a command that the shell did not find.
+The shell passes the position of the word, then all words. Candidates are printed one per line. A multi-line
+candidate is printed alone, after the character 0x1f. If called with `--find PACKAGE NAME`, the command prints
+the files with that name in a package, for roscat, rosed and roscp. With `--absent COMMAND`, it prints advice
+on a command that the shell did not find.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _is_one_candidate(candidate: str) -> bool:
-    """Return False if the shell would read the candidate as several words (a file name with a line break)."""
+    """Return False for a file name with a line break, which the shell would read as several words."""
     return candidate.startswith(MANY_LINES) or candidate.isprintable()
 
 

@@ -67,7 +67,9 @@ def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterab
 
 
 def _index() -> PackageIndex:
-    from pipros.workspace.index import PackageIndex  # names in the running system do not need it
+    from pipros.workspace.index import (
+        PackageIndex,
+    )  # not needed for names in the running system
 
     return PackageIndex.from_environment()
 

@@ -33,7 +33,7 @@ SUBCOMMANDS = {
 def options(command: str, before: Sequence[str]) -> list[str]:
     """Return the long options of a command or its subcommand.
 
-    The options are parsed from the help text, which works for optparse, argparse and hand-written parsers.
+    They are parsed from the help text, which works for optparse, argparse and hand-written parsers.
     """
     if command in ("roscd", "rosls", "rosed", "roscat", "roscp", "rosmv", "rospd"):
         return ["--help"]

@@ -1,6 +1,6 @@
 """Completes names in the running system: topics, nodes, services and parameters.
 
-Only legal graph names are offered, because other text registered by peers must not reach a command line.
+Only legal graph names are offered, because arbitrary text from peers must not reach a command line.
 """
 
 from __future__ import annotations

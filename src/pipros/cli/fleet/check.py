@@ -1,4 +1,4 @@
-"""`pipros fleet check`: checks the file of a member, and says what it means."""
+"""`pipros fleet check`: checks a member's file, and explains it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`pipros fleet keys`: a certificate authority for a fleet."""
+"""`pipros fleet keys`: manages the certificate authority of a fleet."""
 
 from __future__ import annotations
 

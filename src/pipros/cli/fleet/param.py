@@ -1,4 +1,4 @@
-"""`pipros fleet param`: reads and sets parameters of a member, as far as its file allows it."""
+"""`pipros fleet param`: reads and sets a member's parameters, if the member's file allows it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def main(argv: Sequence[str]) -> int:
     with link_of(options) as link:
         answers = link.get(key, payload, timeout_s=REQUEST_S)
     if not answers:
-        raise CommandError(f"there is no member [{member}], or it does not answer")
+        raise CommandError(f"member [{member}] does not exist or does not answer")
     found: Any = json.loads(answers[-1].payload)
     if arguments[0] == "list":
         print("\n".join(found))

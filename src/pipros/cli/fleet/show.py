@@ -1,4 +1,4 @@
-"""`pipros fleet list`, `info` and `top`: members, what they offer, and the traffic."""
+"""`pipros fleet list`, `info` and `top`: show members, what they offer, and the traffic."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def info(argv: Sequence[str]) -> int:
     with link_of(options) as link:
         directory = directory_of(link, member)
         if directory is None:
-            raise CommandError(f"there is no member [{member}], or it does not answer")
+            raise CommandError(f"member [{member}] does not exist or does not answer")
         print("\n".join(_described(directory, counters_of(link, member))))
     return 0
 

@@ -1,4 +1,4 @@
-"""`rosbag convert`: converts between bags, MCAP and bags of ROS 2."""
+"""`rosbag convert`: converts between bags, MCAP and ROS 2 bags."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _convert(source: Path, target: Path, options: Values) -> None:
 
 
 def _convert_to_ros2(source: Path, target: Path, options: Values) -> None:
-    """Write a bag of ROS 2.
+    """Write a ROS 2 bag.
 
     Raises:
         PiprosError: an option has an invalid value, or the bag cannot be read or written.

@@ -30,7 +30,7 @@ def _refuse(parser: OptionParser, argv: Sequence[str], name: str) -> int:
     if not paths:
         parser.error("You must specify at least one bag file.")
     for path in paths:
-        with BagReader(path):  # opening the file reports its problems, including encryption
+        with BagReader(path):  # opening the file reports any problems with it, including encryption
             pass
     what = "is not encrypted, so there is nothing to decrypt" if name == "decrypt" else "cannot be encrypted"
-    raise CommandError(f"[{paths[0]}] {what}; pipros has no encryption of bags. {_CURE}")
+    raise CommandError(f"[{paths[0]}] {what}; pipros does not support the encryption of bags. {_CURE}")

@@ -50,7 +50,7 @@ def export(argv: Sequence[str]) -> int:
         topics = arguments[2:] or sorted({connection.topic for connection in bag.connections})
         unknown = set(topics) - {connection.topic for connection in bag.connections}
         if unknown:
-            raise CommandError(f"the bag does not have the topics {', '.join(sorted(unknown))}")
+            raise CommandError(f"the bag does not contain the topics {', '.join(sorted(unknown))}")
         files = _file_names(topics)
         folder.mkdir(parents=True, exist_ok=True)
         for topic, name in files.items():

@@ -175,7 +175,7 @@ def _collect_words(option: Any, name: str, _: object, parser: OptionParser) -> N
 
 
 class _Terminal:
-    """The keyboard, and the line that shows the playback position."""
+    """The keyboard, and the terminal line that shows the playback position."""
 
     def __init__(self, *, is_keyboard: bool, is_quiet: bool) -> None:
         self._is_keyboard = is_keyboard

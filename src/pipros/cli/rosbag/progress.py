@@ -1,4 +1,4 @@
-"""Shows the progress of long operations, as one line on a terminal. Prints nothing elsewhere."""
+"""Show the progress of long operations as one line on a terminal. Without a terminal, print nothing."""
 
 from __future__ import annotations
 

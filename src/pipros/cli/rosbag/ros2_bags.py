@@ -1,4 +1,4 @@
-"""Bags of ROS 2 on the command line."""
+"""ROS 2 bags on the command line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_folders_option(parser: OptionParser) -> None:
-    """Add `--msgs`, which names folders with definitions of ROS 2."""
+    """Add `--msgs`, which names folders with ROS 2 definitions."""
     parser.add_option(
         "--msgs",
         dest="msgs",
@@ -29,20 +29,20 @@ def add_folders_option(parser: OptionParser) -> None:
 
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
-    """Return the folders that the user gave, and the folders in ROS 2's environment."""
+    """Return the folders given with `--msgs`, and those in ROS 2's environment."""
     from pipros.ros2.interfaces.catalog import folders_of_environment
 
     return [*map(Path, given), *folders_of_environment(os.environ)]
 
 
 def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
-    """Open a bag of ROS 1 or ROS 2. Print a warning for each topic that cannot be converted.
+    """Open a ROS 1 or ROS 2 bag. Print a warning for each topic that cannot be converted.
 
     Raises:
         BagError, OSError: see `open_any_bag`.
     """
     if not os.path.isdir(path) and not is_mcap(path) and _is_ros1(path):
-        return open_bag(path)  # opening a bag of ROS 1 does not need the imports for conversion
+        return open_bag(path)  # imported late: a ROS 1 bag does not need the conversion
     from pipros.ros2.bags.reader import Ros2BagReader, open_any_bag
 
     bag = open_any_bag(path, folders=definition_folders(msgs))
@@ -52,7 +52,7 @@ def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
 
 
 def warn(skipped: Mapping[str, str], incomplete: Mapping[str, str] | None = None) -> None:
-    """Print why entire topics, and some messages of other topics, are left out."""
+    """Print why entire topics, or some messages of other topics, are left out."""
     for topic, reason in skipped.items():
         print(f"WARNING: {listed(topic)} is left out: {listed(reason)}", file=sys.stderr)
     for topic, reason in (incomplete or {}).items():

@@ -77,7 +77,7 @@ def _follow(topic: str, printer: LogPrinter, *, is_once: bool, argv: Sequence[st
     from pipros.msg import load_message_class
 
     with GraphClient("rosconsole") as graph:
-        graph.master.get_pid()  # fail if there is no master, instead of waiting
+        graph.master.get_pid()  # fail at once if there is no master
         name = graph.resolve(topic)
     log_class = load_message_class("rosgraph_msgs/Log")
     with command_node("rosconsole", argv) as node:

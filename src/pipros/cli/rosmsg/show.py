@@ -72,7 +72,7 @@ def _show_one(interfaces: TypeCatalogue, name: str, *, is_raw: bool) -> int:
 
 
 def _show_from_bag(bag: Path, type_names: Sequence[str], *, is_raw: bool) -> int:
-    """Show types as defined by the publishers of the messages in a bag."""
+    """Show types as they are defined in a bag."""
     texts = bag_definitions(bag)
     status = 0
     for type_name in type_names:
@@ -94,9 +94,9 @@ def _print_mistakes(beginning: str, error: DefinitionError) -> None:
 
 
 def _type_names(parser: OptionParser, arguments: Sequence[str]) -> list[str]:
-    """Return the type on the command line or, if there is none, the types read from a pipe, as in `rostopic
-    type /x | rosmsg show`.
-    """
+    """Return the type on the command line or, without one, the types read from standard input.
+
+    For example, `rostopic type /x | rosmsg show` reads one type."""
     if len(arguments) > 1:
         parser.error("you may only specify one message type")
     if arguments:

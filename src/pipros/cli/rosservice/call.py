@@ -43,7 +43,7 @@ def call_service(argv: Sequence[str]) -> int:
 
 
 def _print_call(caller: ServiceCaller, values: Sequence[Any], *, verbose: bool) -> None:
-    """Call the service and print its response; if `verbose` is true, print the request as well."""
+    """Call the service and print its response. If `verbose` is true, print the request, too."""
     request = caller.request(values)
     response = caller.call(request)
     if verbose:

@@ -27,7 +27,7 @@ def measure_bandwidth(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(parse_arguments(argv).rest))
     if not arguments:
         parser.error("topic must be specified")
-    # like Noetic, except on a terminal, which shows a table of several topics
+    # as in Noetic, except that several topics on a terminal are shown as a table
     if len(arguments) > 1 and not is_terminal():
         parser.error("you may only specify one input topic")
     window = window_of(parser, options, BANDWIDTH_WINDOW)

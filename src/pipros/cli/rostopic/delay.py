@@ -71,9 +71,7 @@ class Delays:
         self._has_warned = False
 
     def add(self, raw: AnyMsg, now_ns: int) -> None:
-        """Count a message that arrived at `now_ns`. The first message that has no header causes an error to
-        be printed.
-        """
+        """Count a message that arrived at `now_ns`. Print an error for the first message without a header."""
         from pipros.msg.time import Time
 
         message = self._decoder.decode(raw)

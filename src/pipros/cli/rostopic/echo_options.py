@@ -21,7 +21,7 @@ class EchoOptions:
         width: the width of numbers, in characters.
         clear: whether to clear the screen before each message.
         offset: whether to print times as offsets from now.
-        expression: only messages for which this expression is true are printed.
+        expression: selects the messages to print: those for which it is true.
     """
 
     count: int | None = None

@@ -27,7 +27,7 @@ class HzOptions:
 
     Attributes:
         window: the number of intervals to keep.
-        expression: only messages for which this expression is true are measured.
+        expression: selects the messages to measure: those for which it is true.
         wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
         tcp_nodelay: whether to ask publishers to send small messages immediately.
     """
@@ -49,7 +49,7 @@ def measure_rate(argv: Sequence[str]) -> int:
         try:
             topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
         except KeyboardInterrupt:
-            return 1  # like Noetic, which fails if there is no topic to subscribe to
+            return 1  # as in Noetic, fail if there is no topic to subscribe to
     # Noetic logs the report for one topic. The report for several topics is a table, updated in place on a
     # terminal.
     block = LiveBlock() if len(topics) > 1 else None

@@ -106,7 +106,7 @@ class _Hosts:
 
         try:
             return split_uri(self._master.lookup_node(node))[0]
-        except (Refused, ValueError):  # the node has just unregistered, or has an invalid address
+        except (Refused, ValueError):  # the node has just unregistered, or its address is invalid
             return "unknown"
 
 

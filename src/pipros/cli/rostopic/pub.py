@@ -113,9 +113,8 @@ class _Publishing:
     def publish_documents(self, messages: Iterator[Message]) -> None:
         """Publish the messages in order, at a rate.
 
-        Publish only the first message if `once` is true, or if `latch` is true and there is no rate.
-
-        If a file has only one message, it is repeated at the rate.
+        If `once` is true, or if `latch` is true and there is no rate, publish only the first message. If a
+        file contains only one message, repeat it at the rate.
         """
         options, rate_hz = self._options, self._options.rate_hz
         publisher = self._advertise(
@@ -142,7 +141,7 @@ class _Publishing:
             publisher.publish(message)
 
     def _wait_for_subscriber(self, publisher: Publisher[Any]) -> None:
-        """Wait, so that subscribers that poll for topics can get the first message."""
+        """Wait, so that subscribers that poll for topics can receive the first message."""
         deadline = time.monotonic() + SUBSCRIBER_DEADLINE_S
         while publisher.connection_count == 0 and time.monotonic() < deadline and not self._node.is_shutdown:
             self._wait(POLL_PERIOD_S)

@@ -46,8 +46,9 @@ def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
 
 
 class Template:
-    """Creates messages of one class from values. `now` stands for the time, `auto` for a header with that
-    time.
+    """Creates messages of one class from values.
+
+    `now` stands for the current time, and `auto` for a header with that time.
     """
 
     def __init__(self, message_class: type[Message]) -> None:

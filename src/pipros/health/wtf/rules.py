@@ -31,7 +31,9 @@ def problems_of(subject: Subject, warnings: Sequence[Rule], errors: Sequence[Rul
 
 
 def text_of(text: str, result: object, words: Mapping[str, object]) -> str:
-    """Return a rule's text followed by its result, which is a text, or a list of texts, one per line."""
+    """Return a rule's text followed by its result: a string, or a list with one item per line.
+
+    Any other result adds nothing."""
     text %= words
     if isinstance(result, str):
         return text + result

@@ -1,4 +1,4 @@
-"""Formatting of statuses as terminal output for `rosdiagnostic`."""
+"""Format statuses as terminal output for `rosdiagnostic`."""
 
 from __future__ import annotations
 

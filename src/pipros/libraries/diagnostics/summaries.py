@@ -1,4 +1,4 @@
-"""Merging of levels and messages."""
+"""Merge the levels and messages of statuses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Matching of messages from several inputs by timestamp, with the same results as in Noetic.
+"""Match messages from several inputs by timestamp, with the same results as in Noetic.
 
 Each input has a queue keyed by timestamp. A new message may complete a set (one message from each input),
 which `add` removes from the queues and returns. From a queue longer than `queue_size`, the oldest messages

@@ -1,4 +1,4 @@
-"""Reading of map images."""
+"""Read map images."""
 
 from __future__ import annotations
 

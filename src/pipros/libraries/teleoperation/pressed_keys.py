@@ -1,4 +1,4 @@
-"""Reading of keys pressed in a node's terminal."""
+"""Read the keys pressed in a node's terminal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Formatting of the frame tree as text, YAML and Graphviz DOT, and of poses as text.
+"""Format the frame tree as text, YAML or Graphviz DOT, and poses as text.
 
 The formats are tf2's, which tools parse.
 """

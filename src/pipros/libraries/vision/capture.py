@@ -1,4 +1,4 @@
-"""Reading of images from a camera or a video file, with OpenCV, which is required to import this module."""
+"""Read images from a camera or a video file. Importing this module requires OpenCV."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Conversion of entire arrays of numbers to and from wire format.
+"""Convert entire arrays of numbers to and from wire format.
 
 The memory of objects with a buffer (`bytes`, `bytearray`, `memoryview`, `array.array`, numpy arrays) is used
-directly if its elements are in wire format, and is otherwise converted as a whole. Only lists, tuples and
+directly if the elements are in wire format; otherwise it is converted as a whole. Only lists, tuples and
 other sequences are converted number by number.
 """
 
@@ -80,7 +80,7 @@ def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, 
 
 
 def _memory(code: str, value: Any) -> memoryview | None:
-    """Return the memory of `value` as octets if its elements are in wire format, or else None."""
+    """Return the memory of `value` as octets; None if its elements are not in wire format."""
     try:
         view = memoryview(value)
     except TypeError:
@@ -93,7 +93,7 @@ def _memory(code: str, value: Any) -> memoryview | None:
 
 
 def _converted(code: str, value: Any) -> memoryview | None:
-    """Convert a numpy array with a different element type as a whole, if every value fits."""
+    """Convert a numpy array with another element type as a whole, if every value fits."""
     numpy = sys.modules.get("numpy")
     if numpy is None or not isinstance(value, numpy.ndarray):
         return None

@@ -1,9 +1,9 @@
 """Cache of compiled types on disk, so that other processes do not need to compile them again.
 
-An entry is a file named after the type, the location of its definition, and the Python version that runs it.
+An entry is a file named after the type, the location of its definition, and the Python version.
 An entry is valid as long as all definition files that it was made from have the same locations, sizes and
 modification times, and the compiler and the functions that compiled types call are unchanged. Entries are
-code: `CacheFolder` explains which entries are trusted, and how they are written.
+code; see `CacheFolder` for which entries are trusted, and how they are written.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class CompiledTypes:
         self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in _COMPILER)
 
     def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
-        """Return a type's code and its names for embedded types, as passed to `put`, or else None."""
+        """Return a type's code and its names for embedded types, as passed to `put`, or None."""
         try:
             data = self._folder.read(self._entry(kind, type_name))
         except OSError:  # the path is relative, and the working folder no longer exists

@@ -2,7 +2,7 @@
 
 `message_source` returns the source of a module with one message class. `service_source` returns the source of
 a module with a service class and its request and response classes. Text from a definition enters the source
-only as a name that was checked against the grammar of definitions, or through `repr`.
+only as a name that has been checked against the grammar of definitions, or through `repr`.
 """
 
 from __future__ import annotations

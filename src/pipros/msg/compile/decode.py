@@ -59,9 +59,9 @@ class _Decoder(Emitter):
         self._counts_down = False
 
     def begin(self, layout: TypeLayout) -> None:
-        """Emit the start of the body.
+        """Emit the start of the body, which converts the input.
 
-        Octets are sliced from a view without a copy; everything else can be read faster from `bytes`.
+        Slicing octets from a view avoids a copy; everything else is read faster from `bytes`.
         """
         self._keeps_view = layout.has_octets or self._is_numpy
         self.emit(
@@ -152,7 +152,7 @@ class _Decoder(Emitter):
         self._is_end_checked = True
 
     def _array(self, kind: FieldType, target: str, within: TypeLayout) -> None:
-        """Emit the reading of an array of strings, times or messages."""
+        """Emit code that reads an array of strings, times or messages."""
         inner = within.members.get(kind.base)  # None for times and strings
         count = self._count(kind, inner)
         self._flush()
@@ -187,7 +187,7 @@ class _Decoder(Emitter):
         self._base, self._delta, self._is_end_checked = end, 0, True
 
     def _records(self, base: str, count: str, array: str, within: TypeLayout) -> None:
-        """Emit the reading of elements of equal size, which one iterator unpacks."""
+        """Emit code that reads elements of equal size with a single iterator."""
         element = self.local("e")
         with self.captured() as body:
             self._single(base, element, within)
@@ -226,14 +226,14 @@ class _Decoder(Emitter):
         self._targets.append(target)
 
     def _length(self) -> str:
-        """Return a local name for the next length."""
+        """Return a local name for the next array length."""
         length = self.local("n")
         self._scalar("I", length)
         self._flush()
         return length
 
     def _flush(self) -> None:
-        """Emit the unpacking of the scalars collected so far."""
+        """Emit code that unpacks the scalars collected so far."""
         if self._codes:
             layout = struct_layout(self._codes)
             unpack = self.names.struct_method(layout, "unpack_from")

@@ -6,7 +6,7 @@ The plan, for `Header header; float64[9] a; uint8[] data; Point[] points`:
 - the pieces of a section are joined once; a variable array of numbers is a separate section, whose memory
   reaches the transport without a copy;
 - arrays of messages and strings append their pieces to a list, which is joined;
-- nothing is written until everything is packed, so an invalid message is never written in part.
+- nothing is written until everything is packed, so an invalid message is never partly written.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class _Encoder(Emitter):
         self._pieces.append(expression)
 
     def _flush(self) -> None:
-        """Emit the packing of the scalars collected so far."""
+        """Emit code that packs the scalars collected so far."""
         if len(self._fixed_arrays) > 1:
             # `pack` detects one array of the wrong length, but not two whose errors cancel out.
             for array, length in self._fixed_arrays:
@@ -140,7 +140,7 @@ class _Encoder(Emitter):
         self._codes, self._values = [], []
 
     def _append_pieces(self) -> None:
-        """Emit the appending of the pieces collected so far to the section's list."""
+        """Emit code that appends the pieces collected so far to the section's list."""
         if self._list is None:
             self._list = self.local("parts")
             self.emit(f"{self._list} = [{', '.join(self._pieces)}]")

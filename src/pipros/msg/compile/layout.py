@@ -1,4 +1,4 @@
-"""The properties of message types on which their generated code depends, computed in one pass."""
+"""Compute the properties of message types on which the generated code depends."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class TypeLayout:
         only_code: the `struct` code that all fields share, if they are single numbers.
         field_count: number of fields, including the fields of each embedded message and the elements of
             arrays that are unpacked with their neighbours.
-        value_count: number of values in a new message. Each field and each embedded message counts as one
-            more value; eight octets of an array count as one value.
+        value_count: number of values in a new message. Each field and each embedded message counts as a
+            value; eight octets of an array count as one value.
         least_bytes: the size of a serialized new message, which is the minimum size.
     """
 

@@ -1,7 +1,7 @@
 """Run the code that `compiler.py` generates. This is the only place in pipros where text becomes code.
 
-Every name in that code was checked against the grammar of definitions, and all other text from a definition
-was passed through `repr`.
+Every name in that code has been checked against the grammar of definitions, and all other text from a
+definition has been passed through `repr`.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ def _raise_write_error(message: _Message, error: Exception) -> NoReturn:
 
 
 def _reread_leniently(message: Any, data: Buffer, error: UnicodeDecodeError) -> Any:
-    """Read a message, replacing bytes that are not UTF-8. This is logged once for each type."""
+    """Read a message, replacing bytes that are not UTF-8. The replacement is logged once per type."""
     cls = type(message)
     if "_lenient_reader" not in vars(cls):
         import logging

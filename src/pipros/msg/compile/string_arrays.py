@@ -1,4 +1,4 @@
-"""Reading of string arrays, such as the names of joints, controllers or topics."""
+"""Read string arrays, such as the names of joints, controllers or topics."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def read_strings(data: Buffer, offset: int, count: int, errors: str) -> tuple[li
                 offset += length + 4
                 length = following
         except IndexError:
-            pass  # a long string; this and all following strings are read below
+            pass  # a long string; it and all following strings are read below
         offset -= 4
     for _ in range(count - len(strings)):
         (length,) = _read_length(data, offset)

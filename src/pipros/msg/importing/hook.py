@@ -1,7 +1,7 @@
 """Import `<package>.msg` and `<package>.srv` directly from definition files.
 
-Two finders work together. `PackageFinder` is last in `sys.meta_path`. If no other finder knows the module
-`my_pkg`, it finds the ROS package with that name. `InterfaceFinder` is first, and finds only `my_pkg.msg` and
+Two finders work together. `PackageFinder` is last in `sys.meta_path`: it finds the ROS package `my_pkg` if no
+other finder knows a module of that name. `InterfaceFinder` is first, and finds only `my_pkg.msg` and
 `my_pkg.srv`. Without it, a folder `my_pkg/msg` with definitions below the working directory would be taken
 for a Python namespace package. Real Python packages, such as those that catkin generates in a devel space,
 always take precedence.
@@ -42,13 +42,13 @@ def install() -> None:
 
 
 def installed_library() -> Library:
-    """Return the types that can be imported. Install the hook if `pipros.pth` did not."""
+    """Return the types that can be imported. Install the hook if `pipros.pth` has not done so."""
     install()
     return next(finder.library for finder in sys.meta_path if isinstance(finder, InterfaceFinder))
 
 
 class _Packages:
-    """Wrapper that imports `ImportablePackages` when the first package is searched."""
+    """Wrapper that imports `ImportablePackages` when a package is first searched for."""
 
     def __init__(self) -> None:
         self._importable: ImportablePackages | None = None
@@ -73,10 +73,10 @@ class _Packages:
 
 
 class PackageFinder:
-    """Finder for the Python package of a ROS package. If there is none, it finds only the package's messages.
+    """Finder for the Python package of a ROS package. Without a Python package, it finds only the messages.
 
-    Modules are searched in `src/` and in the folders listed in `setup.py`, including the `setup.py` of a ROS
-    package with a different name. If a well-known module cannot be found, the ImportError names its
+    Modules are searched for in `src/` and in the folders listed in `setup.py`, including the `setup.py` of a
+    ROS package with a different name. If a well-known module cannot be found, the ImportError names its
     replacement.
 
     Args:
@@ -130,11 +130,11 @@ class PackageFinder:
         return spec
 
     def _spec_in_hidden_package(self, name: str) -> ModuleSpec | None:
-        """Return the spec of a module whose package Python took for a namespace package.
+        """Return the spec of a module whose package Python has mistaken for a namespace package.
 
         If the working directory is `catkin_ws/src`, the ROS package's folder `my_pkg` hides
-        `my_pkg/src/my_pkg`. In that case, the namespace module is turned into the package. In Noetic, a
-        package further down `sys.path` takes precedence over such a folder, too.
+        `my_pkg/src/my_pkg`. In that case, this function turns the namespace module into the package. In
+        Noetic, a package further down `sys.path` takes precedence over such a folder, too.
         """
         package = name.partition(".")[0]
         module = sys.modules.get(package)

@@ -1,4 +1,4 @@
-"""All types that can be imported, from the cache of compiled types or else from their definitions."""
+"""Provide all types that can be imported, from the cache of compiled types or from their definitions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Library:
-    """Types, by name, which are compiled when first needed.
+    """Types by name. Each is compiled when first needed.
 
     Args:
         find_package: function that returns the folder of a package.

@@ -1,8 +1,7 @@
-"""Message and service classes by type name, which may come from a peer.
+"""Load message and service classes by type name. A peer may have chosen the name.
 
-Importing a module runs it, so only packages are imported that have a definition of the type, or a module that
-genpy generated for the type. The result is the class that `from package.msg import
-Name` imports.
+Importing a module runs it, so a package is imported only if it has a definition of the type, or a module that
+genpy generated for the type. The result is the class that `from package.msg import Name` imports.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The modules that the import hook creates: one for all of a package's messages, and one for each type.
 
 `std_msgs.msg` knows the names of its types and compiles a type when it is first needed. The class is in
-`std_msgs.msg._String`, as in packages that genpy generates, so that pickles written with one of the two can
-be read with the other.
+`std_msgs.msg._String`, as in packages that genpy generates, so that pickles written with either kind of
+package can be read with the other.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ else:
 def interface_spec(
     library: Library, package: str, kind: str, path: Sequence[str] | None
 ) -> ModuleSpec | None:
-    """Return the spec of `<package>.<kind>`, from a Python package or else from the definitions."""
+    """Return the spec of `<package>.<kind>`, from a Python package or from the definitions."""
     name = f"{package}.{kind}"
     regular = PathFinder.find_spec(name, path)
     if regular is not None and regular.loader is not None:
@@ -64,7 +64,7 @@ class _InterfaceLoader(Loader):
         self._kind = kind
 
     def types(self) -> list[str]:
-        """Return the types that exist now. Definitions and packages may change while a program is running."""
+        """Return the types that exist now. They may change while a program is running."""
         try:
             return self._library.files.names(self._kind, self._package)
         except NotFound:
@@ -116,7 +116,7 @@ class _TypeLoader(Loader):
 
 
 def _imported(module: ModuleType, name: str, classes: Iterable[str]) -> object:
-    """Return `__all__` for a module with these classes, or a name that a generated module would import.
+    """Return `__all__` if `name` is that; otherwise the object that a generated module imports as `name`.
 
     Called only for names that the module lacks, so a message type hides an import with the same name.
     """

@@ -1,7 +1,7 @@
 """Find the definition files of ROS packages.
 
-This module is separate from `definitions.py`, which reads the files, because a class from the cache needs
-only this one.
+This module is separate from `definitions.py`, which parses the files, because a class from the cache needs
+only their paths.
 """
 
 from __future__ import annotations

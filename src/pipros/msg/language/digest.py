@@ -109,10 +109,7 @@ class _Search:
 
 
 def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """Return `CompleteSpec.md5_text`.
-
-    Like the functions below, raises the same errors as `embedded_types`.
-    """
+    """Return `CompleteSpec.md5_text`. This and all functions below raise the errors of `embedded_types`."""
     return complete(spec, lookup).md5_text()
 
 

@@ -175,7 +175,8 @@ class _Line:
         type_text, name = self._parts
         if not _NAME.fullmatch(name):
             raise self._error(
-                f"a field name must be a letter, then letters, digits and _, got [{name}]", at=name
+                f"a field name must start with a letter and contain only letters, digits and _, got [{name}]",
+                at=name,
             )
         return Field(self._field_type(type_text, package), name, self._number, self._column(type_text))
 
@@ -193,7 +194,8 @@ class _Line:
             name, text = pieces
         if not _CONSTANT_NAME.fullmatch(name):
             raise self._error(
-                f"the name of a constant must be a letter, then letters, digits and _, got [{name}]"
+                "a constant's name must start with a letter and contain only letters, digits and _, "
+                f"got [{name}]"
             )
         try:
             value = constant_value(type_name, text)

@@ -73,7 +73,7 @@ class SimPage:
             raise RequestRefused(str(error)) from None
 
     async def steer(self, arguments: Mapping[str, Any]) -> None:
-        """Command a robot of this node, like a message on its `cmd_vel`."""
+        """Set the velocity of one of this node's robots, as a message on its `cmd_vel` topic would."""
         linear, angular = (_number(arguments, key) for key in ("linear", "angular"))
         with self._robots.lock:
             simulation = self._robots.simulation

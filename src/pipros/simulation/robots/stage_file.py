@@ -1,7 +1,7 @@
-"""Reads world files of Stage whose walls are a bitmap: https://player-stage-manual.readthedocs.io.
+"""Reads Stage world files whose walls are defined by a bitmap: https://player-stage-manual.readthedocs.io.
 
 A file has properties (`resolution 0.02`), models (`floorplan ( bitmap "map.png" size [16 16 1] )`), models
-inside models, definitions of further kinds of models (`define floorplan model ( … )`), and includes.
+inside models, definitions of new model types (`define floorplan model ( … )`), and includes.
 `read_stage` returns the first model with a bitmap, and the robots: top-level models of the kind `position`.
 """
 

@@ -19,7 +19,7 @@ class Slider:
     """A number with its range.
 
     Attributes:
-        unit: the unit shown after the number: `rad`, `m/s`.
+        unit: shown after the number, for example `rad` or `m/s`.
     """
 
     name: str
@@ -31,14 +31,14 @@ class Slider:
 
 @dataclass(frozen=True, slots=True)
 class SliderPage:
-    """Content and functions of the page. The functions are called in the server's thread, and must not block.
+    """Content and callbacks of the page. The callbacks are called in the server's thread, and must not block.
 
     Attributes:
         title: the heading.
         node: the name of the node.
         sliders: returns the sliders with their current values.
-        move: sets the value of the slider with this name. The value is within the slider's range.
-        buttons: functions by label.
+        move: sets a slider's value. Called with the slider's name and a value within its range.
+        buttons: callbacks by label.
         on_left: called after a browser has left the page.
     """
 

@@ -1,4 +1,4 @@
-"""Actions: their servers and goals, and goals sent and cancelled by hand."""
+"""Show actions with their servers and goals, and send and cancel goals interactively."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class ActionViews:
         return {"id": goal_id}
 
     async def cancel_goal(self, arguments: Mapping[str, Any]) -> Any:
-        """Ask for the cancellation of a goal; without an id, of all goals."""
+        """Request the cancellation of a goal; without an id, of all goals."""
         goal_id = arguments.get("id", "")
         if not isinstance(goal_id, str):
             raise RequestRefused(f"id must be a string, got {goal_id!r}")
@@ -80,7 +80,7 @@ class ActionViews:
         return {}
 
     async def _publish(self, topic: str, message_class: Any, message: Any) -> None:
-        """Publish one message once all known subscribers have connected, or some before the deadline."""
+        """Publish one message when all known subscribers have connected, or some at the deadline."""
         system = self._system
         advertising = system.questions.start(system.node.advertise, topic, message_class, queue_size=10)
         try:

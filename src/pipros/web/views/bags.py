@@ -1,4 +1,4 @@
-"""Bags on the page: `rqt_bag`. Opens bags of a folder, and plays them for the other tabs."""
+"""The Bags tab (`rqt_bag`): opens the bags in a folder, and plays them for the other tabs."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ MOST_THUMBNAILS: Final = 60
 
 
 class _Cancelled(BagError):
-    """The browser no longer waits for the bag."""
+    """The browser has stopped waiting for the bag to open."""
 
 
 @dataclass(slots=True)
 class _Opening:
-    """How much of a bag without an index has been read."""
+    """Progress of reading a bag without an index."""
 
     share: float = 0.0
     is_cancelled: bool = False
@@ -61,8 +61,8 @@ class BagViews:
     """The views and actions of the Bags tab.
 
     Args:
-        folder: the bags that browsers may open; None if there are none.
-        open_bags: those that they have opened.
+        folder: the folder whose bags browsers may open; None if they may open none.
+        open_bags: the bags that are open.
     """
 
     def __init__(self, system: WatchedSystem, folder: BagFolder | None, open_bags: OpenBags) -> None:
@@ -84,7 +84,7 @@ class BagViews:
     async def bag(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Open a bag, and yield its tracks, then the state of its playback until the view is closed.
 
-        Meanwhile, the other views of this browser show the bag's moment.
+        Meanwhile, the browser's other views show the bag at its current moment.
         """
         limit = process_limits().page_bags
         if self._opening + len(self._open_bags) >= limit:
@@ -139,7 +139,7 @@ class BagViews:
         return dataclasses.asdict(playback.state)
 
     async def bag_thumbnails(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield small images of a topic at some moments: a JSON header, a newline, pixels."""
+        """Yield small images from a topic at the given times: a JSON header, a newline, and pixels."""
         path, topic = self._path(arguments.get("name")), topic_name({"name": arguments.get("topic")})
         times = arguments.get("times")
         if not isinstance(times, list) or len(times) > MOST_THUMBNAILS:
@@ -152,7 +152,7 @@ class BagViews:
                 yield found
 
     async def bag_export(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield a part of a bag as a file: its pieces as bytes, then `{"done": true}`."""
+        """Yield part of a bag as the chunks of a file, then `{"done": true}`."""
         path, form, topics = (
             self._path(arguments.get("name")),
             arguments.get("format"),
@@ -238,7 +238,7 @@ def _export(
 
 
 def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:
-    """Return a small image of a topic at a moment, or None if there is none that can be shown."""
+    """Return a small image from a topic at a time, or None if there is no image that can be shown."""
     with open_bag(path) if layout is None else BagReader(path, layout=layout) as reader:
         connections = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
         found = newest_before(reader, connections, moment_ns)

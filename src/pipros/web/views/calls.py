@@ -78,8 +78,8 @@ class CallViews:
     async def publishing(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Publish a message at a rate (Hz) while the view is open. A rate of 0 publishes once.
 
-        Texts that begin with "=" are expressions of `i`, which counts the messages from 0, and `t`, the
-        seconds since the first one.
+        Strings that begin with "=" are evaluated as expressions of `i`, the number of the message from 0, and
+        `t`, the seconds since the first message.
         """
         topic, value = topic_name(arguments), yaml_in(arguments, "message")
         rate = arguments.get("rate", 1.0)
@@ -108,12 +108,12 @@ class CallViews:
                 if not rate:
                     await asyncio.Event().wait()
                 await asyncio.sleep(max(0.0, begin_s + count / rate - time.monotonic()))
-        finally:  # without delay, even if the master has not answered yet
+        finally:  # The master may not have answered yet: do not wait, but unregister once it has.
             advertising.add_done_callback(lambda done: withdraw(self._system, done))
 
 
 def withdraw(system: WatchedSystem, advertised: Future[Publisher[Any]]) -> None:
-    """Unregister what a thread has advertised, in a thread."""
+    """Unregister a publisher that has been advertised. Does not block."""
     if not advertised.cancelled() and advertised.exception() is None:
         system.questions.start(advertised.result().unregister)
 
@@ -127,7 +127,7 @@ def _definition_of(type_name: str) -> str:
 
 
 def message_class_in(arguments: Mapping[str, Any]) -> Any:
-    """Return the class of the `type` in the arguments of a request."""
+    """Load the message class named by the argument `type` of a request."""
     name = arguments.get("type")
     if not isinstance(name, str) or name.count("/") != 1:
         raise RequestRefused(f"type must be a message type such as std_msgs/String, got {name!r}")
@@ -138,7 +138,7 @@ def message_class_in(arguments: Mapping[str, Any]) -> Any:
 
 
 def yaml_in(arguments: Mapping[str, Any], key: str) -> Any:
-    """Return the value of a YAML text in the arguments of a request."""
+    """Parse the YAML string in the argument `key` of a request."""
     text = arguments.get(key, "")
     if not isinstance(text, str):
         raise RequestRefused(f"{key} must be a YAML string, got {type(text).__name__}")

@@ -1,4 +1,4 @@
-"""Log of all nodes, and logger levels: `rqt_console` and `rqt_logger_level`."""
+"""The log of all nodes, and their logger levels: `rqt_console` and `rqt_logger_level`."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class ConsoleViews:
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the entries of the run's log file as `history`, then new entries as `entries`."""
         with self._shared.use() as (log, topic):
-            number = log.end if self._system.is_live else 0  # a bag's first entries come at once
+            number = log.end if self._system.is_live else 0  # a bag's first entries arrive together
             history = await self._system.questions.run(self._history)
             entries, lost, number = log.since(number, MOST_SENT_BYTES)
             written = {_identity(entry) for entry in entries}
@@ -63,7 +63,7 @@ class ConsoleViews:
                 while True:
                     await asyncio.sleep(SEND_INTERVAL_S)
                     entries, lost, number = log.since(number, MOST_SENT_BYTES)
-                    # an entry may have been written to the file before it arrived here
+                    # skip new entries that were already in the file
                     if history and entries:
                         written = {_identity(entry) for entry in history}
                         entries = [entry for entry in entries if _identity(entry) not in written]
@@ -80,7 +80,7 @@ class ConsoleViews:
             if not is_this_machine(split_uri(graph.master_uri)[0]):
                 return []
             run_id = graph.master.get_param("/run_id")
-        except (PiprosError, ValueError):  # no master, or a master that roscore did not start
+        except (PiprosError, ValueError):  # there is no master, or roscore did not start it
             return []
         return log_history(graph.environment.log_dir.expanduser(), run_id, LONGEST_TEXT, LONGEST_NAME)
 
@@ -135,7 +135,7 @@ class Log:
         return self._end
 
     def add(self, message: Any, _: AnyMsg | None, wall_s: float) -> None:
-        """Add a `rosgraph_msgs/Log`, with shortened texts."""
+        """Add a `rosgraph_msgs/Log`. Long strings are shortened."""
         entry: Entry = [
             message.level,
             message.name[:LONGEST_NAME],

@@ -56,7 +56,7 @@ class Statuses:
     """Statuses of all components that have reported. Messages are added in the threads of the links."""
 
     def __init__(self, most_bytes: int) -> None:
-        """Create a table of at most `most_bytes`. Beyond that, the values of statuses are omitted."""
+        """Create a table of at most `most_bytes`. When it is full, the values of statuses are omitted."""
         self._most_bytes = most_bytes
         self._bytes = 0
         self._count = 0
@@ -64,7 +64,7 @@ class Statuses:
         self._lock = threading.Lock()
 
     def add(self, message: Any, _: AnyMsg | None, wall_s: float) -> None:
-        """Add a `diagnostic_msgs/DiagnosticArray`, with shortened texts."""
+        """Add a `diagnostic_msgs/DiagnosticArray`. Long strings are shortened."""
         with self._lock:
             for status in message.status:
                 name = status.name[:LONGEST_NAME]
@@ -130,7 +130,7 @@ class DiagnosticViews:
         self._shared = {name: Shared(lambda name=name: self._open(name)) for name in TOPICS}  # type: ignore[misc]
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all components, then changed components, from the aggregator if one is running."""
+        """Yield all components, then changed components. An aggregator's statuses are preferred."""
         observations = self._system.observations()
         observation = await anext(observations)
         names = [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)

@@ -40,11 +40,11 @@ class Frame:
 
     Attributes:
         parent: parent frame in the last transform.
-        authority: node that published it.
-        is_static: whether it was published on `/tf_static`.
+        authority: node that published the last transform.
+        is_static: whether the last transform was published on `/tf_static`.
         count: number of transforms since `begin_s`.
         begin_s, last_s: wall times of arrival of the first and the last transform.
-        delay_s: time from the stamp of the last transform to its arrival; None for a stamp of 0.
+        delay_s: time from the last transform's timestamp to its arrival; None if the timestamp is 0.
     """
 
     parent: str
@@ -71,7 +71,7 @@ class FrameTree:
         self._clock_s: float | None = None
 
     def set_clock(self, clock_s: float) -> None:
-        """Measure delays in simulated time from now on. If that time has jumped back, drop the transforms."""
+        """Measure delays in simulated time from now on. If it has jumped back, drop all transforms."""
         if self._clock_s is not None and clock_s < self._clock_s:
             self.buffer.clear()
         self._clock_s = clock_s
@@ -123,7 +123,7 @@ class FrameTree:
             ]
 
     def ancestors(self, frame: str, now_s: float) -> list[Mapping[str, Any]]:
-        """Return the links from a frame to its root: frame, parent, sender, and age (s) if not static."""
+        """Return the transforms up to the root: frame, parent, sender, and age (s) if not static."""
         links: list[Mapping[str, Any]] = []
         with self._lock:
             seen: set[str] = set()
@@ -170,7 +170,7 @@ class FrameViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def transform(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the newest pose of the frame `source` in `target`, or why it is unknown, and both chains."""
+        """Yield the pose of the frame `source` in `target`, or why it is unknown, and both frames' chains."""
         target, source = (_frame_name(arguments, key) for key in ("target", "source"))
         with self._shared.use() as (tree, _):
             while True:

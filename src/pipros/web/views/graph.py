@@ -1,4 +1,4 @@
-"""The drawn graph, with its traffic every second; details of one node; image files."""
+"""The drawing of the graph with its traffic, details of one node, and export as an image file."""
 
 from __future__ import annotations
 
@@ -119,13 +119,13 @@ class GraphViews:
                 }
 
     def _with_removed(self, observation: Observation) -> Observation:
-        """Add recently removed nodes and topics to an observation, once for all browsers."""
+        """Add recently removed nodes and topics to an observation. All browsers share the result."""
         if self._extended[0] is not observation:
             self._extended = observation, self._system.changes.with_removed(observation)
         return self._extended[1]
 
     async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the reason the master does not answer, now and after each change; empty if it answers."""
+        """Yield why the master does not answer, now and after each change; an empty string if it answers."""
         shown = None
         async for observation in self._system.observations():
             if observation.error != shown:
@@ -142,7 +142,7 @@ class GraphViews:
             }
 
     async def kill_node(self, arguments: Mapping[str, Any]) -> Any:
-        """Request a node to shut down."""
+        """Ask a node to shut down."""
         name = topic_name(arguments)
         _, failed = await self._system.questions.run(kill, self._system.graph.master, [name])
         if failed:
@@ -157,7 +157,7 @@ class GraphViews:
         try:
             found = dict(params.leaves(node, params.read(self._system.graph.master, node)))
         except PiprosError:
-            return []  # the node has none, or the master does not answer, which the observation reports
+            return []  # no parameters; if the master does not answer, the observation says so
         names = sorted(found)[:MOST_PARAMETERS]
         return [
             [name.removeprefix(f"{node}/"), json.dumps(message_tree(found[name]), ensure_ascii=False)]
@@ -173,7 +173,7 @@ class GraphViews:
         graph = node_graph(observation.state, observation.connections, observation.unreachable, options)
         graph = grouped(graph, observation.state.topics(), grouping)
         if not _can_be_drawn(graph):
-            raise RequestRefused(f"cannot draw {len(graph.vertices)} nodes and topics: too many")
+            raise RequestRefused(f"too many nodes and topics to draw: {len(graph.vertices)}")
         if kind == "dot":
             return to_dot(graph)
         if kind == "svg":
@@ -224,7 +224,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
 
 
 def _label_part(arrow: Arrow) -> float:
-    """Return the position of the label along the arrow. A node's arrows are further apart near the topics."""
+    """Return the label's position along the arrow: near the topic, where arrows are further apart."""
     return 0.65 if arrow.start.kind == "node" and arrow.end.kind != "node" else 0.4
 
 

@@ -78,7 +78,7 @@ def packed(message: Any, largest_bytes: int = LARGEST_BYTES) -> tuple[Mapping[st
     width, height, step = message.width, message.height, message.step
     depth, size, plane = encoding.depth, encoding.channels * encoding.bits // 8, slice(None)
     row = width * size
-    if depth == "16U" and not is_grey:  # screens have 8 bits per colour, so use the more significant byte
+    if depth == "16U" and not is_grey:  # screens have 8 bits per channel, so use the more significant byte
         depth, size, plane = "8U", size // 2, slice(0 if message.is_bigendian else 1, None, 2)
     every = _step(message.encoding, width * height * size, largest_bytes)
     data = memoryview(message.data)
@@ -98,7 +98,7 @@ def packed(message: Any, largest_bytes: int = LARGEST_BYTES) -> tuple[Mapping[st
 
 
 def _compressed(message: Any) -> tuple[Mapping[str, Any], bytes]:
-    """Return data that the browser decodes: PNG or JPEG, or a depth image as PNG with its quantisation."""
+    """Return the header and data of an image that the browser decodes: PNG, JPEG, or depth as PNG."""
     name, _, how = message.format[:LONGEST_NAME].partition(";")
     data = bytes(message.data)
     head = {"compressed": "png" if "png" in how.lower() or "png" in name.lower() else "jpeg"}

@@ -11,7 +11,7 @@ from pipros.web.watched_system import WatchedSystem
 
 
 class LayoutActions:
-    """The actions behind the bar of the Panels tab."""
+    """The actions of the toolbar in the Panels tab."""
 
     def __init__(self, system: WatchedSystem, *, may_save: bool) -> None:
         self._system = system
@@ -24,18 +24,18 @@ class LayoutActions:
         return {"names": names, "may_save": self._may_save}
 
     async def layout(self, arguments: Mapping[str, Any]) -> Any:
-        """Return the text of a layout."""
+        """Return a layout's panels."""
         return {"panels": await self._system.questions.run(self._layouts.load, arguments.get("name"))}
 
     async def save_layout(self, arguments: Mapping[str, Any]) -> Any:
-        """Store a layout, and return the names of all."""
+        """Store a layout, and return the names of all layouts."""
         self._check()
         name, panels = arguments.get("name"), arguments.get("panels")
         await self._system.questions.run(self._layouts.save, name, panels)
         return await self.layouts(arguments)
 
     async def delete_layout(self, arguments: Mapping[str, Any]) -> Any:
-        """Delete a layout, and return the names of the others."""
+        """Delete a layout, and return the names of the remaining layouts."""
         self._check()
         await self._system.questions.run(self._layouts.delete, arguments.get("name"))
         return await self.layouts(arguments)

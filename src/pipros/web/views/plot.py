@@ -1,4 +1,4 @@
-"""Live curves of numbers in messages, as in `rqt_plot`."""
+"""Live curves of numeric fields in messages, as in `rqt_plot`."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Field:
 
 
 def expand(text: str) -> Iterator[str]:
-    """Yield the fields in one argument of `rqt_plot`: `/a/pose/x:y:z` names three.
+    """Yield the fields named by one argument of `rqt_plot`: `/a/pose/x:y:z` names three.
 
     >>> list(expand("/a/pose/x:y")), list(expand("/b/data"))
     (['/a/pose/x', '/a/pose/y'], ['/b/data'])
@@ -51,7 +51,7 @@ def expand(text: str) -> Iterator[str]:
 
 
 def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
-    """Return the field that `text` denotes, for the longest topic name with which it begins, or None.
+    """Return the field that `text` denotes, or None. The longest matching topic name counts.
 
     Raises:
         InvalidIndex: the brackets are malformed.
@@ -115,7 +115,7 @@ class PlotViews:
 
 
 class _Curve:
-    """Decodes samples in the link's thread, and stores the last error with a list of valid fields."""
+    """Decodes samples in the link's thread, and stores the last error with a list of the valid fields."""
 
     def __init__(self, watch: TopicWatch, field: Field) -> None:
         self.samples = NewSamples(KEPT_SAMPLES)
@@ -155,7 +155,7 @@ def number_in(message: Any, field: Field) -> float | None:
 
     try:
         value = extract(message, field.path).value
-    except (IndexError, TypeError):  # an index that is out of range, or on a field that is not an array
+    except (IndexError, TypeError):  # the index is out of range, or the field is not an array
         raise ValueError(f"the message has no element {field.text}") from None
     if isinstance(value, bool):
         return float(value)

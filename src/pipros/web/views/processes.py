@@ -43,7 +43,7 @@ class ProcessViews:
 
 @dataclass(slots=True)
 class _Process:
-    """Process of a node, with its last reading. The load is computed from two readings."""
+    """Process of a node, with its last reading. The load is computed from two successive readings."""
 
     pid: int
     usage: ProcessUsage
@@ -98,10 +98,7 @@ class _Table:
 
 
 def _figures(process: _Process) -> Mapping[str, Any]:
-    """Read the usage of a process.
-
-    Return nothing if it has ended, or its id now belongs to another process.
-    """
+    """Return a process's usage, or nothing if it has ended or its id now belongs to another process."""
     usage, now_s = usage_of(process.pid), time.monotonic()
     if usage is None or usage.start != process.usage.start:
         return {}

@@ -38,7 +38,7 @@ WHOLE = 2**31 - 1
 
 
 class ReconfigureViews:
-    """The views of the reconfigurable servers in the Parameters tab."""
+    """The views of dynamic_reconfigure servers in the Parameters tab."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
@@ -93,7 +93,7 @@ class ReconfigureViews:
 
 
 def shown_group(group: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Convert a decoded group for the page: its parameters, with bounds and constants if any."""
+    """Convert a decoded group for the page: its parameters, with their bounds and constants."""
     return {
         "name": group.get("name", ""),
         "type": group.get("type", ""),

@@ -1,6 +1,6 @@
 """Data of the Scene tab: serialized messages, columns of clouds, robots, meshes, and the `.rviz` file.
 
-The browser decodes messages, keeps the transforms and draws; the server knows bytes and files.
+The browser decodes messages, stores the transforms, and draws. The server only handles bytes and files.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class SceneFile:
     """The configuration of the scene, which all browsers and the node's services share.
 
     Attributes:
-        path: the file that is saved; None if there is none.
+        path: the file to save to; None if no file was opened.
         fixed_frame: overrides the file's fixed frame, if not empty.
         version: increases with each change by a service or a browser.
     """
@@ -83,11 +83,11 @@ class SceneFile:
             self.load(path)
 
     def load(self, path: Path) -> None:
-        """Read a file, which becomes the one that is saved.
+        """Read a file, to which `save` then writes.
 
         Raises:
-            RvizFileError: it is not a configuration of rviz.
-            OSError: it cannot be read.
+            RvizFileError: the file is not an rviz configuration.
+            OSError: the file cannot be read.
         """
         most = process_limits().page_view_bytes
         with path.open("rb") as file:
@@ -152,9 +152,10 @@ class SceneViews:
             raise RequestRefused(f"cannot write {self._file.path}: {error.strerror}") from None
 
     async def feedback(self, arguments: Mapping[str, Any]) -> Any:
-        """Publish the feedback of an interactive marker, or only advertise the topic if there is none yet.
+        """Publish the feedback of an interactive marker; without feedback, only advertise the topic.
 
-        The publishers stay until the server ends, because feedback of one drag must not be lost or overtaken.
+        The publishers stay open until the server ends, so that the feedback of one drag stays complete and in
+        order.
         """
         name, value = topic_name(arguments), arguments.get("feedback")
         if not isinstance(value, (dict, type(None))):
@@ -179,12 +180,12 @@ class SceneViews:
         return None
 
     async def messages(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the layout of a topic's type as JSON, then its messages in order, as they are on the wire.
+        """Yield the layout of a topic's type as JSON, then its messages in order, serialized.
 
         A batch is a byte (1 if the rest is compressed by zlib), and for each message the time of its arrival
         (f64, s), its size (u32), the number of its sender (u16) and its bytes. Senders are numbered from 1 in
         the list that precedes their first batch; 0 is an unknown one. If the browser is slow, the oldest
-        messages are dropped; with `queue` 1, it gets the newest only.
+        messages are dropped. With `queue` 1, the browser receives only the newest.
         """
         name = topic_name(arguments)
         queue = _number(arguments, "queue", 10, LONGEST_QUEUE)
@@ -225,7 +226,7 @@ class SceneViews:
                 await asyncio.sleep(CLOUD_INTERVAL_S)
 
     async def robot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the links of a robot description with their shapes, or why there are none yet."""
+        """Yield the links of a robot description with their shapes, or the error that prevents this."""
         name = arguments.get("name", "")
         if not isinstance(name, str) or not names.is_legal(name):
             raise RequestRefused(f"name must be that of a parameter, got {name!r:.100}")
@@ -247,7 +248,7 @@ class SceneViews:
         """Yield the content of a mesh or texture, once."""
         uri = arguments.get("uri")
         if not isinstance(uri, str) or len(uri) > 2000:
-            raise RequestRefused("uri must be a text of at most 2000 characters")
+            raise RequestRefused("uri must be a string of at most 2000 characters")
         try:
             yield await self._system.computations.run(self._read, uri)
         except PiprosError as error:
@@ -274,7 +275,7 @@ class SceneViews:
             return False
 
     def _description(self, name: str) -> str:
-        """Read a parameter, found as rviz does: by its name, then in the namespaces above."""
+        """Return a parameter, searched for as rviz does: by its name, then in the enclosing namespaces."""
         master = self._system.graph.master
         with contextlib.suppress(params.ParameterNotSet):
             return str(params.read(master, self._system.node.resolve(name)))
@@ -297,7 +298,7 @@ class SceneViews:
     def _shared(self, name: str) -> Shared[SceneTopic]:
         if name not in self._topics:
             if len(self._topics) >= process_limits().page_topics:
-                self._topics.clear()  # those in use continue with their browsers
+                self._topics.clear()  # topics that browsers are showing stay open for those browsers
             self._topics[name] = Shared(lambda: self._open(name))
         return self._topics[name]
 
@@ -320,10 +321,10 @@ class SceneViews:
 
 
 class SceneTopic:
-    """A topic that browsers show, and what a browser that comes later gets of it.
+    """A topic that browsers show.
 
-    That are the newest message of each latching publisher, and on `/tf` the messages of the last seconds.
-    Messages are added in the threads of links.
+    A new browser first receives the newest message of each latching publisher, and on `/tf` the messages of
+    the last seconds. Messages are added in the threads of links.
 
     Attributes:
         layout: the layout of the publishers' type, or `{"error": text}`; None before the first message.
@@ -355,7 +356,7 @@ class SceneTopic:
                 queue.add(message, wall_s)
 
     def _keep_latched(self, sender: str, message: AnyMsg, wall_s: float) -> None:
-        """Keep a publisher's message. The oldest of others are dropped beyond `page_message_bytes`."""
+        """Keep a publisher's newest message. Beyond `page_message_bytes`, the oldest messages are dropped."""
         self._latched.pop(sender, None)
         self._latched[sender] = message, wall_s
         size = sum(len(kept.body) for kept, _ in self._latched.values())
@@ -365,7 +366,7 @@ class SceneTopic:
 
     @contextlib.contextmanager
     def queued(self, limit: int) -> Iterator[PendingMessages]:
-        """Provide a queue of at most `limit` new messages, which begins with the kept ones."""
+        """Provide a queue of at most `limit` messages, beginning with those kept for new browsers."""
         queue = PendingMessages(limit)
         with self._lock:
             for message, wall_s in (*self._latched.values(), *self._recent.messages()):
@@ -411,7 +412,7 @@ class PendingMessages:
             return list(self._messages)
 
     def pop_all(self) -> tuple[list[tuple[AnyMsg, float]], int]:
-        """Return all messages since the last call, and the number of lost ones."""
+        """Return the messages added since the last call, and the number of lost messages."""
         with self._lock:
             found, lost = list(self._messages), self._lost
             self._messages.clear()
@@ -424,18 +425,20 @@ class PendingMessages:
 
 
 def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes:
-    """Return the content of a mesh or texture that a robot description names by `file://`, or of a file in
-    the folder of one, such as the materials of a mesh.
+    """Read a mesh or texture that a robot description names by a `file://` URI.
+
+    Files in the same folders, such as a mesh's materials, can also be read.
 
     Raises:
-        RequestRefused: the description names no such file, or it is of another kind, or unreadable.
+        RequestRefused: the description does not name the file or its folder, or the file has another type or
+            is unreadable.
     """
     path = Path(unquote(uri.removeprefix(FILE)))
     folders = {os.path.dirname(unquote(each.removeprefix(FILE))) for each in named if each.startswith(FILE)}
     try:
         real = path.resolve(strict=True)
         if str(path.parent) not in folders or not all(NAMES.fullmatch(each.name) for each in (path, real)):
-            raise RequestRefused(f"{uri:.300}: the robot description names no such mesh or texture")
+            raise RequestRefused(f"{uri:.300} is not a mesh or texture named by the robot description")
         return read_file(real, limit_bytes)
     except (OSError, ValueError, RuntimeError) as error:
         raise RequestRefused(f"cannot read {uri:.300}: {getattr(error, 'strerror', error)}") from None

@@ -1,7 +1,7 @@
 """Steer a robot from the page.
 
-The browser sends the wanted velocity ten times a second. A task of the server publishes it, so that a robot
-is stopped even if the connection to the browser hangs: see `pipros.web.steering`.
+The browser sends the desired velocity ten times a second. A task in the server publishes it, and stops the
+robot if the connection to the browser hangs: see `pipros.web.steering`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LONGEST_SESSION = 64
 
 
 class TeleopViews:
-    """The view and the action of the Teleop tab, which belong together by the name of a session."""
+    """The view and the action of the Teleop tab. The name of a session links them."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
@@ -56,10 +56,10 @@ class TeleopViews:
                 advertising.add_done_callback(lambda done: withdraw(system, done))
 
     async def steer(self, arguments: Mapping[str, Any]) -> Any:
-        """Set the wanted velocity of a session."""
+        """Set the desired velocity of a session."""
         commands = self._sessions.get(str(arguments.get("session")))
         if commands is None:
-            raise RequestRefused("this session of steering has ended")
+            raise RequestRefused("this steering session has ended")
         commands.steer(
             Velocity(_number(arguments, "linear"), _number(arguments, "angular")), time.monotonic()
         )

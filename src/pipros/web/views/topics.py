@@ -1,4 +1,4 @@
-"""List of topics with rates, and the newest message of one topic."""
+"""The list of topics with rates, and the newest message of one topic."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class TopicViews:
     async def definition(self, arguments: Mapping[str, Any]) -> str:
         """Return the definition of a topic's type, with comments and the types of its fields.
 
-        The definition is the publisher's if a message has been received; otherwise the installed one.
+        If a message has been received, return its publisher's definition; otherwise the installed one.
         """
         name = topic_name(arguments)
         with self._system.topics.watch(name) as watch:
@@ -194,8 +194,8 @@ def topic_rows(observation: Observation) -> Iterator[Mapping[str, Any]]:
 def percentage(message: object) -> float | None:
     """Return the percentage in a battery message, from 0 to 100, or None for other messages.
 
-    `sensor_msgs/BatteryState.percentage` is a fraction from 0 to 1 by its definition. A message whose only
-    field is a string such as `%25` or `80 %` counts, too.
+    `sensor_msgs/BatteryState.percentage` is defined as a fraction from 0 to 1. A message whose only field is
+    a string such as `%25` or `80 %` is a battery message, too.
     """
     fraction = getattr(message, "percentage", None)
     if isinstance(fraction, float):

@@ -209,7 +209,7 @@ def test_a_complete_operation_ends_a_text_that_was_not_complete() -> None:
 
 def test_deep_json_is_refused() -> None:
     deep = '{"op": "publish", "topic": "/a", "msg": ' + "[" * 100_000 + "]" * 100_000 + "}"
-    assert Peer().gets(deep) == error("the JSON is nested too deeply")
+    assert Peer().gets(deep) == error("the JSON object is nested too deeply")
 
 
 def test_an_endless_object_is_dropped() -> None:

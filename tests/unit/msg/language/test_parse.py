@@ -94,7 +94,12 @@ def test_constants(text: str, value: Any, kept: str) -> None:
         ("int32", 1, 1, "expected a type and a name, got [int32]"),
         ("int32 a\n  int32 a b", 2, 3, "expected a type and a name"),
         ("\tint32\ta", 1, 2, "separate them by spaces, not tabs"),
-        ("int32 1a", 1, 7, "a field name must be a letter, then letters, digits and _, got [1a]"),
+        (
+            "int32 1a",
+            1,
+            7,
+            "a field name must start with a letter and contain only letters, digits and _, got [1a]",
+        ),
         ("int32 _a", 1, 7, "digits and _, got [_a]"),
         ("int32 a-b", 1, 7, "digits and _, got [a-b]"),
         ("/Foo x", 1, 1, "a type must be name or package/Name, with [] or [number] for an array, got [/Foo]"),
@@ -114,7 +119,7 @@ def test_constants(text: str, value: Any, kept: str) -> None:
             "int32 a b=3",
             1,
             1,
-            "the name of a constant must be a letter, then letters, digits and _, got [a b]",
+            "a constant's name must start with a letter and contain only letters, digits and _, got [a b]",
         ),
     ],
 )
