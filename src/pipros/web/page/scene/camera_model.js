@@ -6,7 +6,13 @@ const [NEAR, FAR] = [0.01, 10000];
 
 export class CameraModel {
   constructor({ width, height, P: p, header }) {
-    Object.assign(this, { width, height, fx: p[0], cx: p[2], fy: p[5], cy: p[6], header });
+    this.width = width;
+    this.height = height;
+    this.header = header;
+    this.fx = p[0];
+    this.cx = p[2];
+    this.fy = p[5];
+    this.cy = p[6];
     this.shift = [-p[3] / p[0], -p[7] / p[5]]; // of the second camera of a pair, in metres along x and y
     const isValid = p.every(Number.isFinite);
     this.problem = !isValid ? "Contains invalid floating point values (nans or infs)" : p[0] === 0 || p[5] === 0 ? "Invalid CameraInfo: fx and fy must not be 0" : "";

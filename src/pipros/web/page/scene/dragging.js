@@ -12,7 +12,10 @@ const TURN_PIXELS = 300; // for a whole turn
 //   grip: the point that was grabbed
 export class Drag {
   constructor(mode, position, orientation, axis, grip, pixel) {
-    Object.assign(this, { mode, axis, grip, pixel });
+    this.mode = mode;
+    this.axis = axis;
+    this.grip = grip;
+    this.pixel = pixel;
     this.start = { position: position.clone(), orientation: orientation.clone() };
     this.position = position.clone();
     this.orientation = orientation.clone();

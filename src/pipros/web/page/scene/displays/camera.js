@@ -44,7 +44,10 @@ export class Camera extends Image {
       return;
     }
     this.setStatus("Camera Info", "ok", "OK");
-    this.whenPlaced(info, (_, pose) => Object.assign(this, { model, pose }));
+    this.whenPlaced(info, (_, pose) => {
+      this.model = model;
+      this.pose = pose;
+    });
   }
 
   present(image) {

@@ -91,6 +91,7 @@ export function depthColumns(image, model, colours) {
       count += 1;
     }
   }
+  /** @type {Map<string, Float32Array | Uint32Array>} */
   const found = new Map(["x", "y", "z"].map((name, axis) => [name, columns[axis].slice(0, count)]));
   if (rgb) found.set("rgb", rgb.slice(0, count));
   return found;

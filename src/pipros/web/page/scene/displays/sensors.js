@@ -70,7 +70,7 @@ export class Imu extends Placed {
     const turned = normalized(own);
     const holder = new THREE.Group();
     // The orientation is relative to the fixed frame, or to that of the sensor.
-    if (this.get("fixed_frame_orientation")) place(holder, inverted([0, 0, 0, ...pose.slice(3)]));
+    if (this.get("fixed_frame_orientation")) place(holder, inverted([0, 0, 0, pose[3], pose[4], pose[5], pose[6]]));
     const group = new THREE.Group();
     place(group, turned);
     holder.add(group);
