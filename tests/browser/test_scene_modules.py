@@ -181,7 +181,8 @@ def test_colours_are_those_of_rviz(tab: Tab) -> None:
 def test_changed_properties_leave_the_others_alone(tab: Tab) -> None:
     found = tab.evaluate(
         """async () => {
-          const { DISPLAYS, Properties } = await import("/scene/properties.js");
+          const { Properties } = await import("/scene/properties.js");
+          const { DISPLAYS } = await import("/scene/schema.js");
           const topic = { Value: "/a", Depth: "5" };
           const config = { Later: "007", Topic: topic, Shape: "Axes", Alpha: "0.0299999993" };
           const properties = new Properties(DISPLAYS["rviz/Odometry"], config);

@@ -20,7 +20,8 @@ export class CameraModel {
 
   // Sets up a three.js camera at the pose of the camera's frame (z forward, y down), for images of width x height pixels.
   aim(camera, pose, zoom, width, height) {
-    const frame = new THREE.Matrix4().compose(new THREE.Vector3(pose[0], pose[1], pose[2]), new THREE.Quaternion(pose[3], pose[4], pose[5], pose[6]).normalize(), new THREE.Vector3(1, 1, 1));
+    const orientation = new THREE.Quaternion(pose[3], pose[4], pose[5], pose[6]).normalize();
+    const frame = new THREE.Matrix4().makeRotationFromQuaternion(orientation).setPosition(pose[0], pose[1], pose[2]);
     frame.multiply(new THREE.Matrix4().makeTranslation(this.shift[0], this.shift[1], 0));
     frame.multiply(new THREE.Matrix4().makeRotationX(Math.PI));
     camera.matrixAutoUpdate = false;

@@ -14,8 +14,14 @@ export function markersOf(control, scale, alpha) {
   const color = { ...colourOf(orientation), a: alpha };
   const shape = (more) => ({ header: { frame_id: "", stamp: 0n }, ns: "", id: 0, action: 0, pose: { position: NONE, orientation }, scale: { x: 1, y: 1, z: 1 }, color, points: [], colors: [], text: "", ...more });
   const kind = control.interaction_mode;
-  if (kind === MOVE_AXIS) return [1, -1].map((sign) => shape({ type: ARROW, scale: { x: 0.15 * scale, y: 0.25 * scale, z: 0.2 * scale }, points: [{ x: 0.5 * sign * scale, y: 0, z: 0 }, { x: 0.9 * sign * scale, y: 0, z: 0 }] }));
-  if ([MOVE_PLANE, ROTATE_AXIS, MOVE_ROTATE].includes(kind)) return [shape({ type: TRIANGLE_LIST, scale: { x: scale, y: scale, z: scale }, ...disc(kind, color) })];
+  if (kind === MOVE_AXIS) {
+    const size = { x: 0.15 * scale, y: 0.25 * scale, z: 0.2 * scale };
+    const at = (x) => ({ x: x * scale, y: 0, z: 0 });
+    return [1, -1].map((sign) => shape({ type: ARROW, scale: size, points: [at(0.5 * sign), at(0.9 * sign)] }));
+  }
+  if ([MOVE_PLANE, ROTATE_AXIS, MOVE_ROTATE].includes(kind)) {
+    return [shape({ type: TRIANGLE_LIST, scale: { x: scale, y: scale, z: scale }, ...disc(kind, color) })];
+  }
   if (kind === MENU) return [shape({ type: TEXT, scale: { x: 0, y: 0, z: 0.15 * scale }, pose: { position: { x: 0, y: 0, z: 1.2 * scale }, orientation: UPRIGHT }, color: { r: 1, g: 1, b: 1, a: 1 }, text: control.description || "Menu" })];
   return [];
 }

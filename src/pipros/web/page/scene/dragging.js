@@ -2,7 +2,9 @@
 
 import * as THREE from "three";
 
-export const MODE = { none: 0, menu: 1, button: 2, moveAxis: 3, movePlane: 4, rotateAxis: 5, moveRotate: 6, move3d: 7, rotate3d: 8, moveRotate3d: 9 };
+export const MODE = {
+  none: 0, menu: 1, button: 2, moveAxis: 3, movePlane: 4, rotateAxis: 5, moveRotate: 6, move3d: 7, rotate3d: 8, moveRotate3d: 9,
+};
 const TURN_PIXELS = 300; // for a whole turn
 
 // A drag of one control.
@@ -111,7 +113,10 @@ export function rayAt([x, y], camera, width, height) {
   return caster.ray;
 }
 
-const meeting = (ray, normal, point) => (Math.abs(ray.direction.dot(normal)) < 1e-3 ? null : ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(normal, point), new THREE.Vector3()));
+function meeting(ray, normal, point) {
+  if (Math.abs(ray.direction.dot(normal)) < 1e-3) return null;
+  return ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(normal, point), new THREE.Vector3());
+}
 
 // Returns the angle from one vector to another about an axis.
 function angleAbout(axis, from, to) {

@@ -13,7 +13,8 @@ import { Axes, Grid } from "./displays/simple.js";
 import { RobotModel } from "./displays/robot.js";
 import { Imu, WrenchStamped } from "./displays/sensors.js";
 import { Tf } from "./displays/tf.js";
-import { DISPLAYS, className } from "./properties.js";
+import { className } from "./properties.js";
+import { DISPLAYS } from "./schema.js";
 
 class Group extends Display {
   constructor(scene, schema, config) {

@@ -8,7 +8,8 @@ import { Frames } from "./frames.js";
 import { decoderOf } from "./layout.js";
 import { Meshes } from "./meshes.js";
 import { poseOf } from "./pose.js";
-import { GLOBAL, Properties } from "./properties.js";
+import { Properties } from "./properties.js";
+import { GLOBAL } from "./schema.js";
 import { colourOf } from "./shapes.js";
 import { viewOf } from "./views.js";
 import { makeDisplay } from "./registry.js";
@@ -158,7 +159,9 @@ export class Scene {
   }
 
   addTransforms({ transforms }, isStatic, sender = "") {
-    for (const { header, child_frame_id: child, transform } of transforms) this.frames.insert(header.frame_id, child, header.stamp, poseOf(transform), sender, isStatic);
+    for (const { header, child_frame_id: child, transform } of transforms) {
+      this.frames.insert(header.frame_id, child, header.stamp, poseOf(transform), sender, isStatic);
+    }
   }
 
   // Returns the pose of a frame in the fixed frame. Throws a TransformError.

@@ -5,7 +5,7 @@ import { budgetLine } from "./budget.js";
 import { Scene } from "./scene.js";
 import { Tools } from "./tools.js";
 import { TreePanel } from "./tree_panel.js";
-import { VIEWS } from "./properties.js";
+import { VIEWS } from "./schema.js";
 
 const STATUS_MS = 500;
 

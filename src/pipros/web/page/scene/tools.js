@@ -1,25 +1,16 @@
 // The tools of rviz: buttons, keys, and what the mouse and fingers do in the picture.
 
 import { h, replace } from "../dom.js";
+import { Measuring } from "./measuring.js";
 import { Picker } from "./picking.js";
 import { Properties, className } from "./properties.js";
-import { arrow, clear, lit, thinLines } from "./shapes.js";
+import { arrow, clear, lit } from "./shapes.js";
 import { ofYaw } from "./pose.js";
+import { POSE, TOOLS, covarianceOf } from "./tool_kinds.js";
 
 const SENT_MS = 3000; // how long a message stays advertised, for subscribers that connect later
 const SAID_MS = 4000;
-const POSE = [["Topic", "topic", ""], ["X std deviation", "float", 0.5], ["Y std deviation", "float", 0.5], ["Theta std deviation", "float", 0.261799]];
 
-const TOOLS = {
-  "rviz/Interact": { title: "Interact", key: "i" },
-  "rviz/MoveCamera": { title: "Move Camera", key: "m" },
-  "rviz/Select": { title: "Select", key: "s" },
-  "rviz/FocusCamera": { title: "Focus Camera", key: "" },
-  "rviz/Measure": { title: "Measure", key: "n" },
-  "rviz/SetInitialPose": { title: "2D Pose Estimate", key: "p", topic: "/initialpose", type: "geometry_msgs/PoseWithCovarianceStamped", colour: [0, 255, 0] },
-  "rviz/SetGoal": { title: "2D Nav Goal", key: "g", topic: "/move_base_simple/goal", type: "geometry_msgs/PoseStamped", colour: [255, 0, 255] },
-  "rviz/PublishPoint": { title: "Publish Point", key: "c", topic: "/clicked_point", type: "geometry_msgs/PointStamped" },
-};
 const DEFAULTS = Object.keys(TOOLS);
 
 export class Tools {
@@ -34,7 +25,7 @@ export class Tools {
     this.fingers = new Map(); // pointers that are down, by id
     this.mouse = [0, 0];
     this.grabbed = null; // the display whose control is held
-    this.measured = [];
+    this.measuring = new Measuring(scene, status);
     this.current = "rviz/MoveCamera";
     this.first = this.current;
     canvas.addEventListener("pointerdown", (event) => this.press(event));
@@ -70,7 +61,7 @@ export class Tools {
     this.drag = null;
     this.letGo(this.mouse);
     this.scene.isInteracting = kind === "rviz/Interact";
-    this.measured = [];
+    this.measuring.points = [];
     clear(this.scene.tools);
     this.confirm.hidden = true;
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === kind));
@@ -102,7 +93,7 @@ export class Tools {
       return;
     }
     if (this.grab([x, y], event.button)) return;
-    if (event.button === 2 && this.current === "rviz/Measure") this.measure(null);
+    if (event.button === 2 && this.current === "rviz/Measure") this.measuring.add(null);
     if (event.button === 0) this.apply(x, y, event.altKey);
   }
 
@@ -143,7 +134,10 @@ export class Tools {
     } else if (["rviz/Measure", "rviz/PublishPoint", "rviz/FocusCamera"].includes(kind)) {
       const point = this.picker.point(x, y);
       if (!point) return;
-      if (kind === "rviz/Measure") this.measure(point);
+      if (kind === "rviz/Measure") {
+        clearTimeout(this.saying);
+        this.measuring.add(point);
+      }
       if (kind === "rviz/PublishPoint") this.publishPoint(point);
       if (kind === "rviz/FocusCamera") {
         this.scene.view.lookAt(point);
@@ -158,10 +152,7 @@ export class Tools {
     this.mouse = [x, y];
     if (!finger) {
       if (this.current === "rviz/PublishPoint" && event.buttons === 0) this.hover(x, y);
-      if (this.current === "rviz/Interact") {
-        const found = this.controlAt([x, y]);
-        for (const display of this.scene.all()) if (display.isOn && display.find) display.hover(found?.display === display ? found.control : null);
-      }
+      if (this.current === "rviz/Interact") this.hoverControls([x, y]);
       return;
     }
     const [dx, dy] = [x - finger.x, y - finger.y];
@@ -185,6 +176,14 @@ export class Tools {
     }
     if (TOOLS[this.current].colour || (this.current === "rviz/Select" && !event.altKey)) return;
     this.moveCamera(event, dx, dy);
+  }
+
+  // Highlights the control under the mouse.
+  hoverControls(point) {
+    const found = this.controlAt(point);
+    for (const display of this.scene.all()) {
+      if (display.isOn && display.find) display.hover(found?.display === display ? found.control : null);
+    }
   }
 
   moveCamera({ buttons, shiftKey }, dx, dy) {
@@ -276,11 +275,7 @@ export class Tools {
     const pose = { position: { x: start.x, y: start.y, z: 0 }, orientation: { x: 0, y: 0, z, w } };
     if (kind === "rviz/SetGoal") this.publish(kind, { pose });
     else {
-      const deviations = new Properties(POSE, this.configs.get(kind) ?? {});
-      const covariance = new Array(36).fill(0);
-      covariance[0] = deviations.get("X std deviation") ** 2;
-      covariance[7] = deviations.get("Y std deviation") ** 2;
-      covariance[35] = deviations.get("Theta std deviation") ** 2;
+      const covariance = covarianceOf(new Properties(POSE, this.configs.get(kind) ?? {}));
       this.publish(kind, { pose: { pose, covariance } });
     }
     this.choose(this.first);
@@ -313,24 +308,6 @@ export class Tools {
   hover(x, y) {
     const point = this.picker.point(x, y);
     this.say(point ? `[${shown(point)}]` : "");
-  }
-
-  measure(point) {
-    if (!point) {
-      this.measured = [];
-      clear(this.scene.tools);
-      this.scene.invalidate();
-      return;
-    }
-    if (this.measured.length > 1) this.measured = [];
-    this.measured.push(point);
-    clear(this.scene.tools);
-    if (this.measured.length < 2) return;
-    const [a, b] = this.measured;
-    this.scene.tools.add(thinLines([a.x, a.y, a.z, b.x, b.y, b.z], [255, 255, 0]));
-    this.scene.invalidate();
-    replace(this.status, `[Length: ${a.distanceTo(b).toFixed(2)}m]`);
-    clearTimeout(this.saying);
   }
 
   select(x, y) {

@@ -2,7 +2,8 @@
 
 import { h, replace } from "../dom.js";
 import { colourText, hexOf, parsedColour } from "./colours.js";
-import { DISPLAYS, GLOBAL, VIEWS, childrenOf, className } from "./properties.js";
+import { childrenOf, className } from "./properties.js";
+import { DISPLAYS, GLOBAL, VIEWS } from "./schema.js";
 import { SUPPORTED, makeDisplay } from "./registry.js";
 
 const MOST_PARTS = 500;

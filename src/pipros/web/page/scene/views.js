@@ -1,7 +1,8 @@
 // The cameras of rviz: Orbit, XYOrbit, ThirdPersonFollower, TopDownOrtho and FPS, moved by mouse, wheel and touch.
 
 import * as THREE from "three";
-import { Properties, VIEWS, className } from "./properties.js";
+import { Properties, className } from "./properties.js";
+import { VIEWS } from "./schema.js";
 import { yawOf } from "./pose.js";
 
 const PITCH_LIMIT = Math.PI / 2 - 0.001;
@@ -78,7 +79,8 @@ class Orbit extends View {
   aim(width, height) {
     const [distance, yaw, pitch] = [Math.max(0.01, this.get("Distance")), this.get("Yaw") + this.turn, this.get("Pitch")];
     const focus = this.focus();
-    const back = new THREE.Vector3(Math.cos(yaw) * Math.cos(pitch), this.sign * Math.sin(yaw) * Math.cos(pitch), this.sign * Math.sin(pitch));
+    const level = Math.cos(pitch);
+    const back = new THREE.Vector3(Math.cos(yaw) * level, this.sign * Math.sin(yaw) * level, this.sign * Math.sin(pitch));
     this.camera.up.set(0, 0, this.sign);
     this.camera.fov = (this.get("Field of View") * 180) / Math.PI;
     this.camera.aspect = width / height;

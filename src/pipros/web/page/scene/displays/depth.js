@@ -71,8 +71,7 @@ export function depthColumns(image, model, colours) {
   const size = isMillimetres ? 2 : 4;
   if (step < width * size || image.data.length < step * height) throw new Error("The depth map has fewer bytes than its size says");
   const paint = colourReader(colours, width, height);
-  const data = new DataView(image.data.buffer, image.data.byteOffset, image.data.byteLength);
-  const isLittle = !image.is_bigendian;
+  const depthAt = depthReader(image, isMillimetres);
   let every = 1;
   while (Math.ceil(width / every) * Math.ceil(height / every) > MOST_POINTS) every += 1;
   const most = Math.ceil(width / every) * Math.ceil(height / every);
@@ -81,8 +80,7 @@ export function depthColumns(image, model, colours) {
   let count = 0;
   for (let row = 0; row < height; row += every) {
     for (let column = 0; column < width; column += every) {
-      const at = row * step + column * size;
-      const depth = isMillimetres ? data.getUint16(at, isLittle) / 1000 : data.getFloat32(at, isLittle);
+      const depth = depthAt(row * step + column * size);
       if (!(depth > 0) || !Number.isFinite(depth)) continue;
       columns[0][count] = ((column - model.cx) * depth) / model.fx;
       columns[1][count] = ((row - model.cy) * depth) / model.fy;
@@ -95,6 +93,13 @@ export function depthColumns(image, model, colours) {
   const found = new Map(["x", "y", "z"].map((name, axis) => [name, columns[axis].slice(0, count)]));
   if (rgb) found.set("rgb", rgb.slice(0, count));
   return found;
+}
+
+// Returns a function that reads the depth at an offset, in metres.
+function depthReader(image, isMillimetres) {
+  const data = new DataView(image.data.buffer, image.data.byteOffset, image.data.byteLength);
+  const isLittle = !image.is_bigendian;
+  return isMillimetres ? (at) => data.getUint16(at, isLittle) / 1000 : (at) => data.getFloat32(at, isLittle);
 }
 
 const CHANNELS = { rgb8: [0, 1, 2, 3], bgr8: [2, 1, 0, 3], rgba8: [0, 1, 2, 4], bgra8: [2, 1, 0, 4], mono8: [0, 0, 0, 1] };

@@ -1,12 +1,13 @@
 // InteractiveMarkers: markers with controls that the mouse moves, and menus.
 
 import * as THREE from "three";
-import { h } from "../../dom.js";
+import { ORIENTATION, controlOrientation, groupOrientation, turnAbout, worldOrientation } from "../control_poses.js";
 import { markersOf, titleOf, unit } from "../default_controls.js";
 import { Drag, MODE, rayAt } from "../dragging.js";
 import { withoutSlash } from "../display.js";
 import { TransformError } from "../frames.js";
 import { InteractiveClient } from "../interactive_client.js";
+import { menuOf } from "../interactive_menu.js";
 import { composed, inverted, isFinitePose, normalized, poseOf } from "../pose.js";
 import { axes, dispose, place } from "../shapes.js";
 import { Markers, problemOf } from "./markers.js";
@@ -17,8 +18,6 @@ const UPDATE = /\/update$/;
 const QUEUE = 100;
 const KEEP_ALIVE_MS = 250;
 const EVENT = { keepAlive: 0, poseUpdate: 1, menuSelect: 2, buttonClick: 3, mouseDown: 4, mouseUp: 5 };
-const ORIENTATION = { inherit: 0, fixed: 1, viewFacing: 2 };
-const FEEDBACK_COMMAND = 0;
 const GLOW = { hover: 0.3, active: 0.5 };
 
 export class InteractiveMarkers extends Markers {
@@ -86,7 +85,9 @@ export class InteractiveMarkers extends Markers {
       return;
     }
     this.dropStatus(message.name);
-    const entry = { message, key, server, header: message.header, pose: normalized(pose), holder: new THREE.Group(), body: new THREE.Group(), controls: [], isPlaced: false, pending: null };
+    const [holder, body] = [new THREE.Group(), new THREE.Group()];
+    const { header } = message;
+    const entry = { message, key, server, header, pose: normalized(pose), holder, body, controls: [], isPlaced: false, pending: null };
     const scale = message.scale || 1;
     entry.holder.add(entry.body);
     this.root.add(entry.holder);
@@ -180,25 +181,9 @@ export class InteractiveMarkers extends Markers {
     for (const control of entry.controls) {
       const { group } = control;
       group.visible = control.always_visible || this.scene.isInteracting;
-      if (control.orientation_mode === ORIENTATION.fixed) group.quaternion.setFromAxisAngle(this.axisOf(control), control.turned);
-      else if (control.orientation_mode === ORIENTATION.viewFacing && !control.independent_marker_orientation) group.quaternion.copy(this.facing(entry));
-      else group.quaternion.copy(own);
+      group.quaternion.copy(groupOrientation(control, own, this.scene.view.camera));
     }
     entry.body.children.at(-1).quaternion.copy(own);
-  }
-
-  // The rotation, in the marker's frame, that turns x toward the camera and z up.
-  facing(entry) {
-    const { camera } = this.scene.view;
-    const toward = camera.getWorldDirection(new THREE.Vector3()).negate();
-    const up = new THREE.Vector3(0, 1, 0).applyQuaternion(camera.quaternion);
-    const side = up.clone().cross(toward);
-    const turned = new THREE.Quaternion().setFromRotationMatrix(new THREE.Matrix4().makeBasis(toward, side, up));
-    return turned.premultiply(entry.holder.quaternion.clone().invert());
-  }
-
-  axisOf({ orientation: { x, y, z, w } }) {
-    return new THREE.Vector3(1, 0, 0).applyQuaternion(new THREE.Quaternion(x, y, z, w));
   }
 
   frame() {
@@ -217,7 +202,8 @@ export class InteractiveMarkers extends Markers {
     caster.ray.copy(rayAt(pixel, view.camera, canvas.clientWidth, canvas.clientHeight));
     this.root.updateMatrixWorld(true);
     const shown = [...this.entries.values()].filter(({ holder }) => holder.visible);
-    const active = shown.flatMap(({ controls }) => controls.filter(({ group, interaction_mode: mode }) => group.visible && mode !== MODE.none));
+    const isActive = ({ group, interaction_mode: mode }) => group.visible && mode !== MODE.none;
+    const active = shown.flatMap(({ controls }) => controls.filter(isActive));
     const [hit] = caster.intersectObjects(active.map(({ group }) => group), true);
     return hit ? { display: this, control: hit.object.userData.control, point: hit.point, distance: hit.distance } : null;
   }
@@ -230,8 +216,8 @@ export class InteractiveMarkers extends Markers {
       return;
     }
     const mode = control.interaction_mode;
-    const [position, orientation] = [entry.body.getWorldPosition(new THREE.Vector3()), this.worldOrientation(entry)];
-    const axis = new THREE.Vector3(1, 0, 0).applyQuaternion(this.controlOrientation(control));
+    const [position, orientation] = [entry.body.getWorldPosition(new THREE.Vector3()), worldOrientation(entry)];
+    const axis = new THREE.Vector3(1, 0, 0).applyQuaternion(controlOrientation(control, this.scene.view.camera));
     const drag = mode >= MODE.moveAxis ? new Drag(mode, position, orientation, axis, point.clone(), pixel) : null;
     this.held = { entry, control, drag, point, pixel, sentAt: 0 };
     this.glow(control, GLOW.active);
@@ -247,7 +233,9 @@ export class InteractiveMarkers extends Markers {
     if (!held.drag.move(pixel, view.camera, canvas.clientWidth, canvas.clientHeight, keys)) return;
     const { entry, drag, control } = held;
     const world = [...drag.position.toArray(), ...drag.orientation.toArray()];
-    if (control.orientation_mode === ORIENTATION.fixed && control.interaction_mode === MODE.rotateAxis) control.turned = turnAbout(drag.axis, drag.start.orientation, drag.orientation);
+    if (control.orientation_mode === ORIENTATION.fixed && control.interaction_mode === MODE.rotateAxis) {
+      control.turned = turnAbout(drag.axis, drag.start.orientation, drag.orientation);
+    }
     entry.pose = composed(inverted(entry.frame), world);
     this.arrange(entry);
     this.feed(EVENT.poseUpdate, held);
@@ -282,37 +270,15 @@ export class InteractiveMarkers extends Markers {
     this.scene.invalidate();
   }
 
-  worldOrientation({ holder, pose }) {
-    return holder.quaternion.clone().multiply(new THREE.Quaternion(pose[3], pose[4], pose[5], pose[6]));
-  }
-
-  // Returns the orientation of a control's x axis in the fixed frame.
-  controlOrientation(control) {
-    const { entry, orientation: { x, y, z, w } } = control;
-    const own = new THREE.Quaternion(x, y, z, w);
-    if (control.orientation_mode === ORIENTATION.fixed) return entry.holder.quaternion.clone().multiply(own);
-    if (control.orientation_mode === ORIENTATION.viewFacing) return entry.holder.quaternion.clone().multiply(this.facing(entry));
-    return this.worldOrientation(entry).multiply(own);
-  }
-
   // -- menus --------------------------------------------------------------------------------------------------------------
 
   openMenu(control, point, [x, y]) {
     const { entry } = control;
-    const level = (parent, depth) => entry.message.menu_entries.filter((each) => each.parent_id === parent && each.id !== parent).slice(0, 200).flatMap((each) => {
-      const children = depth < 10 ? level(each.id, depth + 1) : [];
-      const [, box, title] = /^(\[[ x]\])?\s*(.*)$/s.exec(each.title) ?? [];
-      const isRefused = each.command_type !== FEEDBACK_COMMAND;
-      const mark = box ? (box === "[x]" ? "☑ " : "☐ ") : "";
-      const chosen = () => {
-        this.closeMenu();
-        this.feed(EVENT.menuSelect, { entry, control }, point, each.id);
-      };
-      const item = children.length ? h("div", { class: "pale" }, mark + title) : h("button", { role: "menuitem", disabled: isRefused || !this.canAct, title: isRefused ? "Starts a program, which the page does not do" : "", onclick: chosen }, mark + title);
-      item.style.marginLeft = `${depth}rem`;
-      return [item, ...children];
-    });
-    this.menu = h("div", { class: "scene-menu", role: "menu" }, level(0, 0));
+    const choose = (id) => {
+      this.closeMenu();
+      this.feed(EVENT.menuSelect, { entry, control }, point, id);
+    };
+    this.menu = menuOf(entry.message.menu_entries, this.canAct, choose);
     this.menu.style.left = `${x}px`;
     this.menu.style.top = `${y}px`;
     this.scene.canvas.after(this.menu);
@@ -349,10 +315,4 @@ export class InteractiveMarkers extends Markers {
   send(feedback) {
     this.scene.context.act("scene_feedback", { name: `${this.base}/feedback`, feedback }).catch((problem) => this.setStatus("Feedback", "error", problem.message));
   }
-}
-
-// Returns the angle about an axis between two orientations.
-function turnAbout(axis, from, to) {
-  const { x, y, z, w } = to.clone().multiply(from.clone().invert());
-  return 2 * Math.atan2(axis.x * x + axis.y * y + axis.z * z, w);
 }
