@@ -367,7 +367,7 @@ def test_interactive_markers_are_moved_turned_and_clicked(
     moves = [(event, x) for control, _, event, x, _ in found if control == "move_x"]
     assert [event for event, _ in moves if event] == [1, 4, 1, 1, 5]
     assert moves[-1][1] == pytest.approx(-2, abs=0.03)
-    assert [event for control, _, event, *_ in found if control == "press"] == [1, 4, 1, 5, 3, 2]
+    assert [event for control, _, event, *_ in found if control == "press"] == [1, 4, 3, 1, 5, 2]
     turns = [(event, z) for control, _, event, _, z in found if control == "ROTATE_AXIS"]
     assert turns[-1][0] == 5
     assert turns[-1][1] == pytest.approx(0.7071, abs=0.02)

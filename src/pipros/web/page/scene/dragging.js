@@ -6,6 +6,7 @@ export const MODE = {
   none: 0, menu: 1, button: 2, moveAxis: 3, movePlane: 4, rotateAxis: 5, moveRotate: 6, move3d: 7, rotate3d: 8, moveRotate3d: 9,
 };
 const TURN_PIXELS = 300; // for a whole turn
+const PROBE_PIXELS = 10; // the distance that measures the size of a pixel
 
 // A drag of one control.
 //   mode: the interaction mode
@@ -18,26 +19,38 @@ export class Drag {
     this.axis = axis;
     this.grip = grip;
     this.pixel = pixel;
+    this.firstPixel = pixel;
+    // How far the mouse has moved while it turned or pushed. rviz moves the cursor back then; a page cannot.
+    this.moved = [0, 0];
     this.start = { position: position.clone(), orientation: orientation.clone() };
     this.position = position.clone();
     this.orientation = orientation.clone();
   }
 
   // Moves to a pixel. `keys` has shiftKey and ctrlKey. Returns whether the pose has changed.
-  move(pixel, camera, width, height, keys) {
+  move(mouse, camera, width, height, keys) {
+    const pixel = this.cursor(mouse);
     const ray = rayAt(pixel, camera, width, height);
     const [dx, dy] = [pixel[0] - this.pixel[0], pixel[1] - this.pixel[1]];
     const { mode } = this;
+    const isTurning = mode === MODE.rotate3d || (mode === MODE.moveRotate3d && keys.ctrlKey);
+    const isPushing = !isTurning && mode >= MODE.move3d && keys.shiftKey;
     const before = [...this.position.toArray(), ...this.orientation.toArray()];
     if (mode === MODE.moveAxis) this.alongAxis(pixel, camera, width, height);
     else if (mode === MODE.movePlane) this.inPlane(ray, this.axis);
     else if (mode === MODE.rotateAxis) this.around(ray);
     else if (mode === MODE.moveRotate) this.pull(ray);
-    else if (mode === MODE.rotate3d || (mode === MODE.moveRotate3d && keys.ctrlKey)) this.turn(camera, dx, dy);
-    else if (mode >= MODE.move3d && keys.shiftKey) this.inDepth(camera, dy, height);
+    else if (isTurning) this.turn(camera, dx, dy);
+    else if (isPushing) this.inDepth(dy, camera, width, height);
     else if (mode >= MODE.move3d) this.inView(ray, camera);
-    this.pixel = pixel;
+    if (isTurning || isPushing) this.moved = [this.moved[0] + dx, this.moved[1] + dy];
+    else this.pixel = pixel;
     return [...this.position.toArray(), ...this.orientation.toArray()].some((value, i) => value !== before[i]);
+  }
+
+  // Returns where rviz's cursor would be.
+  cursor([x, y]) {
+    return [x - this.moved[0], y - this.moved[1]];
   }
 
   // The mouse is projected onto the picture of the axis first.
@@ -87,8 +100,8 @@ export class Drag {
   turn(camera, dx, dy) {
     const up = new THREE.Vector3(0, 1, 0).applyQuaternion(camera.quaternion);
     const right = new THREE.Vector3(1, 0, 0).applyQuaternion(camera.quaternion);
-    const turned = new THREE.Quaternion().setFromAxisAngle(right, (dy * 2 * Math.PI) / TURN_PIXELS);
-    turned.multiply(new THREE.Quaternion().setFromAxisAngle(up, (dx * 2 * Math.PI) / TURN_PIXELS));
+    const turned = new THREE.Quaternion().setFromAxisAngle(up, (dx * 2 * Math.PI) / TURN_PIXELS);
+    turned.multiply(new THREE.Quaternion().setFromAxisAngle(right, (dy * 2 * Math.PI) / TURN_PIXELS));
     this.orientation.premultiply(turned);
   }
 
@@ -99,9 +112,14 @@ export class Drag {
     this.grip = there;
   }
 
-  inDepth(camera, dy, height) {
-    const away = this.grip.clone().sub(camera.position);
-    const step = away.normalize().multiplyScalar((-dy / height) * this.grip.distanceTo(camera.position));
+  // Along the ray of the first pixel, as far as the mouse moves in the plane of the picture at the grip.
+  inDepth(dy, camera, width, height) {
+    const [x, y] = this.firstPixel;
+    const [ray, beside] = [0, PROBE_PIXELS].map((more) => rayAt([x, y + more], camera, width, height));
+    const facing = camera.getWorldDirection(new THREE.Vector3());
+    const [here, there] = [ray, beside].map((each) => meeting(each, facing, this.grip));
+    if (!here || !there) return;
+    const step = ray.direction.clone().multiplyScalar((-dy * here.distanceTo(there)) / PROBE_PIXELS);
     this.position.add(step);
     this.grip = this.grip.clone().add(step);
   }

@@ -246,13 +246,15 @@ export class InteractiveMarkers extends Markers {
     const { held } = this;
     this.held = null;
     if (!held) return;
-    const { control, entry, point } = held;
+    const { control, entry } = held;
     this.glow(control, 0);
+    const there = this.find(held.drag?.cursor(pixel) ?? pixel);
+    const point = there?.point ?? null;
+    const isClicked = there?.control === control;
+    if (isClicked && control.interaction_mode === MODE.button) this.feed(EVENT.buttonClick, held, point);
     this.feed(EVENT.poseUpdate, held, point);
     this.feed(EVENT.mouseUp, held, point);
-    const there = this.find(pixel);
-    if (there?.control === control && control.interaction_mode === MODE.button) this.feed(EVENT.buttonClick, held, point);
-    if (there?.control === control && control.interaction_mode === MODE.menu) this.openMenu(control, point, pixel);
+    if (isClicked && control.interaction_mode === MODE.menu) this.openMenu(control, point, pixel);
     if (entry.pending) this.shift(entry.key, entry.pending);
     entry.pending = null;
   }
