@@ -77,6 +77,8 @@ def test_a_member_ends_with_ctrl_c_while_it_waits_for_the_router(
         (["router", "tcp/0.0.0.0:7447"], "without TLS everyone on it could control all robots"),
         (["router", "udp/127.0.0.1:1"], "must have the form tcp/HOST:PORT or tls/HOST:PORT"),
         (["router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
+        (["router", "--history-topic", "/x"], "--history-topic needs --history DIR"),
+        (["router", "--history", "x", "--history-mb", "1"], "--history-mb must be >= 34, got 1"),
         (["join", "a/b"], "is not a legal name for a member"),
         (["join", "a", "--router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
         (["join", "a", "--keys", "missing", "--router", "tls/127.0.0.1:1"], "has no file [fleet.crt]"),

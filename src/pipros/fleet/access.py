@@ -63,6 +63,8 @@ def _rules_of(name: str, role: Role) -> list[dict[str, object]]:
         keys.topic(every, keys.EVERY),
         keys.definition(every, every),
         keys.statistics(every),
+        keys.history(every),
+        keys.history(every, every),
         keys.parameters(every, "get", name),
     ]
     if role is Role.MEMBER:

@@ -10,6 +10,7 @@
     pipros/<member>/set/<caller>                  sets them
     pipros/<member>/definition/<type>             the definition of a message type
     pipros/<member>/statistics                    its counters
+    pipros/router/history/<member>                the files that a router recorded, and the content of one
 
 So a router can restrict a member to keys below `pipros/<its name>/`, and to calls that bear its name.
 """
@@ -112,6 +113,11 @@ def definition(member: str, kind: str) -> str:
 
 def statistics(member: str) -> str:
     return f"{ROOT}/{member}/statistics"
+
+
+def history(member: str, file: str = "") -> str:
+    """`file`: the name of one file; empty for the list."""
+    return f"{ROOT}/router/history/{member}{'/' if file else ''}{file}"
 
 
 def parts(key: str) -> tuple[str, str, list[str]] | None:

@@ -6,18 +6,22 @@ import ipaddress
 import logging
 import sys
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
-from pipros.fleet.agent import Agent, agent_node_name
+from pipros.fleet.agent import Agent, agent_node_name, new_instance
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.zenoh_session import Link, LinkFailed, Tls, checked_address, connect, open_router
 from pipros.node import Node
 from pipros.node.start_params import is_on
+
+if TYPE_CHECKING:
+    from pipros.fleet.history_files import HistoryFiles
 
 RETRY_S: Final = 1.0
 CHANGES_S: Final = 1.0
@@ -26,6 +30,19 @@ CHANGES_S: Final = 1.0
 
 class OpenToAll(PiprosError):
     """A router without TLS would listen on a network."""
+
+
+@dataclass(frozen=True, slots=True)
+class HistoryOptions:
+    """What a router records.
+
+    Attributes:
+        files: where; they are completed when the router ends.
+        topics: names, possibly with wildcards, that are recorded although no member receives them.
+    """
+
+    files: HistoryFiles
+    topics: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +56,7 @@ class RouterOptions:
         members_file: list of members that are let in; None lets every member do everything.
         access: returns the rules for the list.
         allows_plain_network: whether it may listen on a network without TLS.
+        history: what it records; None for nothing.
     """
 
     addresses: Sequence[str]
@@ -47,6 +65,7 @@ class RouterOptions:
     members_file: Path | None = None
     access: Callable[[], dict[str, object]] | None = None
     allows_plain_network: bool = False
+    history: HistoryOptions | None = None
 
 
 def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls | None) -> int:
@@ -130,19 +149,17 @@ def serve_router(options: RouterOptions) -> int:
     check_addresses(options)
     over = OnceEvent()
     with set_by_signals(over):
-        router = _open(options)
-        try:
-            print(f"pipros fleet: router at {', '.join(options.addresses)}", flush=True)
+        is_first = True
+        while not over.is_set():
             before = _stamp(options.members_file)
-            while not over.wait(CHANGES_S):
-                now = _stamp(options.members_file)
-                if now != before:
-                    before = now
-                    router.close()
-                    router = _open(options)
+            with _running_router(options):
+                if is_first:
+                    print(f"pipros fleet: router at {', '.join(options.addresses)}", flush=True)
+                else:
                     print("pipros fleet: the list of members has changed", flush=True)
-        finally:
-            router.close()
+                is_first = False
+                while not over.wait(CHANGES_S) and _stamp(options.members_file) == before:
+                    pass
     return 0
 
 
@@ -173,9 +190,20 @@ def _is_loopback(address: str) -> bool:
         return False
 
 
-def _open(options: RouterOptions) -> Link:
+@contextmanager
+def _running_router(options: RouterOptions) -> Iterator[None]:
     access = options.access() if options.access is not None else None
-    return open_router(options.addresses, options.tls, access, others=options.others)
+    router = open_router(options.addresses, options.tls, access, others=options.others)
+    with closing(router):
+        if options.history is None:
+            yield
+            return
+        from pipros.fleet.recorder import Recorder  # agents need none of it
+
+        files, topics = options.history.files, options.history.topics
+        with closing(Recorder(router, files, new_instance(), topics, log=_log())) as recorder:
+            recorder.start()
+            yield
 
 
 def _stamp(file: Path | None) -> object:
@@ -187,6 +215,11 @@ def _stamp(file: Path | None) -> object:
 
 def agent_node(name: str, argv: Sequence[str]) -> Node:
     """Return the node of an agent, which logs to standard error."""
+    return Node(agent_node_name(name), argv=argv, log=_log())
+
+
+def _log() -> logging.Logger:
+    """Return the logger of agents and routers, which writes to standard error."""
     log = logging.getLogger("pipros.fleet")
     log.setLevel(logging.INFO)
     if not log.handlers:
@@ -194,4 +227,4 @@ def agent_node(name: str, argv: Sequence[str]) -> Node:
         handler.setFormatter(logging.Formatter("[%(levelname)s] %(message)s"))
         log.addHandler(handler)
         log.propagate = False
-    return Node(agent_node_name(name), argv=argv, log=log)
+    return log

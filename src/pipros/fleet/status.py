@@ -10,9 +10,12 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.fleet import keys
 from pipros.fleet.directory import Directory, from_json, read_json
+from pipros.fleet.history_files import HistoryFile, read_rows
 from pipros.fleet.zenoh_session import Link
 
 REQUEST_S: Final = 3.0
+HISTORY_S: Final = 60.0
+"""Time for a router to read its files, and to send one of them over a slow link."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +71,22 @@ def counters_of(link: Link, member: str) -> Counters | None:
         case {"sent": dict(sent), "received": dict(received)}:
             return Counters(member, _rows(sent), _rows(received), passed_s)
     return None
+
+
+def history_of(link: Link, member: str) -> list[HistoryFile] | None:
+    """Return the files that a router recorded of a member, oldest first; None if no router records.
+
+    Raises:
+        LinkFailed: the router cannot read them.
+    """
+    answers = link.get(keys.history(member), timeout_s=HISTORY_S)
+    return list(read_rows(read_json(answers[-1].payload))) if answers else None
+
+
+def history_file(link: Link, member: str, name: str) -> bytes | None:
+    """Return the content of one of these files; None if it does not exist any more."""
+    answers = link.get(keys.history(member, name), timeout_s=HISTORY_S)
+    return answers[-1].payload if answers else None
 
 
 def rates(before: Counters, after: Counters, passed_s: float) -> Iterator[tuple[str, float, float, int, int]]:

@@ -49,6 +49,7 @@ def test_a_member_speaks_only_for_itself(message: str, own: str, of_another: str
 def test_an_observer_receives_and_changes_nothing() -> None:
     assert may("visitor", "declare_subscriber", keys.topic("robot", "/x"))
     assert may("visitor", "query", keys.parameters("robot", "get", "visitor"))
+    assert may("visitor", "query", keys.history("robot", "a.mcap"))
     assert not may("visitor", "put", keys.into("visitor", "robot", "/cmd"))
     assert not may("visitor", "query", keys.service("robot", "visitor", "/reset"))
     assert not may("visitor", "query", keys.parameters("robot", "set", "visitor"))

@@ -16,6 +16,7 @@ Commands:
 \tpipros fleet list\tlist the members
 \tpipros fleet info\tprint what a member shares and accepts
 \tpipros fleet top\tshow rates, losses and round trips
+\tpipros fleet history\tlist and copy what a router recorded of a member
 \tpipros fleet param\tread and set parameters of a member
 \tpipros fleet check\tcheck the file of a member
 \tpipros fleet keys\tcreate, renew and revoke certificates
@@ -25,6 +26,7 @@ Type pipros fleet <command> -h for more detailed usage
 
 SUBCOMMANDS = {
     "check": "pipros.cli.fleet.check:main",
+    "history": "pipros.cli.fleet.history:main",
     "info": "pipros.cli.fleet.show:info",
     "join": "pipros.cli.fleet.join:main",
     "keys": "pipros.cli.fleet.keys:main",

@@ -1,0 +1,164 @@
+"""The history of members in MCAP files: `FOLDER/<member>/<date>_<number>.mcap`, with a limit on their size.
+
+Needs the extra `mcap`.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from pipros.bag.connection import Connection, StoredMessage
+from pipros.bag.errors import BagError
+from pipros.bag.mcap_files import McapReader, mcap_library
+from pipros.bag.record_files import FileOptions, RecordFiles
+
+FILE_BYTES: Final = 8 * 1024 * 1024
+"""Size at which a file ends. Larger messages are not recorded."""
+SMALLEST_LIMIT_BYTES: Final = 4 * FILE_BYTES
+_CHUNK_BYTES: Final = 64 * 1024
+_NAME: Final = re.compile(r"[\w-]{1,100}\.mcap", re.ASCII)
+
+
+def is_file_name(name: str) -> bool:
+    """Return whether a name is that of a file of a history. It leads out of no folder."""
+    return _NAME.fullmatch(name) is not None
+
+
+@dataclass(frozen=True, slots=True)
+class HistoryFile:
+    """A complete file. `begin_ns` and `end_ns` are those of the messages, by the clock of the router."""
+
+    name: str
+    bytes: int
+    messages: int
+    begin_ns: int
+    end_ns: int
+
+
+class HistoryFiles:
+    """Writes and reads the histories of all members. Thread-safe; all methods block.
+
+    Each file begins with the last message of each latching publisher. If the files exceed the limit, the
+    member whose files are largest loses its oldest one.
+    """
+
+    def __init__(self, folder: str | Path, limit_bytes: int) -> None:
+        """Create the folder.
+
+        Raises:
+            ValueError: the limit is less than SMALLEST_LIMIT_BYTES.
+            BagError: the extra `mcap` is not installed.
+            OSError: the folder cannot be created.
+        """
+        if limit_bytes < SMALLEST_LIMIT_BYTES:
+            raise ValueError(f"the limit must be >= {SMALLEST_LIMIT_BYTES} bytes, got {limit_bytes}")
+        mcap_library()
+        self._folder = Path(folder)
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self._limit_bytes = limit_bytes
+        self._unchecked_bytes = FILE_BYTES
+        self._files: dict[str, RecordFiles] = {}
+        self._open: set[str] = set()
+        self._lock = threading.Lock()
+
+    def write(self, member: str, connection: Connection, time_ns: int, data: bytes) -> None:
+        """Add a message.
+
+        Raises:
+            OSError: the disk is full.
+        """
+        with self._lock:
+            self._unchecked_bytes += len(data)
+            if self._unchecked_bytes >= FILE_BYTES:
+                self._unchecked_bytes = 0
+                self._remove_oldest()
+            files = self._files.get(member)
+            if files is None:
+                (self._folder / member).mkdir(exist_ok=True)
+                name = str(self._folder / member / time.strftime("%Y-%m-%d-%H-%M-%S.mcap"))
+                options = FileOptions(
+                    name=name,
+                    split=True,
+                    size_bytes=FILE_BYTES,
+                    compression="lz4",
+                    chunk_bytes=_CHUNK_BYTES,
+                    repeat_latched=True,
+                )
+                self._files[member] = files = RecordFiles(options, lambda _: None, avoid_existing=True)
+            self._open.add(member)
+            files.write(StoredMessage(connection, time_ns, data))
+
+    def list(self, member: str) -> list[HistoryFile]:
+        """Complete the file that is being written, and return all files of a member, oldest first."""
+        with self._lock:
+            self._complete(member)
+            found = [_described(path) for path in sorted((self._folder / member).glob("*.mcap"))]
+        return sorted((each for each in found if each is not None), key=lambda each: each.begin_ns)
+
+    def read(self, member: str, name: str) -> bytes | None:
+        """Return the content of a file; None if there is none of this name."""
+        if not is_file_name(name):
+            return None
+        try:
+            return (self._folder / member / name).read_bytes()
+        except OSError:
+            return None
+
+    def close(self) -> None:
+        """Complete the files that are being written."""
+        with self._lock:
+            for member in list(self._open):
+                self._complete(member)
+
+    # -- with the lock held -------------------------------------------------------------
+
+    def _complete(self, member: str) -> None:
+        if member in self._open:
+            self._open.discard(member)
+            self._files[member].close()
+
+    def _remove_oldest(self) -> None:
+        sizes: dict[Path, int] = {}
+        for path in self._folder.glob(
+            "*/*.mcap*"
+        ):  # those with the suffix `.active` may be of a killed router
+            sizes[path] = path.stat().st_size
+        ages = {path: path.stat().st_mtime_ns for path in sizes}
+        while sum(sizes.values()) > self._limit_bytes - 2 * FILE_BYTES:
+            totals: dict[Path, int] = {}
+            for path, size in sizes.items():
+                totals[path.parent] = totals.get(path.parent, 0) + size
+            largest = max(totals, key=lambda folder: totals[folder])
+            oldest = min((path for path in sizes if path.parent == largest), key=lambda path: ages[path])
+            if largest.name in self._open and oldest == self._active(largest.name):
+                self._complete(largest.name)
+                self._files[largest.name].path.unlink(missing_ok=True)
+            oldest.unlink(missing_ok=True)
+            del sizes[oldest]
+
+    def _active(self, member: str) -> Path:
+        path = self._files[member].path
+        return path.with_name(f"{path.name}.active")
+
+
+def _described(path: Path) -> HistoryFile | None:
+    try:
+        with McapReader(path) as reader:
+            begin_ns, end_ns = reader.range_ns
+            return HistoryFile(path.name, path.stat().st_size, reader.message_count, begin_ns, end_ns)
+    except (BagError, OSError):
+        return None
+
+
+def read_rows(rows: object) -> Iterator[HistoryFile]:
+    """Yield the files of a list that a router sent. Malformed entries are omitted."""
+    for row in rows if isinstance(rows, list) else ():
+        match row:
+            case [str(name), int(size), int(messages), int(begin_ns), int(end_ns)] if is_file_name(name):
+                yield HistoryFile(name, size, messages, begin_ns, end_ns)

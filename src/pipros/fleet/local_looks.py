@@ -1,0 +1,81 @@
+"""Looks at the local master, and the types of its topics and services."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from typing import Final
+
+from pipros.basics.errors import PiprosError
+from pipros.bridges.foxglove.definitions import Definitions
+from pipros.fleet import keys
+from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.local_graph import LocalGraph, look, read_state
+from pipros.fleet.zenoh_session import Question
+from pipros.graph.services import header_at, uri_of
+from pipros.net.loop import BackgroundLoop
+from pipros.node import Node
+from pipros.node.service_client import OpenCalls
+
+_MOST_HEADERS: Final = 10_000
+"""Services whose types are kept."""
+
+
+class LocalLooks:
+    """Finds out what the local master has. Methods may block for seconds, until `close`."""
+
+    def __init__(self, node: Node, file: FleetFile) -> None:
+        self._node = node
+        self._file = file
+        self._calls: OpenCalls = OpenCalls()
+        self._loop = BackgroundLoop(f"definitions of {node.name}")
+        self._definitions = Definitions(node, self._loop, self._calls)
+        self._headers: dict[tuple[str, tuple[str, ...]], tuple[str, str]] = {}
+
+    def start(self) -> None:
+        self._loop.start()
+
+    def close(self) -> None:
+        """Interrupt the calls that are running."""
+        self._calls.interrupt()
+        self._loop.stop()
+
+    def look(self, others: Iterable[str]) -> LocalGraph | None:
+        """Return what this member offers, without the namespaces of `others`; None if the master does not
+        answer.
+        """
+        found = read_state(self._node.master)
+        if found is None:
+            return None
+        return look(*found, self._file, others, self._definitions.of_topic, self._service_header)
+
+    def answer_definition(self, question: Question, local: LocalGraph) -> None:
+        """Answer with the definition of a type that this member shares."""
+        try:
+            match keys.parts(question.key):
+                case (_, "definition", [part]):
+                    kind = keys.unmangled(part)[1:]
+                    entry = next((each for each in local.shared if each.type == kind), None)
+                    if entry is None:
+                        return
+                    nodes = local.state.publishers.get(entry.name, ())
+                    found = self._definitions.of_topic(entry.name, kind, list(nodes))
+                    if found is not None:
+                        question.answer(json.dumps([found.md5sum, found.text]).encode())
+        finally:
+            question.close()
+
+    def _service_header(self, name: str, nodes: Sequence[str]) -> tuple[str, str] | None:
+        key = name, tuple(nodes)
+        if key not in self._headers:
+            try:
+                uri = uri_of(self._node.master, name)
+                header = header_at(uri, name, self._node.name, self._calls) if uri is not None else {}
+            except PiprosError:
+                return None
+            if "type" not in header or "md5sum" not in header:
+                return None
+            if len(self._headers) >= _MOST_HEADERS:
+                self._headers.clear()
+            self._headers[key] = header["type"], header["md5sum"]
+        return self._headers[key]

@@ -1,0 +1,176 @@
+"""What this member offers to others: the topics that it shares, and those that it accepts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from pipros.fleet import keys
+from pipros.fleet.directory import Directory, Wishes, to_json, wishes_from_json
+from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.frames import frame_change
+from pipros.fleet.local_graph import LocalGraph, outcome_topics
+from pipros.fleet.members import Token
+from pipros.fleet.sinks import Sink
+from pipros.fleet.sources import Sender, Source
+from pipros.fleet.zenoh_session import Link, Question
+from pipros.graph.system_state import SystemState
+from pipros.node import Node
+
+
+class Offers:
+    """Sends the shared topics that others want, publishes accepted ones, and keeps the directory.
+
+    One thread calls the methods, except for those that answer or take something.
+
+    Attributes:
+        local: the last look at the local master.
+        directory: as the others know it.
+        shared: topics that are being sent, by their names.
+        accepted: topics that others can publish, likewise.
+        is_waiting: whether `settle` must be called again soon.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        link: Link,
+        sender: Sender,
+        member: str,
+        file: FleetFile,
+        present: Callable[[], Mapping[str, Token]],
+        warn: Callable[[str], object],
+        wake: Callable[[], object],
+    ) -> None:
+        """Store the settings.
+
+        Args:
+            present: returns the members that are present; called in any thread.
+            wake: called in any thread when `settle` has something to do.
+        """
+        self.local = LocalGraph(SystemState({}, {}, {}))
+        self.directory = Directory(member, sender.instance)
+        self.shared: dict[str, Source] = {}
+        self.accepted: dict[str, Sink] = {}
+        self.is_waiting = False
+        self._node = node
+        self._link = link
+        self._sender = sender
+        self._member = member
+        self._file = file
+        self._present = present
+        self._warn = warn
+        self._wake = wake
+        self._wishes: dict[str, Wishes] = {}
+
+    def take_wishes(self, member: str, payload: bytes) -> None:
+        """Note which topics a member wants, unless the wishes are malformed, or older than the known ones."""
+        token, before = self._present().get(member), self._wishes.get(member)
+        wishes = wishes_from_json(payload, self._node.limits.fleet_directory_bytes)
+        if wishes is None or token is None or wishes.instance != token.instance or member == self._member:
+            return
+        if before is None or before.instance != wishes.instance or before.revision < wishes.revision:
+            self._wishes[member] = wishes
+
+    def forget(self, member: str) -> None:
+        """Forget the wishes of a member that left."""
+        self._wishes.pop(member, None)
+
+    def settle(self) -> None:
+        """Bring the topics in line with the wishes and the local master."""
+        self._settle_shared()
+        self._settle_accepted()
+
+    def publish_directory(self) -> None:
+        """Send the directory to the others if it has changed.
+
+        A topic is accepted once its subscribers are linked, so that the first message is not lost.
+        """
+        accepted = tuple(
+            entry
+            for entry in self.local.accepted
+            if (sink := self.accepted.get(entry.name)) is not None and sink.is_wanted
+        )
+        directory = Directory(
+            self._member,
+            self._sender.instance,
+            self.directory.revision,
+            self.local.shared,
+            accepted,
+            self.local.services,
+            has_parameters=bool(self._file.shared_parameters),
+            sets_parameters=bool(self._file.accepted_parameters),
+        )
+        if directory != self.directory:
+            self.directory = replace(directory, revision=directory.revision + 1)
+            self._put_directory()
+
+    def send_again(self) -> None:
+        """Send what was latched while the link was down, and the directory. Receivers ignore what they know.
+
+        Messages are sent again from then on.
+        """
+        for source in self.shared.values():
+            for kept in source.latched():
+                self._link.put(source.key, kept.body, kept.attachment)
+        self._sender.is_up = True
+        self._put_directory()
+
+    # -- callbacks of the link, in Zenoh's threads, which must not block ---------------------------
+
+    def take_input(self, key: str, payload: bytes, attachment: bytes) -> None:
+        """Publish a message of another member if the file accepts it."""
+        match keys.parts(key):
+            case (member, "in", [_, *rest]):
+                name = keys.unmangled("/".join(rest))
+                sink, rule = self.accepted.get(name), self._file.accepted_topic(name)
+                if sink is None or rule is None or not rule.accepts(member):
+                    self._warn(f"messages of [{member}] for [{name}] are not accepted")
+                elif member in self._present():
+                    sink.take(member, payload, attachment)
+
+    def answer_directory(self, question: Question) -> None:
+        question.answer(to_json(self.directory))
+        question.close()
+
+    def answer_latched(self, question: Question) -> None:
+        match keys.parts(question.key):
+            case (_, "t", rest):
+                source = self.shared.get(keys.unmangled("/".join(rest)))
+                for kept in source.latched() if source is not None else ():
+                    question.answer(kept.body, kept.attachment)
+        question.close()
+
+    # -- the rest --------------------------------------------------------------------------------
+
+    def _put_directory(self) -> None:
+        self._link.put(keys.directory(self._member), to_json(self.directory), waits=True)
+
+    def _settle_shared(self) -> None:
+        wanted = {name for wishes in self._wishes.values() for name in wishes.topics}
+        offered = {entry.name: entry for entry in self.local.shared if entry.name in wanted}
+        for name, source in list(self.shared.items()):
+            if offered.get(name) != source.entry:
+                del self.shared[name]
+                source.close()
+        self.is_waiting = False
+        for name, entry in offered.items():
+            rule = self._file.shared_topic(name)
+            before = [self.shared.get(each) for each in outcome_topics(entry) if each in offered]
+            if not all(source is not None and source.is_linked for source in before):
+                self.is_waiting = True  # a client sends a goal once it has the status
+            elif name not in self.shared and rule is not None:
+                change = frame_change(entry, rule, self._member)
+                source = Source(self._node, self._sender, entry, keys.topic(self._member, name), rule, change)
+                self.shared[name] = source
+                source.start()
+
+    def _settle_accepted(self) -> None:
+        offered = {entry.name: entry for entry in self.local.accepted}
+        for name, sink in list(self.accepted.items()):
+            if offered.get(name) != sink.entry:
+                del self.accepted[name]
+                sink.close()
+        for name, entry in offered.items():
+            if name not in self.accepted:
+                self.accepted[name] = Sink(self._node, entry, self._member, "", self._node.log, self._wake)

@@ -1,0 +1,318 @@
+"""Records the messages of members at a router, so that an operator who joins late sees what happened.
+
+The recorder is present in the fleet as the member `router`, which offers nothing. It records what crosses the
+router because other members want it, which costs no traffic, and topics that it wants itself.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import astuple
+from typing import Final
+
+from pipros.bag.connection import Connection
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits, limit_text, process_limits
+from pipros.fleet import keys
+from pipros.fleet.access import ROUTER
+from pipros.fleet.directory import Directory, Entry, Wishes, from_json, to_json, wishes_to_json
+from pipros.fleet.events import Events
+from pipros.fleet.fleet_file import matches_any
+from pipros.fleet.history_files import FILE_BYTES, HistoryFiles
+from pipros.fleet.messages import Received, decompressed, unpack
+from pipros.fleet.shown_member import read_definition
+from pipros.fleet.warnings_once import WarningsOnce
+from pipros.fleet.zenoh_session import Ends, Link, LinkFailed, Question
+from pipros.msg.class_finder import installed_class
+from pipros.net.workers import Workers
+
+_REQUEST_S: Final = 3.0
+_ENDING_S: Final = 0.3
+_MOST_PUBLISHERS: Final = 100
+"""Publishers of one topic that are told apart."""
+
+
+class _Topic:
+    """One recorded topic of one run of a member's agent."""
+
+    def __init__(self, member: str, entry: Entry, instance: str, latched: dict[int, int]) -> None:
+        """`latched`: sizes of latched messages by the numbers of their publishers, also in earlier runs."""
+        self.member = member
+        self.entry = entry
+        self.instance = instance
+        self.latched = latched
+        self.received = Received()
+        self.definition: str | None = None
+        self.connections: dict[tuple[int, bool], Connection] = {}
+
+    def connection(self, source: int, *, is_latched: bool) -> Connection:
+        """Return the connection of a publisher in files. Those of too many publishers share one."""
+        if len(self.connections) >= _MOST_PUBLISHERS and (source, is_latched) not in self.connections:
+            source, is_latched = _MOST_PUBLISHERS, False
+        if (source, is_latched) not in self.connections:
+            header = {
+                "type": self.entry.type,
+                "md5sum": self.entry.md5sum,
+                "message_definition": self.definition or "",
+                "callerid": f"/{self.member}/{source}",
+                "latching": "1" if is_latched else "0",
+            }
+            fields = {name: value.encode() for name, value in header.items()}
+            name = f"/{self.member}{self.entry.name}"
+            self.connections[source, is_latched] = Connection(len(self.connections), name, fields)
+        return self.connections[source, is_latched]
+
+
+class Recorder:
+    """Records members over the link of a router. Call `start` and `close`; the link belongs to the caller.
+
+    One thread owns the topics and writes; it never delays the router. Messages that it cannot write in time
+    are dropped and counted.
+
+    Attributes:
+        dropped: messages that were not recorded.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        files: HistoryFiles,
+        instance: str,
+        topics: Sequence[str] = (),
+        *,
+        log: logging.Logger,
+        limits: Limits | None = None,
+    ) -> None:
+        """`topics`: names, possibly with wildcards, that are recorded although no member wants them."""
+        self.dropped = 0
+        self._link = link
+        self._files = files
+        self._instance = instance
+        self._patterns = topics
+        self._limits = limits or process_limits()
+        self._warn = WarningsOnce(log)
+        self._events = Events(4 * self._limits.fleet_members)
+        self._workers = Workers("requests of a recorder", 4)
+        self._directories: dict[str, Directory] = {}
+        self._topics: dict[tuple[str, str], _Topic] = {}
+        self._wishes: dict[str, Wishes] = {}
+        self._revisions = itertools.count(1)
+        self._latched_bytes = 0
+        self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
+        self._waiting_bytes = 0
+        self._lock = threading.Lock()
+        self._declared: list[Ends] = []
+        self._thread = threading.Thread(target=self._run, name="recorder of a fleet", daemon=True)
+
+    def start(self) -> None:
+        """Begin to record."""
+        link, own = self._link, to_json(Directory(ROUTER, self._instance, 1))
+        self._thread.start()
+        self._declared = [
+            link.serve(keys.directory(ROUTER), lambda question: _answer(question, own)),
+            link.serve(keys.wanted(ROUTER, "*"), self._answer_wishes),
+            link.serve(keys.history("*"), self._on_history_request),
+            link.serve(keys.history("*", "*"), self._on_history_request),
+            link.subscribe(keys.directory("*"), self._on_directory),
+            link.subscribe(keys.topic("*", keys.EVERY), self._on_message),
+            link.declare_token(keys.live(ROUTER, keys.VERSION, self._instance)),
+            link.watch_tokens(keys.live("*"), self._on_token),
+        ]
+
+    def close(self) -> None:
+        """End, and complete the files."""
+        self._events.close()
+        self._workers.close()
+        self._thread.join(_ENDING_S)
+        self._files.close()
+
+    # -- callbacks of the link, in Zenoh's threads, which must not block --------------------------------
+
+    def _on_token(self, key: str, is_present: bool) -> None:
+        match keys.read_live(key):
+            case (member, keys.VERSION, instance) if member == ROUTER:
+                if is_present and instance != self._instance:
+                    self._warn("another router records the history of this fleet; only one should")
+            case (member, keys.VERSION, _) if is_present:
+                self._workers.run(self._request_directory, member)
+
+    def _on_directory(self, key: str, payload: bytes, attachment: bytes) -> None:
+        del attachment
+        match keys.parts(key):
+            case (member, "directory", []) if member != ROUTER:
+                self._events.post("directory", member, lambda: self._take_directory(member, payload))
+
+    def _on_message(self, key: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
+        with self._lock:
+            if self._waiting_bytes + len(payload) > self._limits.fleet_queue_bytes:
+                self._drop()
+                return
+            self._waiting.append((key, payload, attachment, is_replay))
+            self._waiting_bytes += len(payload)
+        self._events.wake()
+
+    def _answer_wishes(self, question: Question) -> None:
+        wishes = self._wishes.get(question.key.rpartition("/")[2], Wishes(self._instance))
+        _answer(question, wishes_to_json(wishes))
+
+    def _on_history_request(self, question: Question) -> None:
+        self._workers.run(self._answer_history, question)
+
+    # -- workers ------------------------------------------------------------------------------------
+
+    def _answer_history(self, question: Question) -> None:
+        try:
+            match keys.parts(question.key):
+                case (_, "history", [member]):
+                    rows = [astuple(each) for each in self._files.list(keys.member_name(member))]
+                    question.answer(json.dumps(rows).encode())
+                case (_, "history", [member, name]):
+                    content = self._files.read(keys.member_name(member), name)
+                    if content is not None and len(content) <= self._limits.fleet_message_bytes:
+                        question.answer(content)
+        except (PiprosError, OSError) as error:
+            question.refuse(str(error))
+        finally:
+            question.close()
+
+    def _request_directory(self, member: str) -> None:
+        try:
+            for answer in self._link.get(
+                keys.directory(member), timeout_s=_REQUEST_S, ended=lambda: self._events.is_closed
+            ):
+                self._on_directory(answer.key, answer.payload, b"")
+        except LinkFailed as error:
+            self._warn(str(error))
+
+    def _prepare(self, topic: _Topic) -> None:
+        """Find the definition of a topic and its latched messages."""
+        entry, text = topic.entry, ""
+        found = installed_class(entry.type)
+        try:
+            if found is not None and found._md5sum == entry.md5sum:
+                text = found._full_text
+            else:
+                for answer in self._link.get(keys.definition(topic.member, entry.type), timeout_s=_REQUEST_S):
+                    text = (
+                        read_definition(answer.payload, entry.md5sum, self._limits.definition_bytes) or text
+                    )
+            topic.definition = text
+            key = keys.topic(topic.member, entry.name)
+            for answer in self._link.get(key, timeout_s=_REQUEST_S):
+                self._on_message(key, answer.payload, answer.attachment, is_replay=True)
+        except LinkFailed as error:
+            self._warn(str(error))
+        self._events.post("wishes", topic.member, lambda: self._publish_wishes(topic.member))
+
+    # -- the thread ---------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while not self._events.is_closed:
+            event = self._events.next(None)
+            try:
+                if event is not None:
+                    event()
+                while (found := self._next_message()) is not None:
+                    self._record(*found)
+            except LinkFailed:
+                return  # the session was closed
+            except (PiprosError, OSError) as error:
+                self._warn(f"the history is incomplete: {error}")
+
+    def _next_message(self) -> tuple[str, bytes, bytes, bool] | None:
+        with self._lock:
+            if not self._waiting:
+                return None
+            found = self._waiting.popleft()
+            self._waiting_bytes -= len(found[1])
+            return found
+
+    def _take_directory(self, member: str, payload: bytes) -> None:
+        directory = from_json(payload, member, self._limits.fleet_directory_bytes)
+        before = self._directories.get(member)
+        if before is None and len(self._directories) >= self._limits.fleet_members:
+            self._warn(f"too many members; {limit_text('fleet_members', self._limits.fleet_members)}")
+            return
+        self._directories[member] = directory
+        if before is None or before.instance != directory.instance:
+            self._wishes.pop(member, None)
+        for entry in directory.shared:
+            if matches_any(self._patterns, entry.name):
+                self._topic(member, entry.name)
+        self._publish_wishes(member)
+
+    def _topic(self, member: str, name: str) -> _Topic | None:
+        """Return a topic of a member's directory; None if it is not there, or there are too many topics."""
+        directory = self._directories.get(member)
+        entries = directory.shared if directory is not None else ()
+        entry = next((each for each in entries if each.name == name), None)
+        topic = self._topics.get((member, name))
+        if directory is None or entry is None:
+            return None
+        if topic is None or topic.entry != entry or topic.instance != directory.instance:
+            if topic is None and len(self._topics) >= self._limits.fleet_topics:
+                self._warn(f"too many topics; {limit_text('fleet_topics', self._limits.fleet_topics)}")
+                return None
+            latched = topic.latched if topic is not None else {}
+            self._topics[member, name] = topic = _Topic(member, entry, directory.instance, latched)
+            self._workers.run(self._prepare, topic)
+        return topic
+
+    def _publish_wishes(self, member: str) -> None:
+        """Tell a member which of its topics are recorded anyway, once their definitions are known."""
+        wanted = frozenset(
+            name
+            for (owner, name), topic in self._topics.items()
+            if owner == member and topic.definition is not None and matches_any(self._patterns, name)
+        )
+        sent = self._wishes.get(member)
+        if sent is None or sent.topics != wanted:
+            self._wishes[member] = wishes = Wishes(self._instance, next(self._revisions), wanted)
+            self._link.put(keys.wanted(ROUTER, member), wishes_to_json(wishes), waits=True)
+
+    def _record(self, key: str, payload: bytes, attachment: bytes, is_replay: bool) -> None:
+        match keys.parts(key):
+            case (member, "t", rest):
+                topic = self._topic(member, keys.unmangled("/".join(rest)))
+            case _:
+                return
+        if topic is None or topic.definition is None:
+            self._drop()
+            return
+        try:
+            found = unpack(attachment)
+            body = decompressed(payload, FILE_BYTES) if found.is_compressed else payload
+        except PiprosError:
+            self._drop()
+            return
+        if len(body) > FILE_BYTES or found.md5sum != topic.entry.md5sum:
+            self._drop()
+        elif topic.received.is_new(found, len(payload), is_replay=is_replay):
+            is_latched = found.is_latched and self._may_keep(topic, found.source, len(body))
+            connection = topic.connection(found.source, is_latched=is_latched)
+            self._files.write(member, connection, time.time_ns(), body)
+
+    def _may_keep(self, topic: _Topic, source: int, size: int) -> bool:
+        """Return whether there is room to repeat a latched message in each further file."""
+        if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
+            return False
+        before = topic.latched.get(source, 0)
+        if self._latched_bytes - before + size > self._limits.fleet_latched_bytes:
+            return False
+        self._latched_bytes += size - before
+        topic.latched[source] = size
+        return True
+
+    def _drop(self) -> None:
+        self.dropped += 1
+
+
+def _answer(question: Question, payload: bytes) -> None:
+    question.answer(payload)
+    question.close()

@@ -1,0 +1,126 @@
+"""The other members as the local master sees them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text
+from pipros.fleet import keys
+from pipros.fleet.directory import Wishes, from_json, wishes_to_json
+from pipros.fleet.local_graph import occupied
+from pipros.fleet.members import Token
+from pipros.fleet.shown_member import ShownMember
+from pipros.fleet.sources import Sender
+from pipros.fleet.zenoh_session import Link, Question
+from pipros.graph.system_state import SystemState
+from pipros.net.workers import Workers
+from pipros.node import Node
+
+
+class ShownMembers:
+    """Shows members by their directories, and sends them the wishes of local nodes.
+
+    One thread calls the methods, except for `answer_wishes`.
+
+    Attributes:
+        members: those that are shown, by name.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        link: Link,
+        sender: Sender,
+        me: str,
+        workers: Workers,
+        warn: Callable[[str], object],
+        wake: Callable[[], object],
+    ) -> None:
+        """`wake`: called in any thread when `settle` has something to do."""
+        self.members: dict[str, ShownMember] = {}
+        self._node = node
+        self._link = link
+        self._sender = sender
+        self._me = me
+        self._workers = workers
+        self._warn = warn
+        self._wake = wake
+        self._wishes_sent: dict[str, Wishes] = {}
+        self._revisions = itertools.count(1)
+
+    def take_directory(self, token: Token, payload: bytes, state: SystemState) -> None:
+        """Show a member, or note its new directory.
+
+        Args:
+            state: the local master; a member whose namespace is used there is not shown.
+        """
+        member = token.member
+        try:
+            directory = from_json(payload, member, self._node.limits.fleet_directory_bytes)
+        except PiprosError as error:
+            self._warn(str(error))
+            return
+        if directory.instance != token.instance:
+            return
+        shown = self.members.get(member)
+        if shown is not None and shown.directory.instance != directory.instance:
+            self.forget(member)
+            shown = None
+        if shown is not None:
+            if directory.revision > shown.directory.revision:
+                shown.directory = directory
+            return
+        taken = occupied(state, member)
+        if taken is not None:
+            self._warn(f"[{member}] is not shown, because the local name [{taken}] uses its namespace")
+            return
+        self._node.log.info("[%s] has joined", member)
+        self.members[member] = ShownMember(
+            self._node, self._link, self._sender, self._me, directory, self._workers, self._wake
+        )
+
+    def forget(self, member: str) -> None:
+        """Remove a member from the local master."""
+        self._wishes_sent.pop(member, None)
+        shown = self.members.pop(member, None)
+        if shown is not None:
+            shown.close()
+
+    def replay(self, member: str) -> None:
+        """Request the latched messages of a member again, because the link to it was lost."""
+        shown = self.members.get(member)
+        if shown is not None:
+            shown.replay()
+
+    def send_again(self) -> None:
+        """Request all latched messages, and let `publish_wishes` send all wishes, after the link was lost."""
+        for shown in self.members.values():
+            shown.replay()
+        self._wishes_sent.clear()
+
+    def settle(self) -> None:
+        """Bring the local master in line with the directories."""
+        room = self._node.limits.fleet_topics
+        for shown in list(self.members.values()):
+            room -= shown.settle(room)
+        if room <= 0:
+            limit = limit_text("fleet_topics", self._node.limits.fleet_topics)
+            self._warn(f"too many topics are shown; {limit}")
+
+    def publish_wishes(self) -> None:
+        """Tell each member which of its topics local nodes want, if that has changed."""
+        for member, shown in self.members.items():
+            wanted = shown.wanted()
+            sent = self._wishes_sent.get(member)
+            if sent is None or wanted != sent.topics:
+                wishes = Wishes(self._sender.instance, next(self._revisions), wanted)
+                self._wishes_sent[member] = wishes
+                self._link.put(keys.wanted(self._me, member), wishes_to_json(wishes), waits=True)
+
+    def answer_wishes(self, question: Question) -> None:
+        """Answer a member that asks for the wishes. Called in a thread of Zenoh."""
+        other = question.key.rpartition("/")[2]
+        question.answer(wishes_to_json(self._wishes_sent.get(other, Wishes(self._sender.instance))))
+        question.close()

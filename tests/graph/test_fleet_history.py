@@ -1,0 +1,110 @@
+"""What a router records of members, and how an operator who joins late gets it."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+from pipros.bag.opening import open_bag
+from pipros.fleet.agent import new_instance
+from pipros.fleet.history_files import SMALLEST_LIMIT_BYTES, HistoryFiles
+from pipros.fleet.recorder import Recorder
+from pipros.fleet.status import history_file, history_of
+from pipros.fleet.zenoh_session import connect, open_router
+from tests.graph.test_fleet_topics import publish_until
+from tests.support.fleet import Member, String
+from tests.support.ports import ClaimedPort
+from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
+
+
+def recorded(path: Path) -> list[tuple[str, str]]:
+    with open_bag(path) as bag:
+        return [(each.connection.topic, each.message.data) for each in bag.messages()]
+
+
+def test_an_operator_who_joins_late_gets_what_happened(claimed_port: ClaimedPort, tmp_path: Path) -> None:
+    address = f"tcp/127.0.0.1:{claimed_port.number}"
+    router = open_router([address])
+    files = HistoryFiles(tmp_path / "history", SMALLEST_LIMIT_BYTES)
+    recorder = Recorder(router, files, new_instance(), ["/odom", "/map"], log=logging.getLogger("test"))
+    recorder.start()
+    try:
+        with Member("robot1", address) as robot:
+            node = robot.node("base")
+            node.advertise("/map", String, latch=True).publish(String("map"))
+            odometry, unwanted = node.advertise("/odom", String), node.advertise("/debug", String)
+            wait_until(lambda: odometry.connection_count == 1, 15, "the recorder to receive")
+            odometry.publish(String("moved"))
+            assert unwanted.connection_count == 0, "nothing else crosses the link"
+            late = connect(address)
+            try:
+
+                def found() -> list[Any]:
+                    return history_of(late, "robot1") or []
+
+                wait_until(lambda: sum(each.messages for each in found()) >= 2, 15, "both messages")
+                contents = []
+                for each in found():
+                    copy = tmp_path / each.name
+                    copy.write_bytes(history_file(late, "robot1", each.name) or b"")
+                    contents += recorded(copy)
+                assert {("/robot1/map", "map"), ("/robot1/odom", "moved")} == set(contents)
+                assert history_of(late, "robot2") == []
+                assert history_file(late, "robot1", "missing.mcap") is None
+            finally:
+                late.close()
+    finally:
+        recorder.close()
+        router.close()
+
+
+def test_what_others_receive_is_recorded_without_further_traffic(
+    claimed_port: ClaimedPort, tmp_path: Path
+) -> None:
+    address = f"tcp/127.0.0.1:{claimed_port.number}"
+    router = open_router([address])
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    recorder = Recorder(router, files, new_instance(), log=logging.getLogger("test"))
+    recorder.start()
+    try:
+        with Member("robot1", address) as robot, Member("operator", address) as operator:
+            talker = robot.node("talker").advertise("/chatter", String)
+            operator.wait_for_topic("/robot1/chatter")
+            received = operator.receive("/robot1/chatter")
+            publish_until(talker, received, "hello")
+            wait_until(lambda: "router" in operator.agent.shown, 15, "the recorder to be a member")
+
+            def count() -> int:
+                talker.publish(String("more"))
+                return sum(each.messages for each in files.list("robot1"))
+
+            wait_until(lambda: count() > 0, 15, "a recorded message")
+    finally:
+        recorder.close()
+        router.close()
+
+
+def test_a_router_with_a_history_runs_as_a_command(ros: RosSystem) -> None:
+    ros.serve_master()
+    port = ClaimedPort()
+    address = f"tcp/127.0.0.1:{port.number}"
+    router = ros.pipros.start(
+        "pipros", "fleet", "router", address, "--history", "kept", "--history-topic", "/chatter"
+    )
+    router.wait_for("router at")
+    ros.pipros.start("rostopic", "pub", "-l", "/chatter", "std_msgs/String", "hello")
+    ros.pipros.start("pipros", "fleet", "join", "robot1", "--router", address).wait_for("joined")
+
+    def listed() -> Any:
+        return ros.pipros.run(
+            "pipros", "fleet", "history", "robot1", "--router", address, "--output", "copies"
+        )
+
+    wait_until(lambda: "1 messages" in listed().output, 30, "the message")
+    router.press_ctrl_c()
+    assert router.wait() == 0
+    (copy,) = (ros.home / "copies").glob("robot1_*.mcap")
+    assert recorded(copy) == [("/robot1/chatter", "hello")]
+    port.release()

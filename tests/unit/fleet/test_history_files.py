@@ -1,0 +1,91 @@
+"""Files of a history: their messages, their limit, and names from other machines."""
+
+from __future__ import annotations
+
+from dataclasses import astuple
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.bag.connection import Connection
+from pipros.bag.opening import open_bag
+from pipros.fleet.history_files import (
+    FILE_BYTES,
+    SMALLEST_LIMIT_BYTES,
+    HistoryFile,
+    HistoryFiles,
+    is_file_name,
+    read_rows,
+)
+from pipros.msg import load_message_class
+from pipros.web.bag_folder import BagFolder
+
+String: Any = load_message_class("std_msgs/String")
+S = 1_000_000_000
+
+
+def connection(topic: str, *, latching: bool = False) -> Connection:
+    header = {"type": "std_msgs/String", "md5sum": String._md5sum, "message_definition": String._full_text}
+    header |= {"callerid": "/robot1/0", "latching": "1" if latching else "0"}
+    return Connection(0, topic, {name: value.encode() for name, value in header.items()})
+
+
+def body(text: str) -> bytes:
+    return b"".join(String(text)._to_buffers())
+
+
+def texts(path: Path) -> list[tuple[str, str]]:
+    with open_bag(path) as bag:
+        return [(each.connection.topic, each.message.data) for each in bag.messages()]
+
+
+def test_a_file_can_be_read_while_the_history_goes_on(tmp_path: Path) -> None:
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    map_topic, odometry = connection("/robot1/map", latching=True), connection("/robot1/odom")
+    files.write("robot1", map_topic, 1 * S, body("map"))
+    files.write("robot1", odometry, 2 * S, body("first"))
+    (first,) = files.list("robot1")
+    assert (first.messages, first.begin_ns, first.end_ns) == (2, 1 * S, 2 * S)
+    files.write("robot1", odometry, 3 * S, body("second"))
+    files.close()
+
+    names = [each.name for each in files.list("robot1")]
+    assert texts(tmp_path / "robot1" / names[0]) == [("/robot1/map", "map"), ("/robot1/odom", "first")]
+    assert texts(tmp_path / "robot1" / names[1]) == [("/robot1/map", "map"), ("/robot1/odom", "second")]
+    assert files.read("robot1", names[0]) == (tmp_path / "robot1" / names[0]).read_bytes()
+    assert {name for name, _ in BagFolder(tmp_path).names()} == {f"robot1/{name}" for name in names}
+    assert files.list("robot2") == []
+
+
+def test_the_member_with_the_largest_files_loses_its_oldest_one(tmp_path: Path) -> None:
+    (tmp_path / "robot2").mkdir()
+    old = tmp_path / "robot2" / "of_a_killed_router.mcap.active"
+    old.write_bytes(b"x")
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    noisy = connection("/robot1/image")
+    for number in range(9):
+        files.write("robot1", noisy, number * S, bytes((number,)) + body("x" * (FILE_BYTES // 2)))
+    files.close()
+    sizes = [path.stat().st_size for path in tmp_path.glob("*/*.mcap*")]
+    assert sum(sizes) <= SMALLEST_LIMIT_BYTES
+    assert old.exists()
+    assert files.list("robot1")[-1].end_ns == 8 * S
+
+
+def test_too_small_a_limit_raises(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="the limit must be >= 33554432 bytes, got 5"):
+        HistoryFiles(tmp_path, 5)
+
+
+@pytest.mark.parametrize("name", ["../x.mcap", "/etc/passwd", "a/b.mcap", "x.bag", ".mcap", "a\n.mcap"])
+def test_names_that_lead_elsewhere_are_no_files(tmp_path: Path, name: str) -> None:
+    assert not is_file_name(name)
+    assert HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES).read("robot1", name) is None
+
+
+def test_rows_of_a_router_are_checked() -> None:
+    good = HistoryFile("a.mcap", 1, 2, 3, 4)
+    wrong = [["../a.mcap", 1, 2, 3, 4], ["b.mcap", "1", 2, 3, 4], ["c.mcap"], 5]
+    assert list(read_rows([*wrong, list(astuple(good))])) == [good]
+    assert list(read_rows({})) == []

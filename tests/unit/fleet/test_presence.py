@@ -1,0 +1,104 @@
+"""Members that join and leave, and links that are lost meanwhile."""
+
+from __future__ import annotations
+
+from pipros.fleet import keys
+from pipros.fleet.members import Token
+from pipros.fleet.presence import LEAVE_S, RETURN_S, Presence
+
+ME = "operator"
+EARLY, NOW, LATE = "0" * 16, "5" * 16, "9" * 16
+
+
+class Heard:
+    """Keeps what `Presence` reports."""
+
+    def __init__(self) -> None:
+        self.events: list[str] = []
+
+    def on_joined(self, token: Token) -> None:
+        self.events.append(f"{token.member} {token.instance[0]} joined")
+
+    def on_returned(self, member: str) -> None:
+        self.events.append(f"{member} returned")
+
+    def on_left(self, member: str) -> None:
+        self.events.append(f"{member} left")
+
+    def on_older_namesake(self) -> None:
+        self.events.append("older namesake")
+
+    def on_other_version(self, token: Token) -> None:
+        self.events.append(f"{token.member} version {token.version}")
+
+
+def presence() -> tuple[Presence, list[str]]:
+    heard = Heard()
+    return Presence(ME, NOW, 10, heard), heard.events
+
+
+def robot(instance: str = NOW) -> str:
+    return keys.live("robot1", keys.VERSION, instance)
+
+
+def test_a_member_leaves_a_moment_after_its_token() -> None:
+    found, events = presence()
+    found.update(robot(), is_present=True, now_s=0)
+    found.update(robot(), is_present=False, now_s=1)
+    found.settle(is_connected=True, now_s=1 + LEAVE_S / 2)
+    assert found.present().keys() == {"robot1"}
+    found.settle(is_connected=True, now_s=1 + LEAVE_S)
+    assert events == ["robot1 5 joined", "robot1 left"]
+    assert found.present() == {}
+
+
+def test_a_token_that_is_back_at_once_is_a_return() -> None:
+    found, events = presence()
+    found.update(robot(), is_present=True, now_s=0)
+    found.update(robot(), is_present=False, now_s=1)
+    found.update(robot(), is_present=True, now_s=1)
+    found.settle(is_connected=True, now_s=10)
+    assert events == ["robot1 5 joined", "robot1 returned"]
+
+
+def test_members_stay_while_the_link_is_down_and_have_time_to_return() -> None:
+    found, events = presence()
+    other = keys.live("robot2", keys.VERSION, NOW)
+    for key in (robot(), other):
+        found.update(key, is_present=True, now_s=0)
+        found.update(key, is_present=False, now_s=1)
+    found.settle(is_connected=False, now_s=2)
+    found.settle(is_connected=False, now_s=100)
+    assert found.present().keys() == {"robot1", "robot2"}
+    found.note_connection(now_s=100)
+    found.update(robot(), is_present=True, now_s=101)
+    found.settle(is_connected=True, now_s=100 + RETURN_S)
+    assert events == ["robot1 5 joined", "robot2 5 joined", "robot1 returned", "robot2 left"]
+
+
+def test_a_member_whose_agent_was_restarted_has_not_left() -> None:
+    found, events = presence()
+    found.update(robot(EARLY), is_present=True, now_s=0)
+    found.update(robot(LATE), is_present=True, now_s=1)
+    found.update(robot(EARLY), is_present=False, now_s=2)
+    found.settle(is_connected=True, now_s=3)
+    assert events == ["robot1 0 joined", "robot1 9 joined", "robot1 9 joined"]
+    assert found.present()["robot1"].instance == LATE
+
+
+def test_of_two_namesakes_only_the_later_one_is_told() -> None:
+    found, events = presence()
+    found.update(keys.live(ME, keys.VERSION, LATE), is_present=True, now_s=0)
+    assert events == []
+    found.update(keys.live(ME, keys.VERSION, EARLY), is_present=True, now_s=0)
+    assert events == ["older namesake"]
+
+
+def test_other_versions_and_malformed_tokens_are_not_present() -> None:
+    found, events = presence()
+    found.update(keys.live("future", keys.VERSION + 1, NOW), is_present=True, now_s=0)
+    found.update("pipros/a/live/1/nonsense", is_present=True, now_s=0)
+    found.update("pipros/a/live/1/nonsense", is_present=False, now_s=0)
+    found.settle(is_connected=True, now_s=10)
+    assert events == [f"future version {keys.VERSION + 1}"]
+    assert found.present() == {}
