@@ -1,7 +1,7 @@
-"""Passes topics and services between a master and a domain of ROS 2.
+"""Passes topics, services and actions between a master and a domain of ROS 2.
 
 One thread looks at ROS 1, which may block. Another one compares both sides with what is passed, and opens
-and closes topics and services. Messages pass through neither: the threads that receive them convert them.
+and closes it. Messages pass through neither: the threads that receive them convert them.
 """
 
 from __future__ import annotations
@@ -22,10 +22,14 @@ from pipros.basics.limits import limit_text
 from pipros.fleet.link_status import Level, LinkDiagnostics, LinkStatus
 from pipros.msg import load_service_class
 from pipros.node import Node
+from pipros.ros2.action_to_ros1 import ActionToRos1
+from pipros.ros2.action_to_ros2 import ActionToRos2
 from pipros.ros2.bridged_services import Ros1Service, Ros2Service
 from pipros.ros2.bridged_topics import Route, ToRos1, ToRos2
 from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
-from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker
+from pipros.ros2.interfaces.action_types import action_of_service
+from pipros.ros2.names import action_names
+from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, is_part_of_action
 from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
 from pipros.ros2.type_pairs import TypePair, TypePairs
 
@@ -39,7 +43,7 @@ DIAGNOSTICS_S: Final = 1.0
 _SKIPPED: Final = 1000
 _CLOCK: Final = "/clock"
 
-Open = ToRos1 | ToRos2 | Ros1Service | Ros2Service
+Open = ToRos1 | ToRos2 | Ros1Service | Ros2Service | ActionToRos1 | ActionToRos2
 Key = tuple[Kind, Direction, str]
 """What is passed; the name is that of the side where it comes from."""
 _Wanted = tuple[object, Callable[[], Open]]
@@ -152,7 +156,7 @@ class Gateway:
                     self.log.exception("the gateway failed: %s", error)
 
     def _update(self, graph: Ros1Graph, endpoints: Sequence[Endpoint]) -> None:
-        """Open, update and close topics and services, so that they agree with both sides."""
+        """Open, update and close topics, services and actions, so that they agree with both sides."""
         self._known = {each.key: each for each in endpoints if not self._is_own(each)}
         found = _Found(self._known.values())
         now_s = time.monotonic()
@@ -165,6 +169,8 @@ class Gateway:
         for (_, _, name), (_, each) in list(self._open.items()):
             if isinstance(each, ToRos2) and name in graph.topics:
                 each.update(graph.topics[name].publishers)
+            elif isinstance(each, ActionToRos1 | ActionToRos2):
+                each.update()
             elif isinstance(each, ToRos1):
                 of_type = each.route.pair.plan.ros2_type
                 each.update(
@@ -179,9 +185,18 @@ class Gateway:
             (Kind.TOPIC, Direction.TO_ROS1, found.publishers, lambda name: self._inward(name, graph, found)),
             (Kind.SERVICE, Direction.TO_ROS1, graph.services, lambda name: self._offered(name, graph)),
             (Kind.SERVICE, Direction.TO_ROS2, found.services, lambda name: self._called(name, graph, found)),
+            (Kind.ACTION, Direction.TO_ROS1, graph.actions, lambda name: self._action_of_ros1(name, graph)),
+            (
+                Kind.ACTION,
+                Direction.TO_ROS2,
+                found.actions,
+                lambda name: self._action_of_ros2(name, graph, found),
+            ),
         )
         for kind, direction, names, make in kinds:
             for name in names:
+                if self._is_part_of_action(kind, direction, name, graph):
+                    continue
                 with _skipping(skipped, (kind, direction, name)):
                     verdict = self._rules.verdict(kind, direction, name, is_local=self._is_local)
                     if not verdict.passes:
@@ -190,6 +205,15 @@ class Gateway:
                     if each is not None:
                         wanted[kind, direction, name] = each
         return wanted
+
+    def _is_part_of_action(self, kind: Kind, direction: Direction, name: str, graph: Ros1Graph) -> bool:
+        """Return whether a topic or service only passes as a part of an action."""
+        if self._rules.names(kind, direction, name):
+            return False
+        is_of_ros1 = (kind, direction) == (Kind.TOPIC, Direction.TO_ROS2)
+        return "/_action/" in name or (
+            is_of_ros1 and is_part_of_action(name, graph.topics[name].definition.type)
+        )
 
     def _outward(self, name: str, graph: Ros1Graph) -> _Wanted:
         topic, rule = graph.topics[name], self._rules.renamed(Direction.TO_ROS2, name)
@@ -226,6 +250,17 @@ class Gateway:
             return None
         pair = self._pairs.of_ros2_service(found.services[name])
         return pair.plan.ros2_type, lambda: Ros2Service(self._node, self._engine, name, pair)
+
+    def _action_of_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
+        self._check_rivals(EndpointKind.SERVER, action_names(name).send_goal)
+        pair = self._pairs.of_action(graph.actions[name])
+        return pair, lambda: ActionToRos1(self._node, self._engine, name, pair, self.identity)
+
+    def _action_of_ros2(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
+        if name in graph.actions:
+            return None
+        pair = self._pairs.of_ros2_action(found.actions[name])
+        return pair, lambda: ActionToRos2(self._node, self._engine, name, pair, self.identity)
 
     def _check_rivals(self, kind: EndpointKind, name: str) -> None:
         """Leave a name to another gateway of this master that offers it, and has the smaller identity."""
@@ -293,7 +328,7 @@ class Gateway:
         return LinkStatus(
             f"/ROS 2/{self._node.name[1:]}",
             Level.WARN if dropped else Level.OK,
-            f"{dropped} messages dropped" if dropped else f"{len(values)} topics and services",
+            f"{dropped} messages dropped" if dropped else f"{len(values)} topics, services and actions",
             values,
         )
 
@@ -307,6 +342,10 @@ class Gateway:
                 plan, counts = each.route.pair.plan, each.counts
                 row |= {"ros1_type": plan.ros1_type, "ros2_type": plan.ros2_type, "active": each.is_active}
                 row |= {"count": counts.messages, "dropped": counts.dropped, "reason": counts.reason}
+            elif isinstance(each, ActionToRos1 | ActionToRos2):
+                action = each.pair.plan
+                row |= {"ros1_type": action.ros1_type, "ros2_type": action.ros2_type, "active": True}
+                row |= {"count": each.calls, "dropped": each.failures, "reason": ""}
             else:
                 row |= {"active": True, "count": each.calls, "dropped": each.failures, "reason": ""}
             rows.append({**row, "rate": self._rates.get(key, 0.0)})
@@ -334,13 +373,18 @@ def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Rou
 
 
 class _Found:
-    """Publishers and services of ROS 2 by name."""
+    """Publishers, services and actions of ROS 2 by name."""
 
     def __init__(self, endpoints: Iterable[Endpoint]) -> None:
         self.publishers: dict[str, list[Endpoint]] = defaultdict(list)
         self.services: dict[str, str] = {}
+        self.actions: dict[str, str] = {}
         for each in endpoints:
             if each.kind is EndpointKind.PUBLISHER:
                 self.publishers[each.name].append(each)
             elif each.kind is EndpointKind.SERVER:
-                self.services[each.name] = each.type
+                name = each.name.removesuffix("/_action/send_goal")
+                if name == each.name:
+                    self.services[name] = each.type
+                elif each.type.endswith("_SendGoal"):
+                    self.actions[name] = action_of_service(each.type)

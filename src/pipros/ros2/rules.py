@@ -136,6 +136,10 @@ class GatewayRules:
             return Verdict(False, f"nothing {reason}enters ROS 1 unless an allow list ({where}) has it")
         return Verdict(True)
 
+    def names(self, kind: Kind, direction: Direction, name: str) -> bool:
+        """Return whether an allow list has exactly this name."""
+        return name in self.filters.get((kind, direction), NameFilter()).allow
+
     def renamed(self, direction: Direction, name: str) -> StaticRule | None:
         """Return the static rule for a topic of the side that publishes."""
         for rule in self.static:

@@ -17,11 +17,13 @@ from pipros.msg.class_finder import installed_class
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import MessageSpec
 from pipros.node.any_msg import AnyMsg
+from pipros.ros2.action_pair import ActionPair
 from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import MappingRules
 from pipros.ros2.conversion.plans import Plan, Plans, ServicePlan
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
+from pipros.ros2.interfaces.type_hash import ActionHashes
 
 
 class WrongHash(ConversionError):
@@ -79,6 +81,7 @@ class TypePairs:
         self._is_lenient = is_lenient
         self._definitions: dict[str, Definition] = {}
         self._pairs: dict[tuple[str, str, str], TypePair] = {}
+        self._actions: dict[tuple[str, str], ActionPair] = {}
         self._lock = threading.RLock()
 
     def _message(self, name: str) -> MessageSpec:
@@ -131,6 +134,27 @@ class TypePairs:
         """Return the pair for a service of ROS 2. Raises the same errors as `of_ros1`."""
         with self._lock:
             return self.of_service(self._plans.ros1_service(ros2_type))
+
+    def of_action(self, ros1_type: str, ros2_type: str = "") -> ActionPair:
+        """Return the pair for an action of ROS 1, such as `nav_msgs/GetMap`.
+
+        Raises the same errors as `of_ros1`.
+
+        Args:
+            ros2_type: the action of ROS 2, instead of the one that the rules determine.
+        """
+        with self._lock:
+            plan = self._plans.action(ros1_type, ros2_type)
+            key = plan.ros1_type, plan.ros2_type
+            if key not in self._actions:
+                hashes = self._plans.action_hashes(plan.ros2_type) if self._has_hashes else ActionHashes()
+                self._actions[key] = ActionPair(plan, hashes)
+            return self._actions[key]
+
+    def of_ros2_action(self, ros2_type: str) -> ActionPair:
+        """Return the pair for an action of ROS 2. Raises the same errors as `of_ros1`."""
+        with self._lock:
+            return self.of_action(self._plans.ros1_action(ros2_type), ros2_type)
 
     def _pair(self, plan: Plan, definition: Definition) -> TypePair:
         key = plan.ros1_type, plan.ros2_type, definition.md5sum
