@@ -190,6 +190,26 @@ def test_static_rules_rename_topics(system: System) -> None:
     assert not system.has(EndpointKind.PUBLISHER, "/scan")
 
 
+def test_static_rules_with_types_pass_topics_before_a_node_publishes_them(system: System) -> None:
+    system.gateway(
+        "topics: {static: [{ros1: /out, direction: to_ros2, ros1_type: std_msgs/String},"
+        " {ros1: /in, ros2: /in2, direction: to_ros1, ros2_type: std_msgs/msg/String}]}"
+    )
+    samples: list[Sample] = []
+    received: list[str] = []
+    wait_until(lambda: system.has(EndpointKind.PUBLISHER, "/out"), what="the topic in ROS 2")
+    wait_until(lambda: system.is_published("/in"), what="the topic in ROS 1")
+    system.ros2.subscribe("/out", STRING, STRING_HASH, TopicQos(), samples.append)
+    system.ros1.subscribe("/in", String, lambda message: received.append(message.data))
+
+    publisher = system.ros1.advertise("/out", String)
+    announcement = system.announce("/in2", STRING, STRING_HASH, TopicQos())
+
+    wait_while_publishing(lambda: publisher.publish(String("out")), lambda: samples, "a message in ROS 2")
+    wait_while_publishing(lambda: announcement.publish(cdr("in")), lambda: received, "a message in ROS 1")
+    assert ({*texts(samples)}, {*received}) == ({"out"}, {"in"})
+
+
 def test_services_of_ros2_are_offered_in_ros1(system: System) -> None:
     system.gateway()
     system.ros2.serve(

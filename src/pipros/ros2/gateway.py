@@ -167,8 +167,9 @@ class Gateway:
             self._skipped = skipped
             self._report(skipped)
         for (_, _, name), (_, each) in list(self._open.items()):
-            if isinstance(each, ToRos2) and name in graph.topics:
-                each.update(graph.topics[name].publishers)
+            if isinstance(each, ToRos2):
+                topic = graph.topics.get(name)
+                each.update(topic.publishers if topic else ())
             elif isinstance(each, ActionToRos1 | ActionToRos2):
                 each.update()
             elif isinstance(each, ToRos1):
@@ -181,8 +182,18 @@ class Gateway:
         """Return what should be passed. Add to `skipped` what is left out."""
         wanted: dict[Key, _Wanted] = {}
         kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
-            (Kind.TOPIC, Direction.TO_ROS2, graph.topics, lambda name: self._outward(name, graph)),
-            (Kind.TOPIC, Direction.TO_ROS1, found.publishers, lambda name: self._inward(name, graph, found)),
+            (
+                Kind.TOPIC,
+                Direction.TO_ROS2,
+                {*graph.topics, *self._rules.from_the_start(Direction.TO_ROS2)},
+                lambda name: self._outward(name, graph),
+            ),
+            (
+                Kind.TOPIC,
+                Direction.TO_ROS1,
+                {*found.publishers, *self._rules.from_the_start(Direction.TO_ROS1)},
+                lambda name: self._inward(name, graph, found),
+            ),
             (Kind.SERVICE, Direction.TO_ROS1, graph.services, lambda name: self._offered(name, graph)),
             (Kind.SERVICE, Direction.TO_ROS2, found.services, lambda name: self._called(name, graph, found)),
             (Kind.ACTION, Direction.TO_ROS1, graph.actions, lambda name: self._action_of_ros1(name, graph)),
@@ -210,35 +221,43 @@ class Gateway:
         """Return whether a topic or service only passes as a part of an action."""
         if self._rules.names(kind, direction, name):
             return False
-        is_of_ros1 = (kind, direction) == (Kind.TOPIC, Direction.TO_ROS2)
-        return "/_action/" in name or (
-            is_of_ros1 and is_part_of_action(name, graph.topics[name].definition.type)
-        )
+        topic = graph.topics.get(name) if (kind, direction) == (Kind.TOPIC, Direction.TO_ROS2) else None
+        return "/_action/" in name or (topic is not None and is_part_of_action(name, topic.definition.type))
 
     def _outward(self, name: str, graph: Ros1Graph) -> _Wanted:
-        topic, rule = graph.topics[name], self._rules.renamed(Direction.TO_ROS2, name)
-        route = _route(name, rule.ros2 if rule else name, self._pairs.of_ros1(topic.definition), rule)
+        topic, rule = graph.topics.get(name), self._rules.renamed(Direction.TO_ROS2, name)
+        pair = self._pairs.of_ros1(topic.definition) if topic else self._pair_of(rule)
+        route = _route(name, rule.ros2 if rule else name, pair, rule)
         self._check_rivals(EndpointKind.PUBLISHER, route.ros2)
-        version = route.ros2, route.pair.plan.ros2_type, topic.is_latched
-        return version, lambda: ToRos2(self._node, self._engine, route, is_latched=topic.is_latched)
+        is_latched = topic is not None and topic.is_latched
+        version = route.ros2, route.pair.plan.ros2_type, is_latched
+        return version, lambda: ToRos2(self._node, self._engine, route, is_latched=is_latched)
 
     def _inward(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted:
-        rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers[name]
+        rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers.get(name)
         target = rule.ros1 if rule else name
-        first = min(publishers, key=lambda each: each.type)
-        pair = self._pairs.of_ros2(first.type)
-        for each in publishers:
-            if each.type == first.type:
+        pair = (
+            self._pairs.of_ros2(min(each.type for each in publishers)) if publishers else self._pair_of(rule)
+        )
+        ros2_type = pair.plan.ros2_type
+        for each in publishers or ():
+            if each.type == ros2_type:
                 self._pairs.check_hash(pair, each.type_hash)
         there = graph.topics.get(target)
         if there is not None and there.definition.type != pair.plan.ros1_type:
-            raise PiprosError(f"ROS 1 has it as {there.definition.type}, ROS 2 as {first.type}")
+            raise PiprosError(f"ROS 1 has it as {there.definition.type}, ROS 2 as {ros2_type}")
         if there is not None and target == _CLOCK:
             raise PiprosError("ROS 1 has its own clock")
         route = _route(target, name, pair, rule)
-        return (target, first.type), lambda: ToRos1(
+        return (target, ros2_type), lambda: ToRos1(
             self._node, self._engine, route, self.identity, self._publisher, self._changed.set
         )
+
+    def _pair_of(self, rule: StaticRule | None) -> TypePair:
+        """Return the types that a rule names for a topic without publishers."""
+        if rule is None:
+            raise PiprosError("no node publishes it")
+        return self._pairs.of_rule(rule)
 
     def _offered(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, name)

@@ -24,6 +24,7 @@ from pipros.ros2.conversion.plans import Plan, Plans, ServicePlan
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
 from pipros.ros2.interfaces.type_hash import ActionHashes
+from pipros.ros2.rules import StaticRule
 
 
 class WrongHash(ConversionError):
@@ -109,6 +110,15 @@ class TypePairs:
             if plan.ros1_type not in self._definitions:
                 raise NotFound(f"no package with {plan.ros1_type} is installed")
             return self._pair(plan, self._definitions[plan.ros1_type])
+
+    def of_rule(self, rule: StaticRule) -> TypePair:
+        """Return the pair for the types that a rule names. Raises the same errors as `of_ros1`."""
+        if not rule.ros1_type:
+            return self.of_ros2(rule.ros2_type)
+        found = installed_class(rule.ros1_type)
+        if found is None:
+            raise NotFound(f"no package with {rule.ros1_type} is installed")
+        return self.of_ros1(Definition(rule.ros1_type, found._md5sum, found._full_text))
 
     def check_hash(self, pair: TypePair, announced: str) -> None:
         """Compare the hash of a type with that of a node of ROS 2.
