@@ -3,43 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from typing import Any
 
 import pytest
 
-from pipros.basics.env import Environment
-from pipros.basics.limits import process_limits
-from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
-from pipros.node import Node
-from pipros.ros2.conversion.mapping import BUILTIN_RULES
-from pipros.ros2.distribution import Distribution
 from pipros.ros2.engine import (
-    GATEWAY_NODE,
-    Announcement,
     Durability,
     EndpointKind,
-    Ros2Engine,
     Sample,
     TopicQos,
 )
-from pipros.ros2.gateway import Gateway, new_identity
-from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.ros2_engine import RtpsEngine
-from pipros.ros2.rules import parse_gateway_rules
-from pipros.ros2.type_pairs import TypePairs
-from pipros.ros2.zenoh.engine import ZenohEngine
 from tests.support.ros2_domains import free_domain
+from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until
-from tests.support.zenoh_peer import Router
 
 String: Any = load_message_class("std_msgs/String")
 TFMessage: Any = load_message_class("tf2_msgs/TFMessage")
 TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")
 SetBool: Any = load_service_class("std_srvs/SetBool")
 STRING = "std_msgs/msg/String"
-PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits())
 STRING_HASH = PAIRS.of_ros2(STRING).type_hash
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 SET_BOOL = "std_srvs/srv/SetBool"
@@ -55,65 +38,6 @@ def cdr(text: str) -> bytes:
 
 def texts(samples: list[Sample]) -> list[str]:
     return [bytes(each.payload[8:]).rstrip(b"\0").decode() for each in samples]
-
-
-class System:
-    """A master and a domain; gateways, nodes and engines are added by tests."""
-
-    def __init__(self, domain: int, *, has_zenoh: bool) -> None:
-        self._stack = ExitStack()
-        self.domain = domain
-        self._announcements: list[Announcement] = []
-        self._router = Router() if has_zenoh else None
-        if self._router is not None:
-            self._stack.callback(self._router.close)
-        self.master_uri = self._stack.enter_context(Master(port=0)).uri
-        self.ros1 = self.node("ros1")
-        self.ros2 = self.engine()
-
-    def node(self, name: str, **more: Any) -> Node:
-        environment = Environment(master_uri=self.master_uri)
-        return self._stack.enter_context(Node(name, environment=environment, **more))
-
-    def engine(self, gateway: str = "") -> Ros2Engine:
-        node = f"/{GATEWAY_NODE}{gateway}" if gateway else "/peer"
-        engine: Ros2Engine
-        if self._router is None:
-            engine = RtpsEngine(Discovery(self.domain), node, gateway=gateway)
-        else:
-            engine = ZenohEngine(self.domain, node, [self._router.address])
-        self._stack.callback(engine.close)
-        return engine
-
-    def gateway(self, rules: str = "", *, name: str = "ros2_gateway_0", is_local: bool = True) -> Gateway:
-        node = self.node(name)
-        identity = new_identity(node)
-        gateway = Gateway(
-            node,
-            self.engine(identity),
-            identity,
-            parse_gateway_rules(rules, "rules"),
-            PAIRS,
-            is_local=is_local,
-            look_s=0.05,
-        )
-        self._stack.callback(gateway.close)
-        gateway.start()
-        return gateway
-
-    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
-        """Create a publisher in ROS 2 that lives as long as the system."""
-        self._announcements.append(self.ros2.announce(topic, type_name, type_hash, qos))
-        return self._announcements[-1]
-
-    def has(self, kind: EndpointKind, name: str) -> bool:
-        return any((each.kind, each.name) == (kind, name) for each in self.ros2.endpoints())
-
-    def is_published(self, name: str) -> bool:
-        return name in {topic for topic, _ in self.ros1.master.get_topic_types()}
-
-    def close(self) -> None:
-        self._stack.close()
 
 
 @pytest.fixture(params=["rtps", "zenoh"])
@@ -264,6 +188,26 @@ def test_static_rules_rename_topics(system: System) -> None:
     wait_until(lambda: system.has(EndpointKind.PUBLISHER, "/front/scan"), what="the renamed topic")
 
     assert not system.has(EndpointKind.PUBLISHER, "/scan")
+
+
+def test_static_rules_with_types_pass_topics_before_a_node_publishes_them(system: System) -> None:
+    system.gateway(
+        "topics: {static: [{ros1: /out, direction: to_ros2, ros1_type: std_msgs/String},"
+        " {ros1: /in, ros2: /in2, direction: to_ros1, ros2_type: std_msgs/msg/String}]}"
+    )
+    samples: list[Sample] = []
+    received: list[str] = []
+    wait_until(lambda: system.has(EndpointKind.PUBLISHER, "/out"), what="the topic in ROS 2")
+    wait_until(lambda: system.is_published("/in"), what="the topic in ROS 1")
+    system.ros2.subscribe("/out", STRING, STRING_HASH, TopicQos(), samples.append)
+    system.ros1.subscribe("/in", String, lambda message: received.append(message.data))
+
+    publisher = system.ros1.advertise("/out", String)
+    announcement = system.announce("/in2", STRING, STRING_HASH, TopicQos())
+
+    wait_while_publishing(lambda: publisher.publish(String("out")), lambda: samples, "a message in ROS 2")
+    wait_while_publishing(lambda: announcement.publish(cdr("in")), lambda: received, "a message in ROS 1")
+    assert ({*texts(samples)}, {*received}) == ({"out"}, {"in"})
 
 
 def test_services_of_ros2_are_offered_in_ros1(system: System) -> None:

@@ -122,7 +122,6 @@ class Peer:
         return received
 
     def serve(self, name: str, answer: Callable[[bytes], bytes]) -> None:
-        self.declare("SS", name, ADD_TYPE, ADD)
         key = self.key(name, ADD_TYPE, ADD)
 
         def reply(query: zenoh.Query) -> None:
@@ -132,6 +131,7 @@ class Peer:
                 query.reply(key, answer(query.payload.to_bytes()), attachment=query.attachment.to_bytes())
 
         self._kept.append(self.session.declare_queryable(key, reply, complete=True))
+        self.declare("SS", name, ADD_TYPE, ADD)
 
     def call(self, name: str, request: bytes) -> list[tuple[bytes, bytes]]:
         """Return payloads and attachments of all replies."""

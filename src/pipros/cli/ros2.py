@@ -28,7 +28,7 @@ def _serve(argv: Sequence[str]) -> int:
     parser = option_parser(
         "pipros ros2",
         "[options] | status [options]",
-        "Passes topics and services between the running system and nodes of ROS 2.",
+        "Passes topics, services and actions between the running system and nodes of ROS 2.",
     )
     parser.add_option("--domain", metavar="N", type="int", help="the domain of ROS 2 (ROS_DOMAIN_ID, or 0)")
     parser.add_option("--distro", help="the distribution of ROS 2: humble, jazzy, kilted or lyrical (jazzy)")

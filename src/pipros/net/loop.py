@@ -60,19 +60,30 @@ class BackgroundLoop:
 
         Raises:
             TimeoutError: the coroutine took longer than `timeout_s`.
+            RuntimeError: the loop has stopped.
         """
         # The `result` method of a concurrent future is not used, because an exception that a signal handler
         # raises in that wait can leave a lock held, for which the loop then waits.
         done = OnceEvent()
         tasks: list[asyncio.Task[T]] = []
+        has_given_up = False
 
         def begin() -> None:
+            if has_given_up:
+                return
             task = self.asyncio.create_task(coroutine)
             tasks.append(task)
             task.add_done_callback(lambda _: done.set())
 
-        self.asyncio.call_soon_threadsafe(begin)
+        try:
+            self.asyncio.call_soon_threadsafe(begin)
+        except RuntimeError:
+            coroutine.close()
+            raise
         if not done.wait(timeout_s):
+            has_given_up = True
+            if not tasks:  # the loop stopped before it began
+                coroutine.close()
             raise TimeoutError(f"{self._name}: no result in {timeout_s} s")
         return tasks[0].result()
 

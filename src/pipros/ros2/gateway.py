@@ -1,7 +1,7 @@
-"""Passes topics and services between a master and a domain of ROS 2.
+"""Passes topics, services and actions between a master and a domain of ROS 2.
 
 One thread looks at ROS 1, which may block. Another one compares both sides with what is passed, and opens
-and closes topics and services. Messages pass through neither: the threads that receive them convert them.
+and closes it. Messages pass through neither: the threads that receive them convert them.
 """
 
 from __future__ import annotations
@@ -22,10 +22,14 @@ from pipros.basics.limits import limit_text
 from pipros.fleet.link_status import Level, LinkDiagnostics, LinkStatus
 from pipros.msg import load_service_class
 from pipros.node import Node
+from pipros.ros2.action_to_ros1 import ActionToRos1
+from pipros.ros2.action_to_ros2 import ActionToRos2
 from pipros.ros2.bridged_services import Ros1Service, Ros2Service
 from pipros.ros2.bridged_topics import Route, ToRos1, ToRos2
 from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
-from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker
+from pipros.ros2.interfaces.action_types import action_of_service
+from pipros.ros2.names import action_names
+from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, is_part_of_action
 from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
 from pipros.ros2.type_pairs import TypePair, TypePairs
 
@@ -39,7 +43,7 @@ DIAGNOSTICS_S: Final = 1.0
 _SKIPPED: Final = 1000
 _CLOCK: Final = "/clock"
 
-Open = ToRos1 | ToRos2 | Ros1Service | Ros2Service
+Open = ToRos1 | ToRos2 | Ros1Service | Ros2Service | ActionToRos1 | ActionToRos2
 Key = tuple[Kind, Direction, str]
 """What is passed; the name is that of the side where it comes from."""
 _Wanted = tuple[object, Callable[[], Open]]
@@ -152,7 +156,7 @@ class Gateway:
                     self.log.exception("the gateway failed: %s", error)
 
     def _update(self, graph: Ros1Graph, endpoints: Sequence[Endpoint]) -> None:
-        """Open, update and close topics and services, so that they agree with both sides."""
+        """Open, update and close topics, services and actions, so that they agree with both sides."""
         self._known = {each.key: each for each in endpoints if not self._is_own(each)}
         found = _Found(self._known.values())
         now_s = time.monotonic()
@@ -163,8 +167,11 @@ class Gateway:
             self._skipped = skipped
             self._report(skipped)
         for (_, _, name), (_, each) in list(self._open.items()):
-            if isinstance(each, ToRos2) and name in graph.topics:
-                each.update(graph.topics[name].publishers)
+            if isinstance(each, ToRos2):
+                topic = graph.topics.get(name)
+                each.update(topic.publishers if topic else ())
+            elif isinstance(each, ActionToRos1 | ActionToRos2):
+                each.update()
             elif isinstance(each, ToRos1):
                 of_type = each.route.pair.plan.ros2_type
                 each.update(
@@ -175,13 +182,32 @@ class Gateway:
         """Return what should be passed. Add to `skipped` what is left out."""
         wanted: dict[Key, _Wanted] = {}
         kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
-            (Kind.TOPIC, Direction.TO_ROS2, graph.topics, lambda name: self._outward(name, graph)),
-            (Kind.TOPIC, Direction.TO_ROS1, found.publishers, lambda name: self._inward(name, graph, found)),
+            (
+                Kind.TOPIC,
+                Direction.TO_ROS2,
+                {*graph.topics, *self._rules.from_the_start(Direction.TO_ROS2)},
+                lambda name: self._outward(name, graph),
+            ),
+            (
+                Kind.TOPIC,
+                Direction.TO_ROS1,
+                {*found.publishers, *self._rules.from_the_start(Direction.TO_ROS1)},
+                lambda name: self._inward(name, graph, found),
+            ),
             (Kind.SERVICE, Direction.TO_ROS1, graph.services, lambda name: self._offered(name, graph)),
             (Kind.SERVICE, Direction.TO_ROS2, found.services, lambda name: self._called(name, graph, found)),
+            (Kind.ACTION, Direction.TO_ROS1, graph.actions, lambda name: self._action_of_ros1(name, graph)),
+            (
+                Kind.ACTION,
+                Direction.TO_ROS2,
+                found.actions,
+                lambda name: self._action_of_ros2(name, graph, found),
+            ),
         )
         for kind, direction, names, make in kinds:
             for name in names:
+                if self._is_part_of_action(kind, direction, name, graph):
+                    continue
                 with _skipping(skipped, (kind, direction, name)):
                     verdict = self._rules.verdict(kind, direction, name, is_local=self._is_local)
                     if not verdict.passes:
@@ -191,30 +217,47 @@ class Gateway:
                         wanted[kind, direction, name] = each
         return wanted
 
+    def _is_part_of_action(self, kind: Kind, direction: Direction, name: str, graph: Ros1Graph) -> bool:
+        """Return whether a topic or service only passes as a part of an action."""
+        if self._rules.names(kind, direction, name):
+            return False
+        topic = graph.topics.get(name) if (kind, direction) == (Kind.TOPIC, Direction.TO_ROS2) else None
+        return "/_action/" in name or (topic is not None and is_part_of_action(name, topic.definition.type))
+
     def _outward(self, name: str, graph: Ros1Graph) -> _Wanted:
-        topic, rule = graph.topics[name], self._rules.renamed(Direction.TO_ROS2, name)
-        route = _route(name, rule.ros2 if rule else name, self._pairs.of_ros1(topic.definition), rule)
+        topic, rule = graph.topics.get(name), self._rules.renamed(Direction.TO_ROS2, name)
+        pair = self._pairs.of_ros1(topic.definition) if topic else self._pair_of(rule)
+        route = _route(name, rule.ros2 if rule else name, pair, rule)
         self._check_rivals(EndpointKind.PUBLISHER, route.ros2)
-        version = route.ros2, route.pair.plan.ros2_type, topic.is_latched
-        return version, lambda: ToRos2(self._node, self._engine, route, is_latched=topic.is_latched)
+        is_latched = topic is not None and topic.is_latched
+        version = route.ros2, route.pair.plan.ros2_type, is_latched
+        return version, lambda: ToRos2(self._node, self._engine, route, is_latched=is_latched)
 
     def _inward(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted:
-        rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers[name]
+        rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers.get(name)
         target = rule.ros1 if rule else name
-        first = min(publishers, key=lambda each: each.type)
-        pair = self._pairs.of_ros2(first.type)
-        for each in publishers:
-            if each.type == first.type:
+        pair = (
+            self._pairs.of_ros2(min(each.type for each in publishers)) if publishers else self._pair_of(rule)
+        )
+        ros2_type = pair.plan.ros2_type
+        for each in publishers or ():
+            if each.type == ros2_type:
                 self._pairs.check_hash(pair, each.type_hash)
         there = graph.topics.get(target)
         if there is not None and there.definition.type != pair.plan.ros1_type:
-            raise PiprosError(f"ROS 1 has it as {there.definition.type}, ROS 2 as {first.type}")
+            raise PiprosError(f"ROS 1 has it as {there.definition.type}, ROS 2 as {ros2_type}")
         if there is not None and target == _CLOCK:
             raise PiprosError("ROS 1 has its own clock")
         route = _route(target, name, pair, rule)
-        return (target, first.type), lambda: ToRos1(
+        return (target, ros2_type), lambda: ToRos1(
             self._node, self._engine, route, self.identity, self._publisher, self._changed.set
         )
+
+    def _pair_of(self, rule: StaticRule | None) -> TypePair:
+        """Return the types that a rule names for a topic without publishers."""
+        if rule is None:
+            raise PiprosError("no node publishes it")
+        return self._pairs.of_rule(rule)
 
     def _offered(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, name)
@@ -226,6 +269,17 @@ class Gateway:
             return None
         pair = self._pairs.of_ros2_service(found.services[name])
         return pair.plan.ros2_type, lambda: Ros2Service(self._node, self._engine, name, pair)
+
+    def _action_of_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
+        self._check_rivals(EndpointKind.SERVER, action_names(name).send_goal)
+        pair = self._pairs.of_action(graph.actions[name])
+        return pair, lambda: ActionToRos1(self._node, self._engine, name, pair, self.identity)
+
+    def _action_of_ros2(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
+        if name in graph.actions:
+            return None
+        pair = self._pairs.of_ros2_action(found.actions[name])
+        return pair, lambda: ActionToRos2(self._node, self._engine, name, pair, self.identity)
 
     def _check_rivals(self, kind: EndpointKind, name: str) -> None:
         """Leave a name to another gateway of this master that offers it, and has the smaller identity."""
@@ -293,7 +347,7 @@ class Gateway:
         return LinkStatus(
             f"/ROS 2/{self._node.name[1:]}",
             Level.WARN if dropped else Level.OK,
-            f"{dropped} messages dropped" if dropped else f"{len(values)} topics and services",
+            f"{dropped} messages dropped" if dropped else f"{len(values)} topics, services and actions",
             values,
         )
 
@@ -307,6 +361,10 @@ class Gateway:
                 plan, counts = each.route.pair.plan, each.counts
                 row |= {"ros1_type": plan.ros1_type, "ros2_type": plan.ros2_type, "active": each.is_active}
                 row |= {"count": counts.messages, "dropped": counts.dropped, "reason": counts.reason}
+            elif isinstance(each, ActionToRos1 | ActionToRos2):
+                action = each.pair.plan
+                row |= {"ros1_type": action.ros1_type, "ros2_type": action.ros2_type, "active": True}
+                row |= {"count": each.calls, "dropped": each.failures, "reason": ""}
             else:
                 row |= {"active": True, "count": each.calls, "dropped": each.failures, "reason": ""}
             rows.append({**row, "rate": self._rates.get(key, 0.0)})
@@ -334,13 +392,18 @@ def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Rou
 
 
 class _Found:
-    """Publishers and services of ROS 2 by name."""
+    """Publishers, services and actions of ROS 2 by name."""
 
     def __init__(self, endpoints: Iterable[Endpoint]) -> None:
         self.publishers: dict[str, list[Endpoint]] = defaultdict(list)
         self.services: dict[str, str] = {}
+        self.actions: dict[str, str] = {}
         for each in endpoints:
             if each.kind is EndpointKind.PUBLISHER:
                 self.publishers[each.name].append(each)
             elif each.kind is EndpointKind.SERVER:
-                self.services[each.name] = each.type
+                name = each.name.removesuffix("/_action/send_goal")
+                if name == each.name:
+                    self.services[name] = each.type
+                elif each.type.endswith("_SendGoal"):
+                    self.actions[name] = action_of_service(each.type)

@@ -10,12 +10,21 @@ from pipros.bridges.foxglove.catalog import Definition
 from pipros.bridges.foxglove.definitions import Definitions
 from pipros.fleet.local_graph import read_state
 from pipros.graph.services import header_at, uri_of
-from pipros.graph.system_state import ROS2_GATEWAY_PREFIX
+from pipros.graph.system_state import ROS2_GATEWAY_PREFIX, Registrations
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.service_client import OpenCalls
 
 _REMEMBERED_SERVICES = 10_000
+_STATUSES = "actionlib_msgs/GoalStatusArray"
+_PARTS = {
+    "goal": "ActionGoal",
+    "cancel": "actionlib_msgs/GoalID",
+    "status": _STATUSES,
+    "result": "ActionResult",
+    "feedback": "ActionFeedback",
+}
+"""The types of an action's topics, or what they end in."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +41,12 @@ class Ros1Graph:
     """One look.
 
     Attributes:
-        topics, services: by name; the value of a service is its type.
+        topics, services, actions: by name. The value of a service or an action is its type.
     """
 
     topics: Mapping[str, Ros1Topic] = field(default_factory=dict)
     services: Mapping[str, str] = field(default_factory=dict)
+    actions: Mapping[str, str] = field(default_factory=dict)
 
 
 class Ros1Looker:
@@ -75,7 +85,7 @@ class Ros1Looker:
             if service_type is not None:
                 services[name] = service_type
         self._definitions.forget_all_but({*state.publishers})
-        return Ros1Graph(topics, services)
+        return Ros1Graph(topics, services, actions_of(topics, state.subscribers))
 
     def _service_type(self, name: str, providers: list[str]) -> str | None:
         key = name, tuple(providers)
@@ -95,6 +105,37 @@ class Ros1Looker:
     def close(self) -> None:
         self._calls.interrupt()
         self._loop.stop()
+
+
+def actions_of(topics: Mapping[str, Ros1Topic], subscribers: Registrations) -> dict[str, str]:
+    """Return the actions that have a server, with types such as `nav_msgs/GetMap`.
+
+    A server publishes `NAME/status` and `NAME/result`, and subscribes to `NAME/goal`.
+    """
+    found = {}
+    for topic, result in topics.items():
+        name, kind = topic.removesuffix("/result"), result.definition.type
+        action = kind.removesuffix("ActionResult")
+        status = topics.get(f"{name}/status")
+        if name == topic or action == kind or status is None:
+            continue
+        servers = {*result.publishers} & {*status.publishers} & {*subscribers.get(f"{name}/goal", ())}
+        if status.definition.type == _STATUSES and servers:
+            found[name] = action
+    return found
+
+
+def is_part_of_action(topic: str, kind: str) -> bool:
+    """Return whether a topic belongs to an action of ROS 1."""
+    last = topic.rpartition("/")[2]
+    return _PARTS.get(last, "-") in (kind, _suffix(kind))
+
+
+def _suffix(kind: str) -> str:
+    """Return the part of an action's message type behind the name of the action."""
+    return next(
+        (each for each in ("ActionGoal", "ActionResult", "ActionFeedback") if kind.endswith(each)), ""
+    )
 
 
 def _not_gateways(nodes: Iterable[str]) -> list[str]:

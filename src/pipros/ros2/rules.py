@@ -69,7 +69,8 @@ class StaticRule:
     Attributes:
         ros1, ros2: the names.
         directions: one direction, or both.
-        ros1_type, ros2_type: the types that the topic must have; empty for any.
+        ros1_type, ros2_type: the types that the topic must have; empty for any. If one is given, the topic
+            passes from the start, before a node publishes it.
         rate: maximum number of messages per second; infinite for all.
     """
 
@@ -135,6 +136,18 @@ class GatewayRules:
             reason = "from other machines " if kind is Kind.TOPIC else ""
             return Verdict(False, f"nothing {reason}enters ROS 1 unless an allow list ({where}) has it")
         return Verdict(True)
+
+    def names(self, kind: Kind, direction: Direction, name: str) -> bool:
+        """Return whether an allow list has exactly this name."""
+        return name in self.filters.get((kind, direction), NameFilter()).allow
+
+    def from_the_start(self, direction: Direction) -> list[str]:
+        """Return the topics that pass before a node publishes them, by their names on the publishing side."""
+        return [
+            rule.ros1 if direction is Direction.TO_ROS2 else rule.ros2
+            for rule in self.static
+            if direction in rule.directions and (rule.ros1_type or rule.ros2_type)
+        ]
 
     def renamed(self, direction: Direction, name: str) -> StaticRule | None:
         """Return the static rule for a topic of the side that publishes."""

@@ -72,7 +72,7 @@ def gateway_node_name(domain: int, *, is_zenoh: bool) -> str:
 
 
 def serve_gateway(node: Node, options: GatewayOptions) -> int:
-    """Pass topics and services until Ctrl-C, SIGTERM or the end of the node. Waits for the master.
+    """Pass topics, services and actions until Ctrl-C, SIGTERM or the end of the node. Waits for the master.
 
     Return 1 after an error, which is printed.
     """

@@ -17,11 +17,14 @@ from pipros.msg.class_finder import installed_class
 from pipros.msg.language.full_text import specs_from_text
 from pipros.msg.language.spec import MessageSpec
 from pipros.node.any_msg import AnyMsg
+from pipros.ros2.action_pair import ActionPair
 from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import MappingRules
 from pipros.ros2.conversion.plans import Plan, Plans, ServicePlan
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
+from pipros.ros2.interfaces.type_hash import ActionHashes
+from pipros.ros2.rules import StaticRule
 
 
 class WrongHash(ConversionError):
@@ -79,6 +82,7 @@ class TypePairs:
         self._is_lenient = is_lenient
         self._definitions: dict[str, Definition] = {}
         self._pairs: dict[tuple[str, str, str], TypePair] = {}
+        self._actions: dict[tuple[str, str], ActionPair] = {}
         self._lock = threading.RLock()
 
     def _message(self, name: str) -> MessageSpec:
@@ -107,6 +111,15 @@ class TypePairs:
                 raise NotFound(f"no package with {plan.ros1_type} is installed")
             return self._pair(plan, self._definitions[plan.ros1_type])
 
+    def of_rule(self, rule: StaticRule) -> TypePair:
+        """Return the pair for the types that a rule names. Raises the same errors as `of_ros1`."""
+        if not rule.ros1_type:
+            return self.of_ros2(rule.ros2_type)
+        found = installed_class(rule.ros1_type)
+        if found is None:
+            raise NotFound(f"no package with {rule.ros1_type} is installed")
+        return self.of_ros1(Definition(rule.ros1_type, found._md5sum, found._full_text))
+
     def check_hash(self, pair: TypePair, announced: str) -> None:
         """Compare the hash of a type with that of a node of ROS 2.
 
@@ -131,6 +144,27 @@ class TypePairs:
         """Return the pair for a service of ROS 2. Raises the same errors as `of_ros1`."""
         with self._lock:
             return self.of_service(self._plans.ros1_service(ros2_type))
+
+    def of_action(self, ros1_type: str, ros2_type: str = "") -> ActionPair:
+        """Return the pair for an action of ROS 1, such as `nav_msgs/GetMap`.
+
+        Raises the same errors as `of_ros1`.
+
+        Args:
+            ros2_type: the action of ROS 2, instead of the one that the rules determine.
+        """
+        with self._lock:
+            plan = self._plans.action(ros1_type, ros2_type)
+            key = plan.ros1_type, plan.ros2_type
+            if key not in self._actions:
+                hashes = self._plans.action_hashes(plan.ros2_type) if self._has_hashes else ActionHashes()
+                self._actions[key] = ActionPair(plan, hashes)
+            return self._actions[key]
+
+    def of_ros2_action(self, ros2_type: str) -> ActionPair:
+        """Return the pair for an action of ROS 2. Raises the same errors as `of_ros1`."""
+        with self._lock:
+            return self.of_action(self._plans.ros1_action(ros2_type), ros2_type)
 
     def _pair(self, plan: Plan, definition: Definition) -> TypePair:
         key = plan.ros1_type, plan.ros2_type, definition.md5sum

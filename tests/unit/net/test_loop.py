@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import inspect
 import os
 import socket
 import threading
@@ -135,3 +136,29 @@ def test_a_blocked_loop_can_be_abandoned() -> None:
     loop.stop(0.01)
     assert not released.is_set()
     released.set()
+
+
+def test_a_coroutine_that_cannot_begin_is_closed() -> None:
+    loop = BackgroundLoop("test")
+    loop.start()
+    held, released = threading.Event(), threading.Event()
+    begun: list[str] = []
+
+    async def begin(name: str) -> None:
+        begun.append(name)
+
+    def hold() -> None:
+        held.set()
+        released.wait(30)
+
+    loop.call(hold)
+    assert held.wait(10)
+    late, stopped = begin("late"), begin("stopped")
+    with pytest.raises(TimeoutError):
+        loop.run(late, 0.01)
+    released.set()
+    loop.stop()
+    with pytest.raises(RuntimeError, match="closed"):
+        loop.run(stopped)
+    assert begun == []
+    assert [inspect.getcoroutinestate(each) for each in (late, stopped)] == [inspect.CORO_CLOSED] * 2

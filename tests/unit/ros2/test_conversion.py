@@ -382,7 +382,7 @@ def test_rules_for_services_and_packages() -> None:
         ("- {ros1_package_name: a, ros2_package_name: b, x: 1}", "unknown key x"),
         (
             "- {ros1_package_name: a, ros2_package_name: b, ros1_message_name: c, ros1_service_name: d}",
-            "not for both",
+            "one message, service or action",
         ),
         (
             "- {ros1_package_name: a, ros2_package_name: b, ros1_message_name: c, ros2_message_name: d, "

@@ -75,7 +75,9 @@ def test_a_service_has_two_halves() -> None:
         "my_pkg/srv/Add_Response",
     )
     assert [field.name for field in service.response.fields] == ["sum"]
-    with pytest.raises(DefinitionError, match="got 0 such lines"):
+    with pytest.raises(
+        DefinitionError, match="the parts request, response, separated by lines ---, got 1 parts"
+    ):
         parse_ros2_service("int64 a", "my_pkg/srv/Add")
 
 

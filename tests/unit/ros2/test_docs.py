@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -16,4 +17,4 @@ def test_the_rules_are_valid() -> None:
     rules = parse_gateway_rules(example, "docs/ros2.md")
 
     assert rules.verdict(Kind.SERVICE, Direction.TO_ROS1, "/reset", is_local=False).passes
-    assert [rule.rate for rule in rules.static] == [5.0]
+    assert [rule.rate for rule in rules.static] == [5.0, math.inf]

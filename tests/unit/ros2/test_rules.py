@@ -143,3 +143,22 @@ def test_static_rules_rename_topics() -> None:
 def test_malformed_rules_raise(text: str, reason: str) -> None:
     with pytest.raises(InvalidRules, match=reason):
         parse_gateway_rules(text, "rules.yaml")
+
+
+def test_rules_with_types_name_the_topics_that_pass_from_the_start() -> None:
+    rules = parse_gateway_rules(
+        "topics: {static: [{ros1: /a, ros2: /b, ros1_type: std_msgs/String},"
+        " {ros1: /c, direction: to_ros1, ros2_type: std_msgs/msg/String}, {ros1: /d}]}",
+        "rules",
+    )
+
+    assert rules.from_the_start(Direction.TO_ROS2) == ["/a"]
+    assert rules.from_the_start(Direction.TO_ROS1) == ["/b", "/c"]
+
+
+def test_allow_lists_name_topics_exactly() -> None:
+    rules = parse_gateway_rules("topics: {to_ros2: {allow: [/a, /b*]}}", "rules")
+
+    assert rules.names(Kind.TOPIC, Direction.TO_ROS2, "/a")
+    assert not rules.names(Kind.TOPIC, Direction.TO_ROS2, "/b")
+    assert not rules.names(Kind.TOPIC, Direction.TO_ROS1, "/a")

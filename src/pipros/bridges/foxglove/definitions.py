@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -105,6 +106,8 @@ class Definitions:
             try:
                 uri = self._node.master.lookup_node(publisher)
                 yield self._loop.run(self._header(uri, topic), 2 * HEADER_S)
+            except asyncio.CancelledError:  # the loop has stopped
+                return
             except (PiprosError, ValueError, TimeoutError):
                 continue
 

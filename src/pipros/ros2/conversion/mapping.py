@@ -6,6 +6,9 @@ Rules are those of ros1_bridge, whose YAML files are read unchanged
 - a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, and other packages to those of the same name;
 - types correspond to types of the same name, and fields to fields of the same name, ignoring case;
 - rules name packages, types or fields that correspond otherwise. If a rule names fields, it names them all.
+
+ros1_bridge has no actions; here, rules name them with the keys `ros1_action_name`, `ros2_action_name`,
+`goal_fields_1_to_2`, `result_fields_1_to_2` and `feedback_fields_1_to_2`.
 """
 
 from __future__ import annotations
@@ -45,6 +48,17 @@ class ServiceRule:
 
 
 @dataclass(frozen=True, slots=True)
+class ActionRule:
+    """Two actions that correspond (`nav_msgs/GetMap`, `nav2_msgs/action/GetMap`)."""
+
+    ros1: str
+    ros2: str
+    goal: Fields | None = None
+    result: Fields | None = None
+    feedback: Fields | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class MappingRules:
     """Rules in the order in which they were given; the first that matches a type applies.
 
@@ -55,6 +69,7 @@ class MappingRules:
     messages: tuple[MessageRule, ...] = ()
     services: tuple[ServiceRule, ...] = ()
     packages: tuple[tuple[str, str], ...] = ()
+    actions: tuple[ActionRule, ...] = ()
 
     def message(self, ros1: str = "", ros2: str = "") -> MessageRule | None:
         """Return the first rule for a type of ROS 1, a type of ROS 2, or a pair of both."""
@@ -63,6 +78,10 @@ class MappingRules:
     def service(self, ros1: str = "", ros2: str = "") -> ServiceRule | None:
         """Like `message`."""
         return next((each for each in self.services if _fits(each, ros1, ros2)), None)
+
+    def action(self, ros1: str = "", ros2: str = "") -> ActionRule | None:
+        """Like `message`."""
+        return next((each for each in self.actions if _fits(each, ros1, ros2)), None)
 
     def candidates_in_ros2(self, ros1: str, middle: str = "msg") -> Iterator[str]:
         """Yield the types of ROS 2 to try for a type of ROS 1 without its own rule, the most likely first."""
@@ -85,7 +104,10 @@ class MappingRules:
     def and_then(self, others: MappingRules) -> MappingRules:
         """Return these rules, followed by `others`."""
         return MappingRules(
-            self.messages + others.messages, self.services + others.services, self.packages + others.packages
+            self.messages + others.messages,
+            self.services + others.services,
+            self.packages + others.packages,
+            self.actions + others.actions,
         )
 
 
@@ -111,16 +133,23 @@ BUILTIN_RULES = MappingRules(
         ServiceRule("roscpp_tutorials/TwoInts", "example_interfaces/srv/AddTwoInts"),
         ServiceRule("rospy_tutorials/AddTwoInts", "example_interfaces/srv/AddTwoInts"),
     ),
+    actions=(
+        ActionRule("actionlib_tutorials/Fibonacci", "example_interfaces/action/Fibonacci"),
+        ActionRule(
+            "actionlib_tutorials/Fibonacci",
+            "action_tutorials_interfaces/action/Fibonacci",
+            feedback={"sequence": "partial_sequence"},
+        ),
+    ),
 )
 """The rules that pipros has. Rules of the user precede them."""
 
 _PACKAGES = ("ros1_package_name", "ros2_package_name")
 _KEYS = {
     *_PACKAGES,
-    *(f"ros{side}_{kind}_name" for side in (1, 2) for kind in ("message", "service")),
+    *(f"ros{side}_{kind}_name" for side in (1, 2) for kind in ("message", "service", "action")),
     "fields_1_to_2",
-    "request_fields_1_to_2",
-    "response_fields_1_to_2",
+    *(f"{part}_fields_1_to_2" for part in ("request", "response", "goal", "result", "feedback")),
     "enable_foreign_mappings",
 }
 
@@ -140,9 +169,10 @@ def parse_rules(text: str, file: str) -> MappingRules:
     messages: list[MessageRule] = []
     services: list[ServiceRule] = []
     packages: list[tuple[str, str]] = []
+    actions: list[ActionRule] = []
     for number, rule in enumerate(document or [], 1):
-        _add(rule, f"{file}, rule {number}", messages, services, packages)
-    return MappingRules(tuple(messages), tuple(services), tuple(packages))
+        _add(rule, f"{file}, rule {number}", messages, services, packages, actions)
+    return MappingRules(tuple(messages), tuple(services), tuple(packages), tuple(actions))
 
 
 def _add(
@@ -151,6 +181,7 @@ def _add(
     messages: list[MessageRule],
     services: list[ServiceRule],
     packages: list[tuple[str, str]],
+    actions: list[ActionRule],
 ) -> None:
     if not isinstance(rule, dict):
         raise InvalidRules(f"{where}: a rule must be a mapping, got {type(rule).__name__}")
@@ -159,18 +190,30 @@ def _add(
         raise InvalidRules(f"{where}: unknown key {unknown[0]}; the keys are {', '.join(sorted(_KEYS))}")
     first, second = (_text(rule, key, where) for key in _PACKAGES)
     kinds = [
-        kind for kind in ("message", "service") if f"ros1_{kind}_name" in rule or f"ros2_{kind}_name" in rule
+        kind
+        for kind in ("message", "service", "action")
+        if f"ros1_{kind}_name" in rule or f"ros2_{kind}_name" in rule
     ]
     if not kinds:
         packages.append((first, second))
         return
     if len(kinds) > 1:
-        raise InvalidRules(f"{where}: a rule is for a message or for a service, not for both")
+        raise InvalidRules(f"{where}: a rule is for one message, service or action")
     kind = kinds[0]
     ros1 = f"{first}/{_text(rule, f'ros1_{kind}_name', where)}"
     ros2_name = _text(rule, f"ros2_{kind}_name", where)
     if kind == "message":
         messages.append(MessageRule(ros1, f"{second}/msg/{ros2_name}", _fields(rule, "fields_1_to_2", where)))
+    elif kind == "action":
+        actions.append(
+            ActionRule(
+                ros1,
+                f"{second}/action/{ros2_name}",
+                _fields(rule, "goal_fields_1_to_2", where),
+                _fields(rule, "result_fields_1_to_2", where),
+                _fields(rule, "feedback_fields_1_to_2", where),
+            )
+        )
     else:
         services.append(
             ServiceRule(
@@ -198,7 +241,7 @@ def _fields(rule: Mapping[str, Any], key: str, where: str) -> Fields | None:
     return {str(first): second for first, second in value.items()}
 
 
-def _fits(rule: MessageRule | ServiceRule, ros1: str, ros2: str) -> bool:
+def _fits(rule: MessageRule | ServiceRule | ActionRule, ros1: str, ros2: str) -> bool:
     return (not ros1 or rule.ros1 == ros1) and (not ros2 or rule.ros2 == ros2)
 
 

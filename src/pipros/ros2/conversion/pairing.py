@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pipros.basics.errors import NotFound
 from pipros.msg.language.digest import Lookup
-from pipros.msg.language.spec import MessageSpec, ServiceSpec
+from pipros.msg.language.spec import Field, FieldType, MessageSpec, ServiceSpec
 from pipros.ros2.conversion.errors import NotConvertible
 from pipros.ros2.conversion.mapping import Fields, MappingRules
 from pipros.ros2.conversion.values import WHOLE_MESSAGES
+from pipros.ros2.interfaces.action_types import Ros2Action
 from pipros.ros2.interfaces.catalog import Catalog
-from pipros.ros2.interfaces.spec import NO_FIELDS, Ros2Message
+from pipros.ros2.interfaces.spec import NO_FIELDS, Ros2Field, Ros2Message, Ros2Type
+
+_STATUS = "_status"
+"""A field name that definitions cannot have."""
 
 Path = tuple[str, ...]
 """The name of a field, or the names that lead to a field of an embedded message."""
@@ -115,6 +119,42 @@ class Pairing:
         rule = self._rules.service(ros1.type, ros2_type)
         request = _pair(ros1.request, ros2.request, None if rule is None else rule.request)
         return request, _pair(ros1.response, ros2.response, None if rule is None else rule.response)
+
+    def ros2_action(self, ros1: str) -> str:
+        """Return the action of ROS 2 for one of ROS 1. Raises the same errors as `ros2_type`."""
+        rule = self._rules.action(ros1=ros1)
+        if rule is not None:
+            return rule.ros2
+        candidates = self._rules.candidates_in_ros2(ros1, "action")
+        return _first(ros1, candidates, self.catalog.has_action, self.catalog)
+
+    def ros1_action(self, ros2: str) -> str:
+        """Return the action of ROS 1 for one of ROS 2. Raises the same errors as `ros2_type`."""
+        rule = self._rules.action(ros2=ros2)
+        if rule is not None:
+            return rule.ros1
+        return _first(
+            ros2, self._rules.candidates_in_ros1(ros2), lambda name: self._has_ros1(f"{name}Goal"), None
+        )
+
+    def action(self, ros1: str, ros2: Ros2Action) -> tuple[Pair, Pair, Pair]:
+        """Return the pairs of the goals, of the results and of the feedback.
+
+        The messages of the second pair begin with the status of the goal (int8), which precedes the result
+        in ROS 2 and determines its alignment. Raises the same errors as `message`, and NotFound.
+        """
+        rule = self._rules.action(ros1, ros2.type)
+        goal, result, feedback = (self.lookup(f"{ros1}{part}") for part in ("Goal", "Result", "Feedback"))
+        fields = None if rule is None or rule.result is None else {_STATUS: _STATUS, **rule.result}
+        return (
+            _pair(goal, ros2.goal, None if rule is None else rule.goal),
+            _pair(
+                replace(result, fields=(Field(FieldType("int8"), _STATUS), *result.fields)),
+                replace(ros2.result, fields=(Ros2Field(Ros2Type("int8"), _STATUS), *ros2.result.fields)),
+                fields,
+            ),
+            _pair(feedback, ros2.feedback, None if rule is None else rule.feedback),
+        )
 
     def _has_ros1(self, name: str) -> bool:
         return _exists(self.lookup, name)

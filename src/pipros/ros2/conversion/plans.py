@@ -1,4 +1,4 @@
-"""Compiled conversions between messages of ROS 1 and CDR, and between services.
+"""Compiled conversions between messages of ROS 1 and CDR, services and actions.
 
 plans = Plans(Catalog(Distribution.JAZZY, ros1), ros1, BUILTIN_RULES)
 plan = plans.for_ros1("sensor_msgs/Image")
@@ -22,8 +22,9 @@ from pipros.ros2.conversion.mapping import MappingRules
 from pipros.ros2.conversion.pairing import Pair, Pairing
 from pipros.ros2.conversion.run_emitter import LENGTHS, PADS
 from pipros.ros2.conversion.runs import check_count, patched
+from pipros.ros2.interfaces.action_types import CANCEL_GOAL
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, embedded_messages
-from pipros.ros2.interfaces.type_hash import message_hash, service_hash
+from pipros.ros2.interfaces.type_hash import ActionHashes, action_hashes, message_hash, service_hash
 
 _Convert = Callable[[memoryview], list[Any]]
 
@@ -118,6 +119,21 @@ class ServicePlan:
     response: Plan
 
 
+@dataclass(frozen=True, slots=True)
+class ActionPlan:
+    """Conversion of an action.
+
+    Attributes:
+        result: the messages of both sides begin with the status of the goal in ROS 2 (one byte).
+    """
+
+    ros1_type: str
+    ros2_type: str
+    goal: Plan
+    result: Plan
+    feedback: Plan
+
+
 class Plans:
     """Plans by type. Each is made once.
 
@@ -131,6 +147,7 @@ class Plans:
         self._pairing = Pairing(ros1.message, catalog, rules)
         self._plans: dict[tuple[str, str], Plan] = {}
         self._services: dict[str, ServicePlan] = {}
+        self._actions: dict[tuple[str, str], ActionPlan] = {}
 
     def for_ros1(self, ros1_type: str) -> Plan:
         """Return the plan for a message of ROS 1, whose counterpart the rules determine.
@@ -169,6 +186,23 @@ class Plans:
         """Return the service of ROS 1 for one of ROS 2. Raises NotConvertible."""
         return self._pairing.ros1_service(ros2_type, self._ros1.service)
 
+    def action(self, ros1_type: str, ros2_type: str = "") -> ActionPlan:
+        """Return the plan for an action of ROS 1 (`package/Name`). Raises the same errors as `for_ros1`.
+
+        Args:
+            ros2_type: the action of ROS 2, instead of the one that the rules determine.
+        """
+        ros2_type = ros2_type or self._pairing.ros2_action(ros1_type)
+        key = ros1_type, ros2_type
+        if key not in self._actions:
+            pairs = self._pairing.action(ros1_type, self.catalog.action(ros2_type))
+            self._actions[key] = ActionPlan(*key, *map(self._plan, pairs))
+        return self._actions[key]
+
+    def ros1_action(self, ros2_type: str) -> str:
+        """Return the action of ROS 1 for one of ROS 2. Raises NotConvertible."""
+        return self._pairing.ros1_action(ros2_type)
+
     def _plan(self, pair: Pair) -> Plan:
         """Return the plan for a pair whose types do not contain themselves."""
         embedded_types(pair.ros1, self._ros1.message)
@@ -182,6 +216,11 @@ class Plans:
     def service_hash(self, ros2_type: str) -> str:
         """Return the type hash of a service of ROS 2."""
         return service_hash(self.catalog.service(ros2_type), self.catalog.message)
+
+    def action_hashes(self, ros2_type: str) -> ActionHashes:
+        """Return the type hashes of an action of ROS 2."""
+        action, cancel_goal = self.catalog.action(ros2_type), self.catalog.service(CANCEL_GOAL)
+        return action_hashes(action, cancel_goal, self.catalog.message)
 
 
 def _check_ros1_end(end: int, size: int) -> None:

@@ -18,8 +18,14 @@ from pipros.basics.limits import process_limits
 from pipros.msg.language.digest import DEPTH_LIMIT
 from pipros.msg.language.spec import DefinitionError, MessageSpec, ServiceSpec
 from pipros.ros2.distribution import Distribution
+from pipros.ros2.interfaces.action_types import Ros2Action
 from pipros.ros2.interfaces.derive import derived_message, derived_service
-from pipros.ros2.interfaces.parse import embedded_names, parse_ros2_message, parse_ros2_service
+from pipros.ros2.interfaces.parse import (
+    embedded_names,
+    parse_ros2_action,
+    parse_ros2_message,
+    parse_ros2_service,
+)
 from pipros.ros2.interfaces.spec import CompleteRos2Message, Ros2Message, Ros2Service
 
 
@@ -74,8 +80,8 @@ class Catalog:
 
     Args:
         ros1: the definitions of ROS 1.
-        folders: folders that contain packages with `.msg` and `.srv` files, such as a `share` of ROS 2 or
-            the `src` of a workspace.
+        folders: folders that contain packages with `.msg`, `.srv` and `.action` files, such as a `share` of
+            ROS 2 or the `src` of a workspace.
         derive: whether types that are found nowhere else are derived from ROS 1.
     """
 
@@ -94,6 +100,7 @@ class Catalog:
         self._carried = carried(distribution)
         self._messages: dict[str, Ros2Message] = {}
         self._services: dict[str, Ros2Service] = {}
+        self._actions: dict[str, Ros2Action] = {}
 
     def add(self, messages: Mapping[str, Ros2Message]) -> None:
         """Add definitions, such as those in a bag, which take precedence."""
@@ -143,6 +150,21 @@ class Catalog:
                 raise self._unknown(name)
         return self._services[name]
 
+    def action(self, name: str) -> Ros2Action:
+        """Return the definition of `package/action/Name`. Raises the same errors as `message`.
+
+        Actions are never derived from ROS 1.
+        """
+        if name not in self._actions:
+            found = self._file(name)
+            if found is not None:
+                self._actions[name] = parse_ros2_action(*found)
+            elif name in self._carried.texts:
+                self._actions[name] = parse_ros2_action(self._carried.texts[name], name)
+            else:
+                raise self._unknown(name)
+        return self._actions[name]
+
     def complete(self, message: Ros2Message) -> CompleteRos2Message:
         """Return a definition with those of all embedded types. Raises the same errors as `message`."""
         return CompleteRos2Message(message, embedded_messages(message, self.message))
@@ -159,6 +181,14 @@ class Catalog:
         """Return whether `service` finds a type."""
         try:
             self.service(name)
+        except NotFound:
+            return False
+        return True
+
+    def has_action(self, name: str) -> bool:
+        """Return whether `action` finds a type."""
+        try:
+            self.action(name)
         except NotFound:
             return False
         return True

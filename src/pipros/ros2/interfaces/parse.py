@@ -1,4 +1,4 @@
-"""Parse `.msg` and `.srv` files of ROS 2 (https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html).
+"""Parse `.msg`, `.srv` and `.action` files of ROS 2 (https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html).
 
 The language extends ROS 1's by bounded strings and sequences, `wstring`, and default values. It lacks `time`,
 `duration` and the short form `Header`.
@@ -7,11 +7,12 @@ The language extends ROS 1's by bounded strings and sequences, `wstring`, and de
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.parse import SECTION_MARK
 from pipros.msg.language.spec import DefinitionError
+from pipros.ros2.interfaces.action_types import Ros2Action
 from pipros.ros2.interfaces.spec import (
     NO_FIELDS,
     PRIMITIVES,
@@ -79,16 +80,22 @@ def parse_ros2_message(text: str, type_name: str, file: str = "") -> Ros2Message
 
 def parse_ros2_service(text: str, type_name: str, file: str = "") -> Ros2Service:
     """Parse a service definition. Raises the same errors as `parse_ros2_message`."""
-    lines = text.split("\n")
-    marks = [number for number, line in enumerate(lines) if line.strip() == SECTION_MARK]
-    if len(marks) != 1:
-        wanted = f"a request and a response, separated by one line {SECTION_MARK}"
-        raise DefinitionError(f"expected {wanted}, got {len(marks)} such lines", file=file or type_name)
-    request, response = "\n".join(lines[: marks[0]]), "\n" * (marks[0] + 1) + "\n".join(lines[marks[0] + 1 :])
+    request, response = _sections(text, ("request", "response"), file or type_name)
     return Ros2Service(
         type_name,
         parse_ros2_message(request, f"{type_name}_Request", file),
         parse_ros2_message(response, f"{type_name}_Response", file),
+    )
+
+
+def parse_ros2_action(text: str, type_name: str, file: str = "") -> Ros2Action:
+    """Parse an action definition. Raises the same errors as `parse_ros2_message`."""
+    goal, result, feedback = _sections(text, ("goal", "result", "feedback"), file or type_name)
+    return Ros2Action(
+        type_name,
+        parse_ros2_message(goal, f"{type_name}_Goal", file),
+        parse_ros2_message(result, f"{type_name}_Result", file),
+        parse_ros2_message(feedback, f"{type_name}_Feedback", file),
     )
 
 
@@ -119,6 +126,23 @@ def full_name(name: str, package: str = "") -> str:
     if len(parts) == 1:
         return f"{package}/msg/{name}"
     return f"{parts[0]}/msg/{parts[1]}" if len(parts) == 2 else name
+
+
+def _sections(text: str, names: Sequence[str], file: str) -> list[str]:
+    """Return the parts between the lines `---`, preceded by empty lines so that line numbers stay true."""
+    parts: list[list[str]] = [[]]
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.strip() == SECTION_MARK:
+            parts.append([""] * number)
+        else:
+            parts[-1].append(line)
+    if len(parts) != len(names):
+        raise DefinitionError(
+            f"expected the parts {', '.join(names)}, separated by lines {SECTION_MARK}, "
+            f"got {len(parts)} parts",
+            file=file,
+        )
+    return ["\n".join(part) for part in parts]
 
 
 def _field(declaration: str, package: str) -> Ros2Field:

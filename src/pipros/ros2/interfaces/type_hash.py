@@ -8,8 +8,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
+from pipros.ros2.interfaces.action_types import STATUS_ARRAY, Ros2Action
 from pipros.ros2.interfaces.catalog import embedded_messages
 from pipros.ros2.interfaces.spec import Form, Ros2Field, Ros2Message, Ros2Service, Ros2Type
 
@@ -79,6 +81,33 @@ def service_hash(service: Ros2Service, lookup: Lookup) -> str:
         ),
     )
     return message_hash(whole, lambda name: halves.get(name) or lookup(name))
+
+
+@dataclass(frozen=True, slots=True)
+class ActionHashes:
+    """The type hashes of an action's services and topics; all empty in Humble."""
+
+    send_goal: str = ""
+    get_result: str = ""
+    cancel_goal: str = ""
+    feedback: str = ""
+    status: str = ""
+
+
+def action_hashes(action: Ros2Action, cancel_goal: Ros2Service, lookup: Lookup) -> ActionHashes:
+    """Return the type hashes of an action. Raises the same errors as `message_hash`."""
+    parts = {each.type: each for each in (action.goal, action.result, action.feedback)}
+
+    def of_action(name: str) -> Ros2Message:
+        return parts.get(name) or lookup(name)
+
+    return ActionHashes(
+        service_hash(action.send_goal, of_action),
+        service_hash(action.get_result, of_action),
+        service_hash(cancel_goal, lookup),
+        message_hash(action.feedback_message, of_action),
+        message_hash(lookup(STATUS_ARRAY), lookup),
+    )
 
 
 def _described(message: Ros2Message) -> dict[str, Any]:

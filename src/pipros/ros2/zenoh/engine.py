@@ -18,6 +18,7 @@ from typing import Any, Final
 from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits, process_limits
+from pipros.net.workers import Workers
 from pipros.ros2.engine import (
     Announcement,
     Caller,
@@ -51,7 +52,9 @@ _LOG = logging.getLogger("pipros.ros2")
 _HEARTBEAT_S: Final = 0.5
 _CLOSE_S: Final = 1.0
 _REQUESTS: Final = 64
-"""Requests that wait for a service."""
+"""Requests that a service handles, and those that wait for it."""
+_WORKERS: Final = 16
+"""Requests that a service handles at a time."""
 _GRAPH_CHANGES: Final = 4096
 _TOKEN_BYTES: Final = 1000
 """Approximate memory of a parsed token, beside its text."""
@@ -173,10 +176,10 @@ class ZenohEngine:
         self._threads = [each for each in self._threads if each.is_alive()] + [thread]
         thread.start()
 
-    def declare(
+    def new_endpoint(
         self, kind: EndpointKind, name: str, type_name: str, type_hash: str, qos: TopicQos
-    ) -> tuple[str, bytes, Any]:
-        """Declare the token of an endpoint. Return the key of its data, its GID, and the token.
+    ) -> tuple[str, bytes, str]:
+        """Return the key of an endpoint's data, its GID, and its token, which is not yet declared.
 
         Raises:
             EngineError: the engine is closed.
@@ -186,7 +189,11 @@ class ZenohEngine:
                 raise EngineError("the session of Zenoh is closed")
         key = zenoh_key(self.node.domain, name, type_name, type_hash or NO_HASH)
         text = endpoint_token(self.node, next(self._numbers), kind, name, type_name, type_hash, qos)
-        return key, self._gid(text), self._tokens.declare_token(text)
+        return key, self._gid(text), text
+
+    def declare(self, token: str) -> Any:
+        """Declare a token. Peers may use the endpoint at once, so it must already exist."""
+        return self._tokens.declare_token(token)
 
     def _gid(self, token: str) -> bytes:
         return gid_of_hash(self._xxhash.xxh3_128_intdigest(token.encode()))
@@ -228,7 +235,7 @@ class _Publisher:
         self._names = topic, type_name
         self._lock = threading.Lock()
         self._sequences = itertools.count(1)
-        key, self._gid, self._token = engine.declare(EndpointKind.PUBLISHER, topic, type_name, type_hash, qos)
+        key, self._gid, token = engine.new_endpoint(EndpointKind.PUBLISHER, topic, type_name, type_hash, qos)
         options: dict[str, Any] = {"congestion_control": zenoh.CongestionControl.DROP}
         if qos.durability is Durability.TRANSIENT_LOCAL:
             options["cache"] = ext.CacheConfig(max_samples=max(1, qos.depth))
@@ -238,6 +245,7 @@ class _Publisher:
             self._publisher = ext.declare_advanced_publisher(engine.session, key, **options)
         else:
             self._publisher = engine.session.declare_publisher(key, **options)
+        self._token = engine.declare(token)
 
     def publish(self, payload: bytes) -> None:
         with self._lock:  # sequences must arrive in their order
@@ -266,7 +274,7 @@ class _Subscriber:
         self._engine = engine
         self._callback = callback
         # Publishers of Lyrical use the plain key only while a token of a subscriber is known.
-        key, _, self._token = engine.declare(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
+        key, _, token = engine.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
         channel = zenoh.handlers.RingChannel(max(1, qos.depth))
         if qos.durability is Durability.TRANSIENT_LOCAL:
             self._subscriber = ext.declare_advanced_subscriber(
@@ -278,6 +286,7 @@ class _Subscriber:
             )
         else:
             self._subscriber = engine.session.declare_subscriber(key, channel)
+        self._token = engine.declare(token)
         engine.start(topic, self._run)
 
     def _run(self) -> None:
@@ -305,21 +314,41 @@ class _Server:
     ) -> None:
         self._engine = engine
         self._answer = answer
-        self._key, _, self._token = engine.declare(
+        self._key, _, token = engine.new_endpoint(
             EndpointKind.SERVER, service, type_name, type_hash, _SERVICE_QOS
         )
+        self._workers = Workers("zenoh service", _WORKERS)
+        self._lock = threading.Lock()
+        self._open = 0
         # A full FIFO would stop the whole session; of a ring, the oldest request gets no reply.
         channel = engine.library.handlers.RingChannel(_REQUESTS)
         self._queryable = engine.session.declare_queryable(self._key, channel, complete=True)
+        self._token = engine.declare(token)
         engine.start(service, self._run)
 
     def _run(self) -> None:
         for query in _received(self._engine.library, self._queryable.handler):
-            with query:  # its end tells the client that no further reply follows
-                try:
-                    self._reply(query)
-                except Exception:
-                    _LOG.exception("a service for ROS 2 failed")
+            with self._lock:
+                self._open += 1
+                is_admitted = self._open <= _REQUESTS
+            if is_admitted:
+                self._workers.run(self._handle, query)
+            else:
+                self._finish(query)
+
+    def _handle(self, query: Any) -> None:
+        try:
+            self._reply(query)
+        except Exception:
+            _LOG.exception("a service for ROS 2 failed")
+        finally:
+            self._finish(query)
+
+    def _finish(self, query: Any) -> None:
+        """Notify the client that no further reply follows."""
+        query.drop()
+        with self._lock:
+            self._open -= 1
 
     def _reply(self, query: Any) -> None:
         attached = None if query.attachment is None else parse_attachment(query.attachment.to_bytes())
@@ -331,6 +360,7 @@ class _Server:
 
     def close(self) -> None:
         _undeclare(self._engine.library, self._token, self._queryable)
+        self._workers.close()
 
 
 class _Client:
@@ -338,9 +368,10 @@ class _Client:
         self._engine = engine
         self._names = service, type_name
         self._sequences = itertools.count(1)
-        self._key, self._gid, self._token = engine.declare(
+        self._key, self._gid, token = engine.new_endpoint(
             EndpointKind.CLIENT, service, type_name, type_hash, _SERVICE_QOS
         )
+        self._token = engine.declare(token)
 
     def call(self, request: bytes, timeout_s: float) -> bytes:
         zenoh, name = self._engine.library, self._names[0]

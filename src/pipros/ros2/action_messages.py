@@ -1,0 +1,195 @@
+"""The messages of actions in ROS 2 that are the same for every action: CDR from and to values. Pure.
+
+Goals and feedback follow the ID of the goal, whose 16 bytes do not change their alignment.
+"""
+
+from __future__ import annotations
+
+import struct
+import uuid
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+from pipros.libraries.actions.status import Status
+from pipros.ros2.conversion.errors import ConversionError
+
+ID_BYTES: Final = 16
+NO_ID: Final = bytes(ID_BYTES)
+"""The ID that selects all goals in a cancellation request."""
+_HEADER: Final = b"\0\1\0\0"
+_TIME: Final = struct.Struct("<iI")
+_COUNT: Final = struct.Struct("<I")
+_INFO_BYTES: Final = ID_BYTES + _TIME.size
+_PADDING: Final = 3
+"""Bytes between the ID and the time of a status in an array, except in the first one."""
+_STATUS_BYTES: Final = _INFO_BYTES + _PADDING + 1
+_NAMESPACE: Final = uuid.UUID("5a34b2e0-8d43-5a5c-a1c5-0b5d6a0e3d1f")
+_LARGEST_S: Final = 0x7FFFFFFF
+_SECOND_NS: Final = 1_000_000_000
+
+
+class Ros2Status(IntEnum):
+    """The constants of action_msgs/msg/GoalStatus."""
+
+    UNKNOWN = 0
+    ACCEPTED = 1
+    EXECUTING = 2
+    CANCELING = 3
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+    @property
+    def has_ended(self) -> bool:
+        return self >= Ros2Status.SUCCEEDED
+
+
+class CancelCode(IntEnum):
+    """The constants of action_msgs/srv/CancelGoal."""
+
+    NONE = 0
+    REJECTED = 1
+    UNKNOWN_GOAL = 2
+    GOAL_TERMINATED = 3
+
+
+TO_ROS2: Final = {
+    Status.PENDING: Ros2Status.ACCEPTED,
+    Status.ACTIVE: Ros2Status.EXECUTING,
+    Status.PREEMPTING: Ros2Status.CANCELING,
+    Status.RECALLING: Ros2Status.CANCELING,
+    Status.SUCCEEDED: Ros2Status.SUCCEEDED,
+    Status.PREEMPTED: Ros2Status.CANCELED,
+    Status.RECALLED: Ros2Status.CANCELED,
+    Status.ABORTED: Ros2Status.ABORTED,
+    Status.REJECTED: Ros2Status.ABORTED,
+    Status.LOST: Ros2Status.ABORTED,
+}
+TO_ROS1: Final = {
+    Ros2Status.UNKNOWN: Status.ABORTED,
+    Ros2Status.ACCEPTED: Status.PENDING,
+    Ros2Status.EXECUTING: Status.ACTIVE,
+    Ros2Status.CANCELING: Status.PREEMPTING,
+    Ros2Status.SUCCEEDED: Status.SUCCEEDED,
+    Ros2Status.CANCELED: Status.PREEMPTED,
+    Ros2Status.ABORTED: Status.ABORTED,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class GoalInfo:
+    """The ID of a goal and the time at which it was accepted, in ns."""
+
+    goal: bytes
+    stamp_ns: int = 0
+
+
+def id_in_ros2(goal_id: str) -> bytes:
+    """Return the ID in ROS 2 of a goal of ROS 1: that of `id_in_ros1`, or one that depends on the text alone.
+
+    >>> id_in_ros2("00112233-4455-6677-8899-aabbccddeeff").hex()
+    '00112233445566778899aabbccddeeff'
+    """
+    try:
+        found = uuid.UUID(goal_id)
+        if str(found) == goal_id:
+            return found.bytes
+    except ValueError:
+        pass
+    return uuid.uuid5(_NAMESPACE, goal_id).bytes
+
+
+def id_in_ros1(goal: bytes) -> str:
+    """Return the ID in ROS 1 of a goal of ROS 2."""
+    return str(uuid.UUID(bytes=goal))
+
+
+def with_id(goal: bytes, cdr: bytes) -> bytes:
+    """Return a request of `send_goal`, or a message of `feedback`, for the CDR of its goal or feedback."""
+    return _HEADER + goal + cdr[len(_HEADER) :]
+
+
+def split_id(cdr: bytes | memoryview) -> tuple[bytes, bytes]:
+    """Return the ID and the CDR of what follows it; also for a request of `get_result`.
+
+    Raises:
+        ConversionError: the message is not little-endian CDR, or too short.
+    """
+    body = _body(cdr, ID_BYTES)
+    return body[:ID_BYTES], _HEADER + body[ID_BYTES:]
+
+
+def accepted_reply(stamp_ns: int, *, is_accepted: bool) -> bytes:
+    """Return a reply of `send_goal`."""
+    return _HEADER + bytes([is_accepted, 0, 0, 0]) + _time(stamp_ns)
+
+
+def is_accepted(cdr: bytes) -> bool:
+    """Return whether a reply of `send_goal` accepts the goal. Raises the same errors as `split_id`."""
+    return _body(cdr, 1)[0] != 0
+
+
+def cancel_request(goal: GoalInfo) -> bytes:
+    """Return a request of `cancel_goal`."""
+    return _HEADER + _info(goal)
+
+
+def parse_cancel_request(cdr: bytes) -> GoalInfo:
+    """Parse a request of `cancel_goal`. Raises the same errors as `split_id`."""
+    body = _body(cdr, _INFO_BYTES)
+    return GoalInfo(body[:ID_BYTES], _parse_time(body, ID_BYTES))
+
+
+def cancel_reply(code: CancelCode, goals: Sequence[GoalInfo]) -> bytes:
+    """Return a reply of `cancel_goal` with the goals that will be cancelled."""
+    return _HEADER + bytes([code, 0, 0, 0]) + _COUNT.pack(len(goals)) + b"".join(map(_info, goals))
+
+
+def status_array(goals: Sequence[tuple[GoalInfo, Ros2Status]]) -> bytes:
+    """Return a message of `status`."""
+    parts = [_HEADER, _COUNT.pack(len(goals))]
+    padding = b""
+    for info, status in goals:
+        parts += (info.goal, padding, _time(info.stamp_ns), bytes([status]))
+        padding = bytes(_PADDING)
+    return b"".join(parts)
+
+
+def parse_status_array(cdr: bytes | memoryview) -> list[tuple[GoalInfo, Ros2Status]]:
+    """Parse a message of `status`. Raises the same errors as `split_id`; unknown statuses are left out."""
+    (count,) = _COUNT.unpack_from(_body(cdr, _COUNT.size))
+    body = _body(cdr, _COUNT.size + max(0, count * _STATUS_BYTES - _PADDING))
+    # The times of all statuses have the same distance; the ID of the first one has no padding behind it.
+    body = body[: _COUNT.size + ID_BYTES] + bytes(_PADDING) + body[_COUNT.size + ID_BYTES :]
+    found = []
+    for start in range(_COUNT.size, _COUNT.size + count * _STATUS_BYTES, _STATUS_BYTES):
+        status = body[start + _STATUS_BYTES - 1]
+        if status in Ros2Status._value2member_map_:
+            stamp_ns = _parse_time(body, start + ID_BYTES + _PADDING)
+            found.append((GoalInfo(body[start : start + ID_BYTES], stamp_ns), Ros2Status(status)))
+    return found
+
+
+def _body(cdr: bytes | memoryview, at_least: int) -> bytes:
+    data = bytes(cdr)
+    if data[:2] != _HEADER[:2] or len(data) < len(_HEADER) + at_least:
+        raise ConversionError(
+            f"expected little-endian CDR with at least {at_least} bytes, got "
+            f"{len(data)} bytes that begin with {data[:4].hex() or 'nothing'}"
+        )
+    return data[len(_HEADER) :]
+
+
+def _info(goal: GoalInfo) -> bytes:
+    return goal.goal + _time(goal.stamp_ns)
+
+
+def _parse_time(body: bytes, start: int) -> int:
+    seconds, nanoseconds = _TIME.unpack_from(body, start)
+    return int(max(0, seconds) * _SECOND_NS + nanoseconds)
+
+
+def _time(stamp_ns: int) -> bytes:
+    return _TIME.pack(min(stamp_ns // _SECOND_NS, _LARGEST_S), stamp_ns % _SECOND_NS)

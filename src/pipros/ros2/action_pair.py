@@ -1,0 +1,81 @@
+"""An action of ROS 1 and one of ROS 2: message classes of the one, services and topics of the other."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from pipros.msg import load_message_class
+from pipros.node.codec import decoder, encoder
+from pipros.ros2.action_messages import Ros2Status
+from pipros.ros2.conversion.errors import ConversionError
+from pipros.ros2.conversion.plans import ActionPlan, Plan
+from pipros.ros2.interfaces.action_types import CANCEL_GOAL, STATUS_ARRAY
+from pipros.ros2.interfaces.type_hash import ActionHashes
+
+
+class ActionPair:
+    """Converts the parts of an action between objects of ROS 1 and CDR.
+
+    Attributes:
+        plan, hashes: the conversion, and the type hashes in ROS 2.
+        goal, result, feedback: classes of the messages on the topics of the same names in ROS 1.
+        send_goal, get_result, cancel_goal, feedback_message, status: types in ROS 2.
+    """
+
+    cancel_goal: Final = CANCEL_GOAL
+    status: Final = STATUS_ARRAY
+
+    def __init__(self, plan: ActionPlan, hashes: ActionHashes) -> None:
+        """Compile the conversions.
+
+        Raises:
+            PiprosError: the action is not installed in ROS 1, or its types do not correspond.
+        """
+        self.plan = plan
+        self.hashes = hashes
+        for each in (plan.goal, plan.result, plan.feedback):
+            each.prepare()
+        self.goal, self.result, self.feedback = (
+            self._class(f"Action{part}") for part in ("Goal", "Result", "Feedback")
+        )
+        self._goal, self._result, self._feedback = map(self._class, ("Goal", "Result", "Feedback"))
+        self.send_goal = f"{plan.ros2_type}_SendGoal"
+        self.get_result = f"{plan.ros2_type}_GetResult"
+        self.feedback_message = f"{plan.ros2_type}_FeedbackMessage"
+
+    def _class(self, suffix: str) -> Any:
+        return load_message_class(self.plan.ros1_type + suffix)
+
+    def goal_to_cdr(self, goal: Any) -> bytes:
+        return _to_cdr(self.plan.goal, self._goal, goal)
+
+    def goal_to_ros1(self, cdr: bytes) -> Any:
+        return decoder(self._goal)(self.plan.goal.to_ros1(cdr))
+
+    def feedback_to_cdr(self, feedback: Any) -> bytes:
+        return _to_cdr(self.plan.feedback, self._feedback, feedback)
+
+    def feedback_to_ros1(self, cdr: bytes) -> Any:
+        return decoder(self._feedback)(self.plan.feedback.to_ros1(cdr))
+
+    def result_to_cdr(self, status: Ros2Status, result: Any = None) -> bytes:
+        """Return a reply of `get_result`, with an empty result if there is none."""
+        return _to_cdr(self.plan.result, self._result, result or self._result(), bytes([status]))
+
+    def result_to_ros1(self, cdr: bytes) -> tuple[Ros2Status, Any]:
+        """Return the status and the result in a reply of `get_result`.
+
+        Raises:
+            ConversionError: the reply is malformed, or the status is unknown.
+        """
+        body = self.plan.result.to_ros1(cdr)
+        if body[0] not in Ros2Status._value2member_map_:
+            raise ConversionError(f"unknown goal status {body[0]}")
+        return Ros2Status(body[0]), decoder(self._result)(body[1:])
+
+    def empty_result(self) -> Any:
+        return self._result()
+
+
+def _to_cdr(plan: Plan, message_class: Any, message: Any, start: bytes = b"") -> bytes:
+    return plan.to_cdr(b"".join((start, *encoder(message_class)(message))))

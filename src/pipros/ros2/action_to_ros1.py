@@ -1,0 +1,309 @@
+"""An action server of ROS 1, offered in ROS 2."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.actions.goal_table import GoalTable
+from pipros.libraries.actions.status import Status
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.node import Node
+from pipros.ros2.action_messages import (
+    NO_ID,
+    TO_ROS2,
+    CancelCode,
+    GoalInfo,
+    Ros2Status,
+    accepted_reply,
+    cancel_reply,
+    id_in_ros1,
+    id_in_ros2,
+    parse_cancel_request,
+    split_id,
+    status_array,
+    with_id,
+)
+from pipros.ros2.action_pair import ActionPair
+from pipros.ros2.bridged_services import CALL_S
+from pipros.ros2.bridged_topics import MARK
+from pipros.ros2.engine import Durability, Ros2Engine, TopicQos
+from pipros.ros2.names import action_names
+
+KEPT_S: Final = 60.0
+"""How long the result of a goal can be requested after its end."""
+DECISION_S: Final = 0.5
+"""Time for a server to reject a goal that it has received. Then the goal counts as accepted."""
+_LATE_RESULT_S: Final = 5.0
+"""How long a result is awaited after the status of its goal said that the goal ended."""
+_SLICE_S: Final = 0.5
+_QUEUE: Final = 100
+_LOG = logging.getLogger("pipros.ros2")
+
+
+@dataclass(slots=True)
+class _Goal:
+    """A goal of the server. `id` is its ID in ROS 1; `status` is None until the server has reported it."""
+
+    id: str
+    key: bytes
+    stamp_ns: int
+    status: Ros2Status | None = None
+    is_rejected: bool = False
+    result: bytes = b""
+    ended_s: float = 0.0
+
+    @property
+    def has_ended(self) -> bool:
+        return self.ended_s > 0
+
+
+class ActionToRos1:
+    """Offers an action of ROS 1 in ROS 2: a node there has goals executed in ROS 1. Thread-safe.
+
+    Attributes:
+        calls: goals from ROS 2 so far. failures: those that did not reach the server.
+    """
+
+    def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
+        """Offer it. Blocks until the master answers.
+
+        Raises:
+            PiprosError: the engine is closed, the name is not legal in ROS 2, or the node has a topic of the
+                action with another type.
+        """
+        self.calls = self.failures = 0
+        self.pair = pair
+        self._node = node
+        self._name = name
+        self._changed = threading.Condition()
+        self._is_closed = False
+        self._result_bytes = 0
+        self._goals: GoalTable[_Goal] = GoalTable(
+            node.limits.goals, node.limits.name_characters, lambda goal: goal.has_ended
+        )
+        self._goal_id = load_message_class("actionlib_msgs/GoalID")
+        with ExitStack() as stack:
+            self._connect(stack, engine, {MARK: identity})
+            self._ends = stack.pop_all()
+
+    def _connect(self, stack: ExitStack, engine: Ros2Engine, headers: dict[str, str]) -> None:
+        node, pair, hashes, names = self._node, self.pair, self.pair.hashes, action_names(self._name)
+
+        def publisher(part: str, message_class: Any) -> Any:
+            made = node.endpoints.advertise(
+                f"{self._name}/{part}", message_class, queue_size=_QUEUE, latch=False, headers=headers
+            )
+            stack.callback(made.unregister)
+            return made
+
+        self._goal_out = publisher("goal", pair.goal)
+        self._cancel_out = publisher("cancel", self._goal_id)
+        latched = TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+        self._status_out = engine.announce(names.status, pair.status, hashes.status, latched)
+        stack.callback(self._status_out.close)
+        self._feedback_out = engine.announce(
+            names.feedback, pair.feedback_message, hashes.feedback, TopicQos()
+        )
+        stack.callback(self._feedback_out.close)
+        self._subscribers = []
+        for part, message_class, on_message in (
+            ("result", pair.result, self._on_result),
+            ("feedback", pair.feedback, self._on_feedback),
+            ("status", load_message_class("actionlib_msgs/GoalStatusArray"), self._on_status),
+        ):
+            subscriber = node.subscribe(f"{self._name}/{part}", message_class, on_message, queue_size=_QUEUE)
+            stack.callback(subscriber.unregister)
+            self._subscribers.append(subscriber)
+        for service, kind, type_hash, answer in (
+            (names.cancel_goal, pair.cancel_goal, hashes.cancel_goal, self._cancel),
+            (names.get_result, pair.get_result, hashes.get_result, self._get_result),
+            (names.send_goal, pair.send_goal, hashes.send_goal, self._send_goal),
+        ):
+            stack.callback(engine.serve(service, kind, type_hash, answer).close)
+
+    def update(self) -> None:
+        """Forget goals that ended some time ago."""
+        now_s = time.monotonic()
+        with self._changed:
+            self._forget(lambda goal: goal.has_ended and now_s - goal.ended_s > KEPT_S)
+
+    def close(self) -> None:
+        """End the action in ROS 2. Goals that have not ended continue in ROS 1."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify_all()
+        self._ends.close()
+
+    # -- from ROS 2, in threads of the engine ----------------------------------------------------
+
+    def _send_goal(self, request: bytes) -> bytes:
+        key, cdr = split_id(request)
+        goal = _Goal(id_in_ros1(key), key, self._node.clock.now_ns())
+        message = self.pair.goal(goal=self.pair.goal_to_ros1(cdr))
+        stamp = Time(goal.stamp_ns // 1_000_000_000, goal.stamp_ns % 1_000_000_000)
+        message.header.stamp = stamp
+        message.goal_id = self._goal_id(stamp, goal.id)
+        end_s = time.monotonic() + CALL_S
+        with self._changed:
+            self.calls += 1
+            if self._goals.find(goal.id) is not None or not self._goals.add(goal.id, goal):
+                self.failures += 1
+                return accepted_reply(goal.stamp_ns, is_accepted=False)
+        if self._wait(lambda: self._is_connected, end_s):
+            self._goal_out.publish(message)
+            self._wait(lambda: goal.status is not None, end_s)
+            decided_s = min(end_s, time.monotonic() + DECISION_S)
+            self._wait(lambda: goal.status is not Ros2Status.ACCEPTED, decided_s)
+        with self._changed:
+            is_accepted = goal.status is not None and not goal.is_rejected
+            if not is_accepted:
+                self._forget_one(goal)
+            if goal.status is None:
+                self.failures += 1
+                _LOG.warning(
+                    "the action server %s of ROS 1 did not respond to a goal within %g s", self._name, CALL_S
+                )
+        if goal.status is None:
+            self._cancel_out.publish(message.goal_id)
+        return accepted_reply(goal.stamp_ns, is_accepted=is_accepted)
+
+    @property
+    def _is_connected(self) -> bool:
+        """Whether the server of ROS 1 receives goals, and its answers are received."""
+        return all(each.connection_count for each in (self._goal_out, self._cancel_out, *self._subscribers))
+
+    def _get_result(self, request: bytes) -> bytes:
+        """Wait for the end of a goal; return its result."""
+        key, _ = split_id(request)
+        with self._changed:
+            goal = self._goals.find(id_in_ros1(key))
+        if goal is None:
+            return self.pair.result_to_cdr(Ros2Status.UNKNOWN)
+
+        def is_complete() -> bool:
+            is_late = time.monotonic() - goal.ended_s > _LATE_RESULT_S
+            return goal.has_ended and (bool(goal.result) or is_late)
+
+        while not self._wait(is_complete, time.monotonic() + KEPT_S):
+            if self._is_closed:
+                raise PiprosError(f"the action {self._name} is no longer passed")
+        return goal.result or self.pair.result_to_cdr(goal.status or Ros2Status.ABORTED)
+
+    def _cancel(self, request: bytes) -> bytes:
+        info = parse_cancel_request(request)
+        with self._changed:
+            found = None if info.goal == NO_ID else self._goals.find(id_in_ros1(info.goal))
+            table_id = "" if info.goal == NO_ID else id_in_ros1(info.goal)
+            meant = self._goals.meant_by(table_id, info.stamp_ns, lambda goal: goal.stamp_ns)
+            running = [GoalInfo(goal.key, goal.stamp_ns) for goal in meant if not goal.has_ended]
+        if info.goal != NO_ID and found is None:
+            return cancel_reply(CancelCode.UNKNOWN_GOAL, [])
+        if found is not None and not running:
+            return cancel_reply(CancelCode.GOAL_TERMINATED, [])
+        stamp = Time(info.stamp_ns // 1_000_000_000, info.stamp_ns % 1_000_000_000)
+        self._cancel_out.publish(self._goal_id(stamp, found.id if found else ""))
+        return cancel_reply(CancelCode.NONE, running)
+
+    def _wait(self, condition: Callable[[], bool], end_s: float) -> bool:
+        """Wait until the condition holds, the time is up, or the action is closed."""
+        with self._changed:
+            while not condition():
+                left_s = end_s - time.monotonic()
+                if left_s <= 0 or self._is_closed:
+                    return False
+                self._changed.wait(min(left_s, _SLICE_S if self._is_connected else _SLICE_S / 10))
+            return True
+
+    # -- from ROS 1 ------------------------------------------------------------------------------
+
+    def _on_status(self, message: Any) -> None:
+        seen = set()
+        with self._changed:
+            before = self._rows()
+            for row in message.status_list[: self._node.limits.goals]:
+                goal = self._found(row.goal_id)
+                if goal is not None:
+                    seen.add(goal.key)
+                    self._set_status(goal, row.status)
+            for goal in self._goals:
+                if goal.status is not None and not goal.has_ended and goal.key not in seen:
+                    goal.status, goal.ended_s = Ros2Status.ABORTED, time.monotonic()
+            self._notify(before)
+
+    def _on_result(self, message: Any) -> None:
+        with self._changed:
+            before = self._rows()
+            goal = self._found(message.status.goal_id)
+            if goal is None:
+                return
+            self._set_status(goal, message.status.status)
+            if goal.status is not None and not goal.result:
+                goal.result = self._result_of(goal.status, message.result)
+                self._result_bytes += len(goal.result)
+                while self._result_bytes > self._node.limits.ros2_history_bytes:
+                    self._forget_one(next(each for each in self._goals if each.result))
+            self._notify(before)
+
+    def _result_of(self, status: Ros2Status, result: Any) -> bytes:
+        try:
+            return self.pair.result_to_cdr(status, result)
+        except (PiprosError, ValueError) as error:
+            _LOG.warning("a result of the action %s was dropped: %s", self._name, error)
+            return self.pair.result_to_cdr(Ros2Status.ABORTED)
+
+    def _on_feedback(self, message: Any) -> None:
+        try:
+            cdr = self.pair.feedback_to_cdr(message.feedback)
+            self._feedback_out.publish(with_id(id_in_ros2(message.status.goal_id.id), cdr))
+        except (PiprosError, ValueError) as error:
+            _LOG.warning("feedback of the action %s was dropped: %s", self._name, error)
+
+    def _found(self, goal_id: Any) -> _Goal | None:
+        """Return the goal with an ID of ROS 1, which a node of ROS 1 may have sent."""
+        key = id_in_ros2(goal_id.id)
+        goal = self._goals.find(id_in_ros1(key))
+        if goal is None:
+            goal = _Goal(goal_id.id, key, goal_id.stamp.to_nsec())
+            if not self._goals.add(id_in_ros1(key), goal):
+                return None
+        return goal
+
+    def _set_status(self, goal: _Goal, status: int) -> None:
+        if goal.has_ended or status not in Status._value2member_map_:
+            return
+        goal.is_rejected |= status == Status.REJECTED
+        goal.status = TO_ROS2[Status(status)]
+        if goal.status.has_ended:
+            goal.ended_s = time.monotonic()
+
+    def _forget(self, is_forgotten: Callable[[_Goal], bool]) -> None:
+        self._result_bytes -= sum(len(goal.result) for goal in self._goals if is_forgotten(goal))
+        self._goals.keep(lambda goal: not is_forgotten(goal))
+
+    def _forget_one(self, goal: _Goal) -> None:
+        self._forget(lambda each: each is goal)
+
+    def _rows(self) -> list[tuple[GoalInfo, Ros2Status]]:
+        return [
+            (GoalInfo(goal.key, goal.stamp_ns), goal.status)
+            for goal in self._goals
+            if goal.status is not None and not goal.is_rejected
+        ]
+
+    def _notify(self, before: list[tuple[GoalInfo, Ros2Status]]) -> None:
+        """Wake waiting threads, and publish the statuses if they have changed."""
+        self._changed.notify_all()
+        now = self._rows()
+        if now != before:
+            try:
+                self._status_out.publish(status_array(now))
+            except PiprosError as error:
+                _LOG.warning("a status of the action %s was dropped: %s", self._name, error)

@@ -1,0 +1,289 @@
+"""An action server of ROS 2, offered in ROS 1."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.libraries.actions.goal_table import GoalTable
+from pipros.libraries.actions.status import TERMINAL, Status
+from pipros.msg import load_message_class
+from pipros.msg.time import Time
+from pipros.net.workers import Workers
+from pipros.node import Node
+from pipros.ros2.action_messages import (
+    NO_ID,
+    TO_ROS1,
+    GoalInfo,
+    Ros2Status,
+    cancel_request,
+    id_in_ros1,
+    id_in_ros2,
+    is_accepted,
+    parse_status_array,
+    split_id,
+    with_id,
+)
+from pipros.ros2.action_pair import ActionPair
+from pipros.ros2.bridged_services import CALL_S
+from pipros.ros2.bridged_topics import MARK
+from pipros.ros2.engine import Durability, Ros2Engine, Sample, TopicQos
+from pipros.ros2.names import action_names
+
+STATUS_S: Final = 0.2
+"""Interval of status messages in ROS 1, as in actionlib."""
+ENDED_S: Final = 5.0
+"""How long the status of a goal is published after its end, as in actionlib."""
+RESULT_S: Final = 60.0
+"""Time after which a result is requested again while the goal has not ended."""
+RETRY_S: Final = 1.0
+_CANCELLING: Final = 4
+_QUEUE: Final = 100
+_LOG = logging.getLogger("pipros.ros2")
+
+
+@dataclass(slots=True)
+class _Goal:
+    """A goal of ROS 1. `key` is its ID in ROS 2."""
+
+    id: str
+    stamp: Time
+    key: bytes
+    status: Status = Status.PENDING
+    text: str = ""
+    ended_s: float = 0.0
+
+
+class ActionToRos2:
+    """Offers an action of ROS 2 in ROS 1: a node there has goals executed in ROS 2. Thread-safe.
+
+    Each goal has a thread that waits for its result, up to `Limits.fleet_calls`; further goals wait.
+
+    Attributes:
+        calls: goals so far. failures: those that could not be passed.
+    """
+
+    def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
+        """Offer it. Blocks until the master answers.
+
+        Raises:
+            PiprosError: the engine is closed, or the node has a topic of the action with another type.
+        """
+        self.calls = self.failures = 0
+        self.pair = pair
+        self._node = node
+        self._name = name
+        self._lock = threading.Lock()
+        self._goals: GoalTable[_Goal] = GoalTable(
+            node.limits.goals, node.limits.name_characters, lambda goal: goal.status in TERMINAL
+        )
+        self._others: list[tuple[GoalInfo, Ros2Status]] = []
+        self._publish_at_s = 0.0
+        self._is_closed = threading.Event()
+        self._executing = Workers("goals of ROS 2", node.limits.fleet_calls)
+        self._cancelling = Workers("cancelled goals of ROS 2", _CANCELLING)
+        self._goal_id, self._goal_status, self._statuses = (
+            load_message_class(f"actionlib_msgs/{each}")
+            for each in ("GoalID", "GoalStatus", "GoalStatusArray")
+        )
+        with ExitStack() as stack:
+            self._connect(stack, engine, {MARK: identity})
+            self._ends = stack.pop_all()
+
+    def _connect(self, stack: ExitStack, engine: Ros2Engine, headers: dict[str, str]) -> None:
+        pair, hashes, names = self.pair, self.pair.hashes, action_names(self._name)
+
+        def caller(service: str, kind: str, type_hash: str) -> Any:
+            made = engine.caller(service, kind, type_hash)
+            stack.callback(made.close)
+            return made
+
+        def publisher(part: str, message_class: Any) -> Any:
+            made = self._node.endpoints.advertise(
+                f"{self._name}/{part}", message_class, queue_size=_QUEUE, latch=False, headers=headers
+            )
+            stack.callback(made.unregister)
+            return made
+
+        self._send = caller(names.send_goal, pair.send_goal, hashes.send_goal)
+        self._cancel = caller(names.cancel_goal, pair.cancel_goal, hashes.cancel_goal)
+        self._result = caller(names.get_result, pair.get_result, hashes.get_result)
+        self._result_out = publisher("result", pair.result)
+        self._feedback_out = publisher("feedback", pair.feedback)
+        self._status_out = publisher("status", self._statuses)
+        latched = TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+        for topic, kind, type_hash, qos, callback in (
+            (names.feedback, pair.feedback_message, hashes.feedback, TopicQos(), self._on_feedback),
+            (names.status, pair.status, hashes.status, latched, self._on_status),
+        ):
+            stack.callback(engine.subscribe(topic, kind, type_hash, qos, callback).close)
+        for part, message_class, on_message in (
+            ("goal", pair.goal, self._on_goal),
+            ("cancel", self._goal_id, self._on_cancel),
+        ):
+            subscriber = self._node.subscribe(
+                f"{self._name}/{part}", message_class, on_message, queue_size=_QUEUE
+            )
+            stack.callback(subscriber.unregister)
+
+    def update(self) -> None:
+        """Publish the statuses if it is time, and forget goals that ended some time ago."""
+        now_s = time.monotonic()
+        with self._lock:
+            if now_s < self._publish_at_s:
+                return
+            self._publish_at_s = now_s + STATUS_S
+            self._goals.keep(lambda goal: not goal.ended_s or now_s - goal.ended_s < ENDED_S)
+        self._publish_status()
+
+    def close(self) -> None:
+        """End the action in ROS 1. Goals that have not ended are aborted there, and continue in ROS 2."""
+        self._is_closed.set()
+        for goal in self._goals:
+            self._end(goal, Status.ABORTED, None, "the action server has disappeared")
+        self._executing.close()
+        self._cancelling.close()
+        self._ends.close()
+
+    # -- from ROS 1 ------------------------------------------------------------------------------
+
+    def _on_goal(self, message: Any) -> None:
+        goal_id = message.goal_id.id or id_in_ros1(os.urandom(16))
+        stamp = message.goal_id.stamp or self._now()
+        goal = _Goal(goal_id, stamp, id_in_ros2(goal_id))
+        with self._lock:
+            if self._goals.find(goal_id) is not None:
+                return
+            self.calls += 1
+            is_added = self._goals.add(goal_id, goal)
+        try:
+            if not is_added:
+                raise PiprosError("too many goals, or the ID is too long")
+            self._executing.run(self._execute, goal, with_id(goal.key, self.pair.goal_to_cdr(message.goal)))
+        except PiprosError as error:
+            self.failures += 1
+            self._end(goal, Status.REJECTED, None, str(error))
+
+    def _on_cancel(self, message: Any) -> None:
+        key = id_in_ros2(message.id) if message.id else NO_ID
+        self._cancelling.run(self._request_cancel, GoalInfo(key, message.stamp.to_nsec()))
+
+    def _request_cancel(self, goal: GoalInfo) -> None:
+        try:
+            self._cancel.call(cancel_request(goal), CALL_S)
+        except PiprosError as error:
+            _LOG.warning("a goal of the action %s was not cancelled: %s", self._name, error)
+
+    def _execute(self, goal: _Goal, request: bytes) -> None:
+        try:
+            if not is_accepted(self._send.call(request, CALL_S)):
+                self._end(goal, Status.REJECTED, None, "the action server has rejected the goal")
+                return
+            while not self._is_closed.is_set() and not goal.ended_s:
+                reply = self._await_result(with_id(goal.key, b""))
+                if reply is not None:
+                    status, result = self.pair.result_to_ros1(reply)
+                    ended = TO_ROS1[status] if status.has_ended else Status.ABORTED
+                    text = "" if status.has_ended else f"the action server replied with status {status.name}"
+                    self._end(goal, ended, result, text)
+        except (PiprosError, ValueError) as error:
+            self.failures += 1
+            self._end(goal, Status.ABORTED, None, str(error))
+
+    def _await_result(self, request: bytes) -> bytes | None:
+        """Return the reply of `get_result`; None to try again.
+
+        Raises:
+            PiprosError: the action server has disappeared.
+        """
+        try:
+            reply: bytes = self._result.call(request, RESULT_S)
+            return reply
+        except PiprosError:
+            if not self._result.is_available:
+                raise
+        self._is_closed.wait(RETRY_S)
+        return None
+
+    def _end(self, goal: _Goal, status: Status, result: Any, text: str) -> None:
+        with self._lock:
+            if goal.ended_s:
+                return
+            goal.status, goal.text, goal.ended_s = status, text, time.monotonic()
+        message = self.pair.result(
+            status=self._status_of(goal.id, goal.stamp, status, text),
+            result=result or self.pair.empty_result(),
+        )
+        message.header.stamp = self._now()
+        self._result_out.publish(message)
+        self._publish_status()
+
+    # -- from ROS 2 ----------------------------------------------------------------------------
+
+    def _on_feedback(self, sample: Sample) -> None:
+        try:
+            key, cdr = split_id(sample.payload)
+            feedback = self.pair.feedback_to_ros1(cdr)
+        except (PiprosError, ValueError) as error:
+            _LOG.warning("feedback of the action %s was dropped: %s", self._name, error)
+            return
+        with self._lock:
+            goal = self._find(key)
+        status = (
+            self._status_of(id_in_ros1(key), Time(), Status.ACTIVE)
+            if goal is None
+            else self._status_of(goal.id, goal.stamp, goal.status)
+        )
+        message = self.pair.feedback(status=status, feedback=feedback)
+        message.header.stamp = self._now()
+        self._feedback_out.publish(message)
+
+    def _on_status(self, sample: Sample) -> None:
+        try:
+            rows = parse_status_array(sample.payload)
+        except (PiprosError, ValueError) as error:
+            _LOG.warning("a status of the action %s was dropped: %s", self._name, error)
+            return
+        others = []
+        with self._lock:
+            for info, status in rows[: self._node.limits.goals]:
+                goal = self._find(info.goal)
+                if goal is None:
+                    others.append((info, status))
+                elif not goal.ended_s and not status.has_ended:  # the end comes with the result
+                    goal.status = TO_ROS1[status]
+            self._others = others
+        self._publish_status()
+
+    def _find(self, key: bytes) -> _Goal | None:
+        return next((goal for goal in self._goals if goal.key == key), None)
+
+    def _publish_status(self) -> None:
+        with self._lock:
+            message: Any = self._statuses(
+                status_list=[
+                    *(self._status_of(each.id, each.stamp, each.status, each.text) for each in self._goals),
+                    *(
+                        self._status_of(id_in_ros1(info.goal), _time(info.stamp_ns), TO_ROS1[status])
+                        for info, status in self._others
+                    ),
+                ]
+            )
+            message.header.stamp = self._now()
+            self._status_out.publish(message)
+
+    def _status_of(self, goal_id: str, stamp: Time, status: Status, text: str = "") -> Any:
+        return self._goal_status(self._goal_id(stamp, goal_id), int(status), text)
+
+    def _now(self) -> Time:
+        return _time(self._node.clock.now_ns())
+
+
+def _time(stamp_ns: int) -> Time:
+    return Time(stamp_ns // 1_000_000_000, stamp_ns % 1_000_000_000)

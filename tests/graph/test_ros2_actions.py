@@ -1,0 +1,186 @@
+"""Actions through a gateway: two gateways back to back, and an engine as the other side."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from pipros.libraries.actions.status import Status
+from pipros.msg import load_message_class
+from pipros.node import Node
+from pipros.ros2 import action_messages as messages
+from pipros.ros2.action_messages import CancelCode, GoalInfo, Ros2Status
+from pipros.ros2.engine import Caller, EndpointKind
+from tests.support.ros2_domains import free_domain
+from tests.support.ros2_gateways import PAIRS, System
+from tests.support.waiting import wait_until
+
+FIBONACCI = "actionlib_tutorials/Fibonacci"
+PAIR = PAIRS.of_action(FIBONACCI)
+GoalID: Any = load_message_class("actionlib_msgs/GoalID")
+GoalStatus: Any = load_message_class("actionlib_msgs/GoalStatus")
+GoalStatusArray: Any = load_message_class("actionlib_msgs/GoalStatusArray")
+Goal, Result, Feedback = (load_message_class(f"{FIBONACCI}{part}") for part in ("Goal", "Result", "Feedback"))
+ALLOWED = "actions: {to_ros1: {allow: [/fibonacci]}}"
+ID = bytes(range(16))
+
+
+class Server:
+    """An action server of ROS 1: rejects negative orders, and executes others until the test ends them."""
+
+    def __init__(self, node: Node) -> None:
+        self.goals: list[Any] = []
+        self.cancelled: list[str] = []
+        self._statuses: dict[str, Any] = {}
+        self._status = node.advertise("/fibonacci/status", GoalStatusArray)
+        self._result = node.advertise("/fibonacci/result", PAIR.result)
+        self._feedback = node.advertise("/fibonacci/feedback", PAIR.feedback)
+        node.subscribe("/fibonacci/goal", PAIR.goal, self._on_goal)
+        node.subscribe("/fibonacci/cancel", GoalID, lambda message: self.cancelled.append(message.id))
+
+    def _on_goal(self, message: Any) -> None:
+        self.goals.append(message)
+        if message.goal.order < 0:
+            self.end(message, Status.REJECTED)
+        else:
+            self._publish(GoalStatus(message.goal_id, int(Status.ACTIVE), ""))
+
+    def _publish(self, status: Any) -> None:
+        self._statuses[status.goal_id.id] = status
+        self._status.publish(GoalStatusArray(status_list=[*self._statuses.values()]))
+
+    def report(self, goal: Any, sequence: list[int]) -> None:
+        status = GoalStatus(goal.goal_id, 1, "")
+        self._feedback.publish(PAIR.feedback(status=status, feedback=Feedback(sequence)))
+
+    def end(self, goal: Any, status: Status, sequence: list[int] | None = None) -> None:
+        ended = GoalStatus(goal.goal_id, int(status), "")
+        self._result.publish(PAIR.result(status=ended, result=Result(sequence or [])))
+        self._publish(ended)
+
+
+class Client:
+    """An action client of ROS 1."""
+
+    def __init__(self, node: Node) -> None:
+        self.feedback: list[Any] = []
+        self.results: dict[str, Any] = {}
+        self.statuses: dict[str, int] = {}
+        node.subscribe("/fibonacci/feedback", PAIR.feedback, self.feedback.append)
+        node.subscribe("/fibonacci/result", PAIR.result, self._on_result)
+        node.subscribe("/fibonacci/status", GoalStatusArray, self._on_status)
+        self._goal = node.advertise("/fibonacci/goal", PAIR.goal)
+        self.cancel = node.advertise("/fibonacci/cancel", GoalID)
+
+    def _on_result(self, message: Any) -> None:
+        self.results[message.status.goal_id.id] = message
+
+    def _on_status(self, message: Any) -> None:
+        self.statuses |= {each.goal_id.id: each.status for each in message.status_list}
+
+    def send(self, goal_id: str, order: int) -> None:
+        wait_until(lambda: self._goal.connection_count and self.cancel.connection_count, what="a server")
+        self._goal.publish(PAIR.goal(goal_id=GoalID(id=goal_id), goal=Goal(order)))
+
+    def result(self, goal_id: str) -> tuple[int, tuple[int, ...]]:
+        wait_until(lambda: goal_id in self.results, what=f"the result of {goal_id}")
+        message = self.results[goal_id]
+        return message.status.status, tuple(message.result.sequence)
+
+
+@pytest.fixture(params=["rtps", "zenoh"])
+def system(request: pytest.FixtureRequest) -> Iterator[System]:
+    with free_domain() as domain:
+        system = System(domain, has_zenoh=request.param == "zenoh")
+        yield system
+        system.close()
+
+
+def caller(system: System, service: str) -> Caller:
+    name = f"/fibonacci/_action/{service}"
+    kind = {"send_goal": PAIR.send_goal, "get_result": PAIR.get_result, "cancel_goal": PAIR.cancel_goal}
+    found = system.ros2.caller(name, kind[service], getattr(PAIR.hashes, service))
+    wait_until(lambda: found.is_available, what=service)
+    return found
+
+
+def test_goals_pass_two_gateways_with_feedback_result_and_cancellation(system: System) -> None:
+    server = Server(system.ros1)
+    system.gateway(ALLOWED)
+    other = system.new_master()
+    system.gateway(master_uri=other)
+    client = Client(system.node("client", other))
+
+    client.send("first", 5)
+    wait_until(lambda: server.goals, what="the goal")
+    assert server.goals[0].goal.order == 5
+    wait_until(lambda: client.statuses.get("first") == Status.ACTIVE, what="the status")
+    server.report(server.goals[0], [0, 1])
+    wait_until(lambda: client.feedback, what="feedback")
+    assert (client.feedback[0].status.goal_id.id, [*client.feedback[0].feedback.sequence]) == (
+        "first",
+        [0, 1],
+    )
+    client.send("second", 6)
+    client.send("third", -1)
+    assert client.result("third") == (Status.REJECTED, ())
+    assert len(server.goals) == 3
+    second = next(each for each in server.goals if each.goal.order == 6)
+    client.cancel.publish(GoalID(id="second"))
+    wait_until(lambda: server.cancelled, what="the cancellation")
+    assert server.cancelled == [second.goal_id.id]
+    server.end(second, Status.PREEMPTED, [0])
+    assert client.result("second") == (Status.PREEMPTED, (0,))
+    server.end(server.goals[0], Status.SUCCEEDED, [0, 1, 1])
+    assert client.result("first") == (Status.SUCCEEDED, (0, 1, 1))
+
+
+def test_actions_of_ros1_are_offered_only_if_allowed(system: System) -> None:
+    server = Server(system.ros1)
+    gateway = system.gateway()
+
+    wait_until(lambda: gateway.status()["left_out"], what="the reason")
+
+    assert gateway.status()["left_out"].keys() == {"actions: to_ros1: /fibonacci"}
+    assert not system.has(EndpointKind.SERVER, "/fibonacci/_action/send_goal")
+    assert not server.goals
+
+
+def test_clients_of_ros2_get_errors_for_goals_that_do_not_exist(system: System) -> None:
+    Server(system.ros1)
+    system.gateway(ALLOWED)
+
+    result = caller(system, "get_result").call(messages.with_id(ID, b""), 20.0)
+    cancelled = caller(system, "cancel_goal").call(messages.cancel_request(GoalInfo(ID)), 20.0)
+
+    assert PAIR.result_to_ros1(result)[0] is Ros2Status.UNKNOWN
+    assert cancelled == messages.cancel_reply(CancelCode.UNKNOWN_GOAL, [])
+
+
+def test_goals_are_aborted_if_the_server_of_ros2_disappears(system: System) -> None:
+    system.gateway()
+    peer, ended = system.engine(), threading.Event()
+
+    def wait(_: bytes) -> bytes:
+        ended.wait(60)
+        raise TimeoutError
+
+    prefix = "/fibonacci/_action"
+    peer.serve(f"{prefix}/send_goal", PAIR.send_goal, PAIR.hashes.send_goal, accept)
+    peer.serve(f"{prefix}/get_result", PAIR.get_result, PAIR.hashes.get_result, wait)
+    peer.serve(f"{prefix}/cancel_goal", PAIR.cancel_goal, PAIR.hashes.cancel_goal, wait)
+    client = Client(system.ros1)
+    client.send("goal", 5)
+    wait_until(lambda: client.statuses.get("goal") == Status.PENDING, what="the status")
+
+    peer.close()
+    ended.set()
+
+    assert client.result("goal") == (Status.ABORTED, ())
+
+
+def accept(_: bytes) -> bytes:
+    return messages.accepted_reply(0, is_accepted=True)

@@ -1,0 +1,99 @@
+"""A gateway between a master and a domain of ROS 2, with an engine as the other side."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import Any
+
+from pipros.basics.env import Environment
+from pipros.basics.limits import process_limits
+from pipros.master.master import Master
+from pipros.node import Node
+from pipros.ros2.conversion.mapping import BUILTIN_RULES
+from pipros.ros2.distribution import Distribution
+from pipros.ros2.engine import (
+    GATEWAY_NODE,
+    Announcement,
+    EndpointKind,
+    Ros2Engine,
+    TopicQos,
+)
+from pipros.ros2.gateway import Gateway, new_identity
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.ros2_engine import RtpsEngine
+from pipros.ros2.rules import parse_gateway_rules
+from pipros.ros2.type_pairs import TypePairs
+from pipros.ros2.zenoh.engine import ZenohEngine
+from tests.support.zenoh_peer import Router
+
+PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits())
+
+
+class System:
+    """A master and a domain; gateways, nodes and engines are added by tests."""
+
+    def __init__(self, domain: int, *, has_zenoh: bool) -> None:
+        self._stack = ExitStack()
+        self.domain = domain
+        self._announcements: list[Announcement] = []
+        self._router = Router() if has_zenoh else None
+        if self._router is not None:
+            self._stack.callback(self._router.close)
+        self.master_uri = self.new_master()
+        self.ros1 = self.node("ros1")
+        self.ros2 = self.engine()
+
+    def new_master(self) -> str:
+        """Start a master, and return its URI."""
+        return self._stack.enter_context(Master(port=0)).uri
+
+    def node(self, name: str, master_uri: str = "", **more: Any) -> Node:
+        environment = Environment(master_uri=master_uri or self.master_uri)
+        return self._stack.enter_context(Node(name, environment=environment, **more))
+
+    def engine(self, gateway: str = "") -> Ros2Engine:
+        node = f"/{GATEWAY_NODE}{gateway}" if gateway else "/peer"
+        engine: Ros2Engine
+        if self._router is None:
+            engine = RtpsEngine(Discovery(self.domain), node, gateway=gateway)
+        else:
+            engine = ZenohEngine(self.domain, node, [self._router.address])
+        self._stack.callback(engine.close)
+        return engine
+
+    def gateway(
+        self,
+        rules: str = "",
+        *,
+        name: str = "ros2_gateway_0",
+        is_local: bool = True,
+        master_uri: str = "",
+    ) -> Gateway:
+        node = self.node(name, master_uri)
+        identity = new_identity(node)
+        gateway = Gateway(
+            node,
+            self.engine(identity),
+            identity,
+            parse_gateway_rules(rules, "rules"),
+            PAIRS,
+            is_local=is_local,
+            look_s=0.05,
+        )
+        self._stack.callback(gateway.close)
+        gateway.start()
+        return gateway
+
+    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+        """Create a publisher in ROS 2 that lives as long as the system."""
+        self._announcements.append(self.ros2.announce(topic, type_name, type_hash, qos))
+        return self._announcements[-1]
+
+    def has(self, kind: EndpointKind, name: str) -> bool:
+        return any((each.kind, each.name) == (kind, name) for each in self.ros2.endpoints())
+
+    def is_published(self, name: str) -> bool:
+        return name in {topic for topic, _ in self.ros1.master.get_topic_types()}
+
+    def close(self) -> None:
+        self._stack.close()
