@@ -122,7 +122,14 @@ class Engine:
             self._writers[writer] = Writer(
                 self.prefix, writer, _DISCOVERY_QOS, limits.ros2_discovery_bytes, self._outbox
             )
-            end = Reader(self.prefix, reader, limits.ros2_peer_bytes, self._outbox, self._on_endpoint)
+            end = Reader(
+                self.prefix,
+                reader,
+                limits.ros2_peer_bytes,
+                self._outbox,
+                self._on_endpoint,
+                settings.request_bytes,
+            )
             self._discovery_readers.append((writer, end))
         self._handlers: dict[type, Callable[[Peer, Submessage, float], None]] = {
             Data: self._to_readers,
@@ -155,6 +162,7 @@ class Engine:
             self._limits.ros2_sample_bytes,
             self._outbox,
             lambda sample: self._on_sample(entity, sample),
+            self.settings.request_bytes,
         )
         self._add(EndpointData(self.prefix + entity, topic, type_name, qos, user_data), reader, now)
         return entity
@@ -281,18 +289,27 @@ class Engine:
         soonest = min(self._outbox.deadline, self._announce_at, self._check_leases_at)
         return min(soonest, *(end.deadline for end in self._busy), math.inf)
 
-    def poll(self, now: float) -> None:
-        """Do what is due: announcements, heartbeats, repeated requests, bursts, and the end of leases."""
+    def poll(self, now: float, handled_until: float = math.inf) -> None:
+        """Do what is due: announcements, heartbeats, repeated requests, bursts, and the end of leases.
+
+        Args:
+            handled_until: every datagram that arrived before this time has been passed to `receive`. So what a
+                peer has answered in time is not requested again, and a lease that it has renewed does not end.
+        """
         if self._is_closed:
             return
+        handled_until = min(now, handled_until)
         if now >= self._announce_at:
             self._announce(now)
-        if now >= self._check_leases_at:
+        if handled_until >= self._check_leases_at:
             self._check_leases_at = now + _LEASE_CHECK_S
-            for peer in self.peers.expired(now):
+            for peer in self.peers.expired(handled_until):
                 self._remove_peer(peer.data.prefix)
         for end in list(self._busy):
-            end.poll(now)
+            if isinstance(end, Reader):
+                end.poll(now, handled_until)
+            else:
+                end.poll(now)
             if end.deadline == math.inf:
                 self._busy.discard(end)
         self._outbox.poll(now)

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import Policy
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import REQUEST_BYTES, Sample
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,11 +19,13 @@ class Settings:
         me: its own announcement.
         announce_to: addresses besides those of known peers: a multicast group, or ports of hosts.
         local_hosts: this machine's addresses; peers there get larger datagrams.
+        request_bytes: how much may be requested of a writer at a time.
     """
 
     me: ParticipantData
     announce_to: tuple[Address, ...]
     local_hosts: frozenset[str]
+    request_bytes: int = REQUEST_BYTES
 
 
 class Received(NamedTuple):

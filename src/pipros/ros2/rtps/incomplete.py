@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from pipros.ros2.rtps.parameters import Parameters
-from pipros.ros2.rtps.submessages import MAX_SET, DataFrag
+from pipros.ros2.rtps.submessages import MAX_SET, Buffer, DataFrag
 
 PIECE_OVERHEAD_BYTES: Final = 150
 """What a fragment takes besides its bytes; without it, fragments of one byte would take 100 times as much."""
@@ -45,6 +45,8 @@ def total_fragments(fragment_bytes: int, sample_bytes: int) -> int:
 class Assembly:
     """The fragments of one sample.
 
+    Fragments that arrive together are kept together: Cyclone DDS sends ten in one datagram.
+
     Attributes:
         changed_at: when the last fragment arrived.
     """
@@ -54,11 +56,15 @@ class Assembly:
     sample_bytes: int
     changed_at: float
     inline: Parameters | None = None
-    _pieces: dict[int, bytes] = field(default_factory=dict)
+    _runs: dict[int, Buffer] = field(default_factory=dict)  # by the index of their first fragment
+    _has: bytearray = field(
+        default_factory=bytearray
+    )  # 1 for each index that has arrived, up to the last one
+    _arrived: int = 0
     _total: int = 0
     _used_bytes: int = PIECE_OVERHEAD_BYTES
     _reserved_bytes: int = PIECE_OVERHEAD_BYTES
-    _first_missing: int = 1
+    _first_missing: int = 0
     _last_requested: int = 0
 
     def __post_init__(self) -> None:
@@ -76,22 +82,34 @@ class Assembly:
 
         Fragments that contradict the first one, and those for which the budget has no room, are dropped.
         """
-        size, pieces, payload = self.fragment_bytes, self._pieces, fragment.payload
+        size, has, payload = self.fragment_bytes, self._has, fragment.payload
         if fragment.fragment_bytes != size or fragment.sample_bytes != self.sample_bytes:
             return None
         self.inline = self.inline or fragment.inline
         self.changed_at = now
-        number = fragment.first
-        for start in range(0, len(payload), size):
-            if number not in pieces:
-                piece = bytes(payload[start : start + size])
-                if not self._use(len(piece) + PIECE_OVERHEAD_BYTES):
-                    return None
-                pieces[number] = piece
-            number += 1
-        if len(pieces) < self._total:
+        first = fragment.first - 1
+        end = first + total_fragments(size, len(payload))
+        if end > len(has):
+            if not self._use(end - len(has)):
+                return None
+            has.extend(bytes(end - len(has)))
+        if has.find(1, first, end) < 0:
+            self._keep(first, end, payload)
+        else:
+            for index in range(first, end):
+                if not has[index]:
+                    self._keep(index, index + 1, payload[(index - first) * size : (index - first + 1) * size])
+        if self._arrived < self._total:
             return None
-        return b"".join(pieces[number] for number in range(1, self._total + 1))
+        return b"".join(run for _, run in sorted(self._runs.items()))
+
+    def _keep(self, first: int, end: int, payload: Buffer) -> None:
+        if self._use(len(payload) + PIECE_OVERHEAD_BYTES):
+            datagram_bytes = memoryview(memoryview(payload).obj).nbytes
+            # Copying takes longer than all the rest, but a small part must not keep a whole datagram.
+            self._runs[first] = payload if 2 * len(payload) > datagram_bytes else bytes(payload)
+            self._has[first:end] = b"\1" * (end - first)
+            self._arrived += end - first
 
     def _use(self, size: int) -> bool:
         """Use bytes of the budget, which are taken in larger steps."""
@@ -105,14 +123,9 @@ class Assembly:
         return True
 
     @property
-    def was_requested(self) -> bool:
-        """True if fragments were requested."""
-        return self._last_requested > 0
-
-    @property
     def is_answered(self) -> bool:
         """True once the last of the requested fragments has arrived; the first ones may be missing again."""
-        return self._last_requested in self._pieces
+        return 0 < self._last_requested <= len(self._has) and bool(self._has[self._last_requested - 1])
 
     def request(self, limit_bytes: int) -> tuple[int, ...]:
         """Return the next missing fragments, and note that they are requested."""
@@ -122,18 +135,14 @@ class Assembly:
 
     def missing(self) -> tuple[int, ...]:
         """Return the first missing fragments, as many as one NACK_FRAG can name."""
-        found: list[int] = []
-        while self._first_missing in self._pieces:
-            self._first_missing += 1
-        for number in range(self._first_missing, self._total + 1):
-            if number not in self._pieces:
-                found.append(number)
-            if found and number - found[0] >= MAX_SET - 1:
-                break
-        return tuple(found)
+        has = self._has
+        first = has.find(0, self._first_missing)
+        first = self._first_missing = len(has) if first < 0 else first
+        end = min(self._total, first + MAX_SET)
+        return tuple(index + 1 for index in range(first, end) if index >= len(has) or not has[index])
 
     def release(self) -> None:
         """Give the bytes back."""
         self.budget.give_back(self._reserved_bytes)
         self._reserved_bytes = self._used_bytes = 0
-        self._pieces.clear()
+        self._runs.clear()

@@ -77,7 +77,9 @@ class Participant:
         )
         self.prefix = me.prefix
         self.discovery = discovery
-        settings = Settings(me, self._sockets.announce_to, self._sockets.local_hosts)
+        settings = Settings(
+            me, self._sockets.announce_to, self._sockets.local_hosts, self._sockets.request_bytes
+        )
         self._engine = Engine(settings, self._limits, time.monotonic())
         self._on_event = on_event
         self._lock = threading.Lock()
@@ -224,7 +226,7 @@ class Participant:
         engine = self._engine
         now = time.monotonic()
         if engine.has_transfers:
-            engine.poll(now)
+            engine.poll(now, self._backlog.handled_until)
             self._wake()
         self._sockets.send(engine.take_outgoing())
         self._dispatch(engine.take_events())
@@ -248,7 +250,7 @@ class Participant:
         if has_arrived:
             with contextlib.suppress(OSError):
                 self._wake_from.recv(_DATAGRAMS_AT_ONCE)
-            self._backlog.read(self._sockets.receiving)
+        self._backlog.read(self._sockets.receiving, time.monotonic())
         with self._lock:
             engine = self._engine
             now = time.monotonic()
@@ -258,8 +260,9 @@ class Participant:
                     break
                 self._receive(received, now)
                 if index % _READ_EVERY == _READ_EVERY - 1:
-                    self._backlog.read(self._sockets.receiving)
-            engine.poll(now)
+                    now = time.monotonic()
+                    self._backlog.read(self._sockets.receiving, now)
+            engine.poll(now, self._backlog.handled_until)
             self._sockets.send(engine.take_outgoing())
             events = engine.take_events()
             watchers = list(self._watchers)

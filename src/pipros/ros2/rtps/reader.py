@@ -3,8 +3,10 @@
 Theory of operation. From a reliable writer, sample n is delivered after all earlier ones that exist for us;
 a heartbeat or a GAP says which do not. Samples that arrive early wait, within a budget of bytes. A missing
 one is requested when a heartbeat reveals it, again after a pause that doubles, and given up if the writer
-answers none of `MAX_REQUESTS`. Until the first heartbeat, an empty ACKNACK asks for one: the peer
-may not have known us when it sent its own. From best-effort writers, late and repeated samples are dropped.
+answers none of `MAX_REQUESTS`. There is one request at a time: heartbeats cause no further one while its
+answers arrive, because repeated answers would crowd out what is new. Until the first heartbeat, an empty
+ACKNACK asks for one: the peer may not have known us when it sent its own. From best-effort writers, late and
+repeated samples are dropped.
 """
 
 from __future__ import annotations
@@ -24,9 +26,10 @@ REQUEST_AGAIN_S: Final = 0.02
 SLOWEST_REQUEST_S: Final = 1.0
 SLOWEST_GREETING_S: Final = 10.0
 """The interval for writers that never sent a heartbeat."""
-MIN_REQUEST_S: Final = 0.004
-"""No second request for the same samples within this time: the first is still being answered."""
+ARRIVING_S: Final = 0.004
+"""Fragments are not requested if another one of the sample has arrived within this time."""
 REQUEST_BYTES: Final = 128_000
+"""What fits a receive buffer of 208 KiB, the usual size."""
 MAX_REQUESTS: Final = 12
 MAX_GAPS: Final = 32
 MAX_ASSEMBLIES: Final = 256
@@ -61,7 +64,8 @@ class WriterProxy:
         announced: the last sample that the writer is known to have.
         early: samples after `expected`.
         skipped: ranges of samples after `expected` that do not exist: first, and first after it.
-        has_progressed: something has arrived since the last request.
+        has_progressed: something that was next or requested has arrived since the last look.
+        requested: the samples of the last request that are still missing, in whole or in part.
         requests: in a row that were not answered.
         usual_bytes: the size of the last sample that had fragments.
         due: when something is requested again, or abandoned.
@@ -80,8 +84,8 @@ class WriterProxy:
     assemblies: dict[int, Assembly] = field(default_factory=dict)
     usual_bytes: int = 0
     has_progressed: bool = False
+    requested: set[int] = field(default_factory=set)
     requests: int = 0
-    requested_at: float = -math.inf
     due: float = math.inf
     interval_s: float = REQUEST_AGAIN_S
 
@@ -92,6 +96,7 @@ class Reader:
 
     Attributes:
         deliver: called for each sample.
+        request_bytes: how much is requested at a time, if the size of the samples is known.
         lost: samples that reliable writers no longer had.
     """
 
@@ -100,6 +105,7 @@ class Reader:
     sample_bytes: int
     outbox: Outbox
     deliver: Callable[[Sample], None]
+    request_bytes: int = REQUEST_BYTES
     writers: dict[bytes, WriterProxy] = field(default_factory=dict)
     lost: int = 0
     _answers: int = 0
@@ -173,6 +179,11 @@ class Reader:
             writer.early[sample.sequence] = sample
             writer.announced = max(writer.announced, sample.sequence)
             self._wait(writer, now)
+        if sample.sequence in writer.requested:
+            writer.requested.discard(sample.sequence)
+            writer.has_progressed = True
+            if not self._is_answering(writer) and writer.announced >= writer.expected:
+                self._request(writer, now)
 
     def _catch_up(self, writer: WriterProxy) -> None:
         """Deliver the early samples that are next, and pass over those that do not exist."""
@@ -210,7 +221,8 @@ class Reader:
         assembly = writer.assemblies.get(sequence) or self._start(writer, fragment, now)
         if assembly is None:
             return
-        writer.has_progressed = True
+        if sequence == writer.expected or sequence in writer.requested:
+            writer.has_progressed = True
         payload = assembly.add(fragment, now)
         if payload is None:
             writer.announced = max(writer.announced, sequence)
@@ -218,14 +230,11 @@ class Reader:
             if assembly.is_answered and writer.is_reliable:
                 self._request(writer, now)
             return
-        was_requested = assembly.was_requested
         del writer.assemblies[sequence]
         inline = assembly.inline
         assembly.release()
         writer.usual_bytes = len(payload)
         self._accept(writer, Sample(guid, sequence, payload, inline), now)
-        if was_requested and writer.announced >= writer.expected:
-            self._request(writer, now)
 
     def _start(self, writer: WriterProxy, fragment: DataFrag, now: float) -> Assembly | None:
         """Return a new assembly, or None for a sample that is not new, or larger than the limits."""
@@ -262,6 +271,7 @@ class Reader:
         writer.skipped.append((start, end))
         for sequence in [each for each in writer.assemblies if start <= each < end]:
             writer.assemblies.pop(sequence).release()
+        writer.requested = {each for each in writer.requested if not start <= each < end}
         self._catch_up(writer)
 
     def on_heartbeat(self, guid: bytes, beat: Heartbeat, now: float) -> None:
@@ -276,7 +286,7 @@ class Reader:
         writer.announced = beat.last
         if beat.last >= writer.expected:
             self._wait(writer, now)
-            if now - writer.requested_at >= MIN_REQUEST_S:
+            if not self._is_answering(writer):
                 self._request(writer, now)
             return
         if not beat.is_final:
@@ -303,27 +313,32 @@ class Reader:
             and not any(start <= sequence < end for start, end in writer.skipped)
         )
 
-    def _request(self, writer: WriterProxy, now: float) -> None:
-        """Ask for the next missing samples or fragments, about as much as fits a receive buffer.
+    def _is_answering(self, writer: WriterProxy) -> bool:
+        """Return True if something of the last request has not arrived yet."""
+        return any(each >= writer.expected and each not in writer.early for each in writer.requested)
 
-        If more were requested at once, the answers would push each other out of the buffer.
+    def _request(self, writer: WriterProxy, now: float, *, is_repeated: bool = False) -> None:
+        """Acknowledge, and request the next missing samples or fragments, up to `request_bytes`.
+
+        If more were requested at once, the answers would push each other out of the receive buffer. A repeated
+        request asks for a heartbeat, too, which may reveal that the samples are no longer kept.
         """
-        writer.requested_at = now
         whole: list[int] = []
-        left_bytes = REQUEST_BYTES
+        left_bytes = self.request_bytes
         fragments: list[tuple[int, tuple[int, ...]]] = []
         for sequence in self._missing(writer):
             assembly = writer.assemblies.get(sequence)
             if assembly is None:
                 whole.append(sequence)
                 left_bytes -= writer.usual_bytes
-            elif now - assembly.changed_at >= MIN_REQUEST_S or assembly.is_answered:
+            elif now - assembly.changed_at >= ARRIVING_S or assembly.is_answered:
                 lacking = assembly.request(left_bytes)
                 fragments.append((sequence, lacking))
                 left_bytes -= len(lacking) * assembly.fragment_bytes
             if left_bytes <= 0:
                 break
-        self._acknowledge(writer, tuple(whole), is_final=bool(whole))
+        writer.requested = {*whole, *(sequence for sequence, _ in fragments)}
+        self._acknowledge(writer, tuple(whole), is_final=bool(whole) or not is_repeated)
         for sequence, lacking in fragments:
             self._answers += 1
             text = nack_frag(self.entity, writer.guid[12:], sequence, lacking, self._answers)
@@ -334,9 +349,9 @@ class Reader:
         """When `poll` has something to request or to abandon."""
         return min((writer.due for writer in self._waiting.values()), default=math.inf)
 
-    def poll(self, now: float) -> None:
-        """Repeat requests that were not answered."""
-        for writer in [each for each in self._waiting.values() if each.due <= now]:
+    def poll(self, now: float, handled_until: float) -> None:
+        """Repeat requests that were not answered by any datagram that arrived before `handled_until`."""
+        for writer in [each for each in self._waiting.values() if each.due <= handled_until]:
             if writer.is_reliable:
                 self._poll_reliable(writer, now)
             else:
@@ -346,6 +361,9 @@ class Reader:
         if writer.has_progressed:
             writer.has_progressed = False
             writer.interval_s, writer.requests = REQUEST_AGAIN_S, 0
+            if self._is_answering(writer):
+                writer.due = now + writer.interval_s
+                return
         else:
             slowest_s = SLOWEST_REQUEST_S if writer.is_greeted else SLOWEST_GREETING_S
             writer.interval_s = min(writer.interval_s * 2, slowest_s)
@@ -357,7 +375,7 @@ class Reader:
                 self._advance(writer, min(writer.early))
                 writer.requests = 0
             else:
-                self._request(writer, now)
+                self._request(writer, now, is_repeated=True)
         elif not writer.is_greeted:
             self._acknowledge(writer, (), is_final=False)
         else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import socket
 import sys
 from collections import deque
@@ -29,6 +30,8 @@ from pipros.ros2.rtps.parameters import Address
 
 _RECEIVE_BUFFER_BYTES: Final = 8 << 20
 """As much as the system allows; often 208 KiB (net.core.rmem_max)."""
+_MAX_REQUEST_BYTES: Final = 256_000
+"""Cyclone DDS keeps no more than 200 fragments, of 1,344 bytes each, in its queue of repetitions."""
 _MAX_DATAGRAM: Final = 65_536
 _DATAGRAM_OVERHEAD_BYTES: Final = 200
 _SIOCGIFADDR: Final = 0x8915
@@ -60,6 +63,7 @@ class RtpsSockets:
         announce_to: where to look for other participants.
         local_hosts: this machine's addresses.
         receiving: the sockets to read.
+        request_bytes: how much may arrive at a time. A datagram takes up to 1.7 times its size in the buffer.
     """
 
     def __init__(self, where: Discovery, limits: Limits) -> None:
@@ -75,6 +79,8 @@ class RtpsSockets:
         participant, meta, data = _bind_pair(where.domain, host)
         self._meta = meta
         self.receiving = [meta, data]
+        buffer_bytes = data.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+        self.request_bytes = min(buffer_bytes * 3 // 5, _MAX_REQUEST_BYTES)
         hosts = [each for each in interfaces if not each.startswith("127.")] if reaches_out else []
         hosts = hosts or [LOOPBACK]
         self.discovery = tuple(Address(each, discovery_port(where.domain, participant)) for each in hosts)
@@ -132,12 +138,18 @@ class Backlog:
     def __init__(self, limit_bytes: int) -> None:
         self._limit_bytes = limit_bytes
         self._bytes = 0
-        self._datagrams: deque[tuple[bytes, str]] = deque()
+        self._read_at = -math.inf
+        self._datagrams: deque[tuple[bytes, str, float]] = deque()
 
     def __bool__(self) -> bool:
         return bool(self._datagrams)
 
-    def read(self, sources: Iterable[socket.socket]) -> None:
+    @property
+    def handled_until(self) -> float:
+        """Every datagram that arrived before this time was returned by `next`."""
+        return self._datagrams[0][2] if self._datagrams else self._read_at
+
+    def read(self, sources: Iterable[socket.socket], now: float) -> None:
         """Read everything that has arrived, up to the limit; the system drops what then does not fit."""
         for source in sources:
             while self._bytes < self._limit_bytes:
@@ -145,14 +157,15 @@ class Backlog:
                     datagram, address = source.recvfrom(_MAX_DATAGRAM)
                 except OSError:  # nothing has arrived, or an ICMP error for an earlier datagram
                     break
-                self._datagrams.append((datagram, str(address[0])))
+                self._datagrams.append((datagram, str(address[0]), now))
                 self._bytes += len(datagram) + _DATAGRAM_OVERHEAD_BYTES
+        self._read_at = now
 
     def next(self) -> tuple[bytes, str] | None:
         """Return the next datagram and the host that sent it."""
         if not self._datagrams:
             return None
-        datagram, host = self._datagrams.popleft()
+        datagram, host, _ = self._datagrams.popleft()
         self._bytes -= len(datagram) + _DATAGRAM_OVERHEAD_BYTES
         return datagram, host
 

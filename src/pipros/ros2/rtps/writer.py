@@ -4,9 +4,8 @@ Theory of operation. `write` sends a sample to each reader at once, followed by 
 answered. A reliable reader gets new samples only after its first answer: until then it may not know the
 writer, and Cyclone DDS begins with the sample after those that the first heartbeat announces. While a
 reliable reader has not acknowledged everything that it should have, heartbeats that must be answered follow,
-at intervals that double; the reader names what it lacks, and gets it again, or a GAP if it
-is no longer kept. Replies of services are for single readers: the others get a GAP for those numbers before
-their next sample.
+at intervals that double; the reader names what it lacks, and gets it again, or a GAP if it is no longer kept.
+Replies of services are for single readers: the others get a GAP for those numbers before their next sample.
 """
 
 from __future__ import annotations

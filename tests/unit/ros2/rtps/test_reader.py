@@ -79,7 +79,7 @@ class Ears:
         end = self.now + seconds
         while self.reader.deadline <= end:
             self.now = max(self.now, self.reader.deadline)
-            self.reader.poll(self.now)
+            self.reader.poll(self.now, self.now)
         self.now = end
 
     def numbers(self) -> list[int]:
@@ -244,3 +244,65 @@ def test_the_end_of_a_writer_frees_what_it_used() -> None:
     ears.sample(1)
 
     assert (ears.budget.used_bytes, ears.numbers(), ears.reader.deadline) == (0, [], math.inf)
+
+
+def fragment_requests(ears: Ears) -> list[tuple[int, ...]]:
+    return [each.missing for each in ears.requests() if isinstance(each, NackFrag)]
+
+
+def test_heartbeats_cause_no_second_request_while_the_first_is_answered() -> None:
+    """Cyclone DDS sends many heartbeats; each repeated answer would take the place of something new."""
+    ears = Ears()
+    ears.beat(1, 1)
+    ears.requests()
+    ears.fragment(1, 3)
+    ears.now += 0.01
+    for number in range(2, 50):
+        ears.beat(1, 1, number)
+        ears.now += 0.0001
+    assert fragment_requests(ears) == []  # the whole sample was requested, and the answer has begun
+    ears.wait(0.03)
+    assert fragment_requests(ears) == [(1, 2)]
+    ears.fragment(1, 2)
+    ears.fragment(1, 1)
+
+    assert ears.numbers() == [1]
+
+
+def test_the_next_request_follows_when_everything_requested_has_arrived() -> None:
+    ears = Ears()
+    ears.beat(1, 2)
+    ears.beat(1, 400, 2)
+    ears.requests()
+    for number in (1, 2):
+        ears.sample(number)
+    (request,) = [each for each in ears.requests() if isinstance(each, AckNack)]
+
+    assert (request.base, request.missing) == (3, tuple(range(3, 259)))
+
+
+def test_nothing_is_requested_again_before_what_has_arrived_is_handled() -> None:
+    """The answers may wait in the backlog of a busy process."""
+    ears = Ears()
+    ears.beat(1, 3)
+    ears.requests()
+    asked_at, ears.now = ears.now, ears.now + 5.0
+    ears.reader.poll(ears.now, handled_until=asked_at + 0.001)
+    assert ears.requests() == []
+    ears.reader.poll(ears.now, handled_until=asked_at + 0.1)
+
+    assert [each.missing for each in ears.requests() if isinstance(each, AckNack)] == [(1, 2, 3)]
+
+
+def test_overlapping_runs_of_fragments_are_joined() -> None:
+    """Cyclone DDS sends ten fragments at a time, and repeats them one by one."""
+    ears = Ears()
+    ears.beat(1, 1)
+    pieces = [bytes([number]) * 100 for number in (1, 2, 3)]
+    ears.fragment(1, 2)
+    for first, part in ((1, pieces[0] + pieces[1]), (2, pieces[1] + pieces[2])):
+        run = DataFrag(READER, WRITER, 1, first, 2, 100, 300, None, memoryview(part))
+        ears.handle(run)
+
+    assert [each.payload for each in ears.delivered] == [b"".join(pieces)]
+    assert ears.budget.used_bytes == 0
