@@ -103,6 +103,8 @@ class ChunkStore:
         self._kept_bytes = 0
         self._ahead: dict[int, Future[bytes]] = {}
         self._threads: ThreadPoolExecutor | None = None
+        processors = os.cpu_count() or 1  # reads a file of the system, so not once for each chunk
+        self._threads_limit = processors if processors > 1 else 0
 
     def get(
         self, number: int, upcoming: Sequence[int] = (), *, is_reusable: bool = False
@@ -160,9 +162,8 @@ class ChunkStore:
             self._kept_bytes -= len(old)
 
     def _prepare(self, upcoming: Sequence[int]) -> None:
-        processors = os.cpu_count() or 1
         room = _AHEAD_BYTES
-        for number in upcoming[: processors if processors > 1 else 0]:
+        for number in upcoming[: self._threads_limit]:
             if number in self._ahead or number in self._kept:
                 continue
             try:
@@ -175,7 +176,7 @@ class ChunkStore:
             except BagFormatError:
                 return  # `get` reports the error when the chunk is requested
             if self._threads is None:
-                self._threads = ThreadPoolExecutor(processors, thread_name_prefix="chunks")
+                self._threads = ThreadPoolExecutor(self._threads_limit, thread_name_prefix="chunks")
             self._ahead[number] = self._threads.submit(
                 decompress, header.compression, data, header.size, where
             )

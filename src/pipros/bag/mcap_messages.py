@@ -36,6 +36,9 @@ from pipros.basics.limits import Limits
 McapMessage = tuple[int, int, Any, int, int]
 """Channel, timestamp (ns), serialized message, position of the chunk, and offset in the chunk."""
 
+_INDEX_ENTRY_BYTES = 16
+"""Size of a message's entry in the index of its chunk: a time and an offset."""
+
 _LOOSE = -1
 """Number of a pseudo chunk that contains all messages outside of chunks."""
 
@@ -69,6 +72,7 @@ class McapMessages:
         self._entries: dict[int, Entries] = {}
         self._held_bytes = 0
         self._places = [each.chunk_start_offset for each in indexes]
+        self._most_messages = [each.message_index_length // _INDEX_ENTRY_BYTES for each in indexes]
         times = [(each.message_start_time, each.message_end_time) for each in indexes]
         self._loose = Entries(array("Q"), array("Q"))
         if not indexes:
@@ -97,7 +101,7 @@ class McapMessages:
                     data = self._store.get(number)
                 entries = self._entries[number]
                 content: Any = data
-                if self._as_views and data is not None and are_large(len(data), len(entries)):
+                if data is not None and (self._is_reusable(number) or self._is_view(len(data), len(entries))):
                     content = memoryview(data)
                 for time, offset in zip(
                     entries.times[run.begin : run.end], entries.offsets[run.begin : run.end], strict=True
@@ -139,7 +143,8 @@ class McapMessages:
             found = self._loose
         else:
             chunk, at = self._chunk(number), self._next_of[number]
-            data = self._store.get(number, [span.number for span in self._spans[at : at + 8]])
+            upcoming = [span.number for span in self._spans[at : at + 8]]
+            data = self._store.get(number, upcoming, is_reusable=self._is_reusable(number))
             if data is None:
                 data = read_chunk_data(self._source, chunk.header, self._limits)
             check_content(self._source, chunk, data)
@@ -150,6 +155,17 @@ class McapMessages:
             self._held_bytes += len(found) * ENTRY_BYTES
             check_index_size(self._source, self._held_bytes, self._limits)
         return found
+
+    def _is_reusable(self, number: int) -> bool:
+        """Return whether all messages in a chunk will be views, so that its memory can be reused.
+
+        The number of messages is that of the chunk's index. False if it has no index.
+        """
+        count = self._most_messages[number] if number < len(self._most_messages) else 0
+        return count > 0 and self._is_view(self._header(number).size, count)
+
+    def _is_view(self, size: int, count: int) -> bool:
+        return self._as_views and are_large(size, count)
 
     def _find_chunks(self) -> list[tuple[int, int]]:
         """Scan a file whose summary does not list chunks. Return the first and last time of each chunk."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, Final
 
 VALUE_BYTES: Final = 32
@@ -19,20 +20,21 @@ def weigh(value: Any) -> int:
     (35, 96, 97)
     """
     weight = 0
-    stack = [value]
+    stack: list[Collection[Any]] = [[value]]
     while stack:
-        value = stack.pop()
-        weight += VALUE_BYTES
-        kind = type(value)
-        if kind is str:
-            weight += _text_bytes(value)
-        elif kind is dict:
-            weight += sum(map(entry_weight, value))
-            stack.extend(value.values())
-        elif kind is list:
-            stack.extend(value)
-        elif kind not in (int, float, bool):
-            weight += len(getattr(value, "data", ""))  # Binary
+        values = stack.pop()
+        weight += VALUE_BYTES * len(values)
+        for each in values:
+            kind = type(each)
+            if kind is dict:
+                weight += ENTRY_BYTES * len(each) + _total_text_bytes(each)
+                stack.append(each.values())
+            elif kind is list:
+                stack.append(each)
+            elif kind is str:
+                weight += _text_bytes(each)
+            elif kind is not float and kind is not int and kind is not bool:
+                weight += len(getattr(each, "data", ""))  # Binary
     return weight
 
 
@@ -53,6 +55,12 @@ def is_small(value: Any) -> bool:
 def entry_weight(key: str) -> int:
     """Return the weight of a dictionary entry without its value."""
     return ENTRY_BYTES + _text_bytes(key)
+
+
+def _total_text_bytes(texts: Collection[str]) -> int:
+    """Return the sum of `_text_bytes`, without a call for each text if all are ASCII."""
+    joined = "".join(texts)
+    return len(joined) if joined.isascii() else sum(map(_text_bytes, texts))
 
 
 def _text_bytes(text: str) -> int:

@@ -142,6 +142,8 @@ _NOT_XML: Final = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
 def _escape(text: str) -> str:
+    if text.isidentifier():  # most keys are, and need none of the searches below
+        return text
     if not text.isprintable() and (found := re.search(_NOT_XML, text)):
         raise ValueError(f"XML-RPC cannot carry the character {found[0]!r} of {text[:80]!r}")
     if "&" in text or "<" in text or ">" in text:
@@ -150,22 +152,13 @@ def _escape(text: str) -> str:
 
 
 def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> None:
+    scalar = _encode_scalar(value)
+    if scalar:
+        parts.append(scalar)
+        return
     kind = type(value)
     if kind is str:
-        if len(value) > SLICE_CHARACTERS:
-            parts += ["<value><string>", *_slices(value, budget), "</string></value>"]
-        else:
-            parts.append(f"<value><string>{_escape(value)}</string></value>")
-    elif kind is int:
-        if not INT_MIN <= value <= INT_MAX:
-            raise OverflowError("int exceeds XML-RPC limits")
-        parts.append(f"<value><int>{value}</int></value>")
-    elif kind is float:
-        parts.append(f"<value><double>{value!r}</double></value>")
-    elif kind is bool:
-        parts.append(
-            "<value><boolean>1</boolean></value>" if value else "<value><boolean>0</boolean></value>"
-        )
+        parts += ["<value><string>", *_slices(value, budget), "</string></value>"]
     elif kind is list or kind is tuple:
         if not depth_left:
             raise TypeError("cannot marshal lists nested this deeply, or recursive sequences")
@@ -182,15 +175,33 @@ def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> N
         for key, item in value.items():
             if type(key) is not str:
                 raise TypeError("dictionary key must be string")
-            if len(key) > SLICE_CHARACTERS:
-                parts += ["<member><name>", *_slices(key, budget), "</name>"]
+            name = _escape(key) if len(key) <= SLICE_CHARACTERS else "".join(_slices(key, budget))
+            scalar = _encode_scalar(item)
+            if scalar:
+                parts.append(f"<member><name>{name}</name>{scalar}</member>")
             else:
-                parts.append(f"<member><name>{_escape(key)}</name>")
-            _encode(item, parts, depth_left - 1, budget)
-            parts.append("</member>")
+                parts.append(f"<member><name>{name}</name>")
+                _encode(item, parts, depth_left - 1, budget)
+                parts.append("</member>")
         parts.append("</struct></value>")
     else:
         parts.append(_encoded_text(value, budget) if kind is Encoded else _encode_rare(value, budget))
+
+
+def _encode_scalar(value: Any) -> str:
+    """Encode a number, a boolean or a short string; return an empty string for other values."""
+    kind = type(value)
+    if kind is float:
+        return f"<value><double>{value!r}</double></value>"
+    if kind is int:
+        if not INT_MIN <= value <= INT_MAX:
+            raise OverflowError("int exceeds XML-RPC limits")
+        return f"<value><int>{value}</int></value>"
+    if kind is str:
+        return f"<value><string>{_escape(value)}</string></value>" if len(value) <= SLICE_CHARACTERS else ""
+    if kind is bool:
+        return "<value><boolean>1</boolean></value>" if value else "<value><boolean>0</boolean></value>"
+    return ""
 
 
 def _encoded_text(encoded: Encoded, budget: _Budget) -> str:

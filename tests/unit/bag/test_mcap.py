@@ -1,12 +1,15 @@
 from __future__ import annotations
 
 import os
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as LibraryWriter
+from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from pipros.bag import BagError
@@ -108,6 +111,33 @@ def test_a_recording_can_be_mcap(bag: Path) -> None:
     recording.close()
 
     assert contents("new.mcap") == [("/a", "hi", 5, 6)]
+
+
+@pytest.mark.parametrize("chunk_bytes", [1, 1_000_000])
+@pytest.mark.parametrize("index_types", [IndexType.ALL, IndexType.CHUNK])
+def test_large_messages_stay_as_they_are_while_later_ones_are_read(
+    index_types: IndexType, chunk_bytes: int, tmp_path: Path
+) -> None:
+    messages = [Image(data=bytes([n]) * (200_000 + n % 2)) for n in range(9)]
+    path = tmp_path / "images.mcap"
+    with path.open("wb") as file:
+        writer = LibraryWriter(
+            file, chunk_size=chunk_bytes, compression=CompressionType.NONE, index_types=index_types
+        )
+        writer.start(profile="ros1")
+        schema = writer.register_schema("sensor_msgs/Image", "ros1msg", Image._full_text.encode())
+        channel = writer.register_channel("/camera", "ros1", schema, {"md5sum": Image._md5sum})
+        for number, message in enumerate(messages):
+            encoded = BytesIO()
+            message.serialize(encoded)
+            writer.add_message(channel, number, encoded.getvalue(), number)
+        writer.finish()
+
+    with open_bag(path) as reader:
+        assert [each.message for each in reader] == messages
+        stored = list(reader.stored_messages())
+        assert [reader.decode(each) for each in stored] == messages
+    assert {type(each.data) for each in stored} == {bytes}
 
 
 def test_a_damaged_file_is_an_error(bag: Path) -> None:
