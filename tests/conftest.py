@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from collections.abc import Generator, Iterator
 from pathlib import Path
@@ -29,6 +30,7 @@ _INTEROP = Path(__file__).parent / "interop"
 _BROWSER = Path(__file__).parent / "browser"
 _ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
 _DDS = Path(__file__).parent / "dds"
+_PYODIDE = Path(__file__).parent / "pyodide"
 _FOXGLOVE_CLIENT = Path(__file__).parent / "clients" / "test_foxglove_client.py"
 
 
@@ -63,7 +65,8 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     is_left_out = is_left_out or (
         collection_path.is_relative_to(_DDS) and not is_required() and dds_peers.missing()
     )
-    return True if is_left_out else None
+    has_npm = is_required() or shutil.which("npm")
+    return True if is_left_out or (collection_path.is_relative_to(_PYODIDE) and not has_npm) else None
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -103,6 +106,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"tests/browser: the page is not tried in a browser, for this machine lacks: {' '.join(lacking)}",
             f"to have it on Debian 12, as root: {browser.INSTALL}",
         ]
+    if not shutil.which("npm"):
+        lines += ["tests/pyodide: Python in a browser is not tried, for this machine lacks npm"]
     if lacking := [*bridge_clients.missing(), *bridge_clients.missing_foxglove()]:
         lines += [
             f"tests/clients: some clients of bridges are not tried; this machine lacks: {', '.join(lacking)}",

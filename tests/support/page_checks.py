@@ -17,6 +17,7 @@ PAGES = (
     SOURCES / "web" / "sliders" / "page",
     SOURCES / "simulation" / "robots" / "page",
     SOURCES / "simulation" / "turtlesim" / "page",
+    Path("docs", "in-browser"),
 )
 VENDORED = f"{PAGES[0] / 'vendor'}{os.sep}"
 

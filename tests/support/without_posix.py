@@ -66,6 +66,7 @@ def refused(*_, **__):
     raise RuntimeError("a browser starts no threads or processes, and connects no sockets")
 
 sys.platform = "emscripten"
+os.getuid = lambda: 0  # Pyodide has this function, but not geteuid
 for place, names in {
     _thread: "start_new_thread start_joinable_thread",
     threading: "_start_new_thread _start_joinable_thread",

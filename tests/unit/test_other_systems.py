@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 
+from tests.support.browser_programs import BEGINNING, LIMITS, PROGRAMS
 from tests.support.environments import FACADES as FACADE_FOLDERS
-from tests.support.environments import SRC, import_path
+from tests.support.environments import REPOSITORY, SRC, import_path
 from tests.support.without_posix import PACKAGES, run_without_posix
 
 FACADES = [package for package in PACKAGES if package != "pipros"]
@@ -38,6 +40,13 @@ def modules_of(folder: Path) -> list[str]:
     return [name.removesuffix(".__init__") for name in names if not name.endswith("__main__")]
 
 
+@pytest.fixture
+def empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
+    return tmp_path
+
+
 @pytest.mark.parametrize("packages", [["pipros"], FACADES], ids=["pipros", "facades"])
 def test_every_module_can_be_imported_without_what_only_posix_has(packages: list[str]) -> None:
     """In one process for many modules, because a failed import does not affect the others."""
@@ -48,87 +57,23 @@ def test_every_module_can_be_imported_without_what_only_posix_has(packages: list
     assert json.loads(failed) == {}
 
 
-MESSAGES = """
-from pipros.msg.dynamic import message_classes_from_text
-from pipros import load_message_class, load_service_class
-
-text = "uint8 FULL=100\\nstring name\\nfloat64[] cells"
-Level = message_classes_from_text("robot/Level", text)["robot/Level"]
-buffer = io.BytesIO()
-Level(name="front", cells=[1.5, 2.5]).serialize(buffer)
-read = Level().deserialize(buffer.getvalue())
-assert (read.name, list(read.cells), read.FULL) == ("front", [1.5, 2.5], 100)
-assert load_message_class("std_msgs/String")(data="x").data == "x"
-assert load_service_class("std_srvs/SetBool")._request_class(data=True).data
-"""
-
-BAGS = """
-import rosbag, rospy
-from pipros.bag import BagReader
-from std_msgs.msg import String
-
-for compression in ("none", "bz2"):
-    with rosbag.Bag("run.bag", "w", compression=compression) as bag:
-        for second in (1, 2):
-            bag.write("/chat", String(f"{compression} {second}"), rospy.Time(second))
-    with BagReader(Path("run.bag")) as reader:
-        assert [chunk.data for _, chunk, _, _ in reader] == [f"{compression} 1", f"{compression} 2"]
-        assert reader.chunk_header(0).compression == compression
-    with rosbag.Bag("run.bag") as bag:
-        read = [(topic, time.to_sec()) for topic, _, time in bag.read_messages(start_time=rospy.Time(2))]
-        assert read == [("/chat", 2.0)]
-"""
-
-TRANSFORMS = """
-import rospy, tf2_ros
-from geometry_msgs.msg import TransformStamped
-from pipros.libraries.transforms.buffer import TransformBuffer
-
-frames = TransformBuffer()
-for second in (1, 3):
-    frames.insert("map", "base", second * 10**9, (second, 0, 0, 0, 0, 0, 1), "test")
-assert frames.lookup("map", "base", 2 * 10**9)[1][0] == 2.0
-
-buffer = tf2_ros.BufferCore()
-moved = TransformStamped()
-moved.header.frame_id, moved.child_frame_id = "map", "base"
-moved.transform.translation.x, moved.transform.rotation.w = 5.0, 1.0
-buffer.set_transform_static(moved, "test")
-assert buffer.lookup_transform_core("base", "map", rospy.Time(7)).transform.translation.x == -5.0
-"""
-
-FILTERS = """
-import message_filters
-from geometry_msgs.msg import PointStamped
-
-def stamped(second):
-    message = PointStamped()
-    message.header.stamp.secs = second
-    return message
-
-sets = []
-inputs = message_filters.SimpleFilter(), message_filters.SimpleFilter()
-message_filters.TimeSynchronizer(inputs, 5).registerCallback(lambda *found: sets.append(found))
-cache = message_filters.Cache(inputs[0], 5)
-for number, second in ((0, 1), (0, 2), (1, 2)):
-    inputs[number].signalMessage(stamped(second))
-assert [[message.header.stamp.secs for message in found] for found in sets] == [[2, 2]]
-assert cache.getLastestTime().secs == 2
-"""
+@pytest.mark.parametrize("work", PROGRAMS)
+def test_pure_libraries_work_without_posix(work: str, empty_folder: Path) -> None:
+    assert run_without_posix(f"{BEGINNING}{PROGRAMS[work]}\nprint('done')") == "done\n"
 
 
-@pytest.mark.parametrize("in_browser", [False, True], ids=["windows", "browser"])
-@pytest.mark.parametrize(
-    "work", [MESSAGES, BAGS, TRANSFORMS, FILTERS], ids=["messages", "bags", "transforms", "filters"]
-)
-def test_pure_libraries_work_without_posix_and_in_a_browser(
-    work: str, in_browser: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """In a browser also without threads, processes and sockets."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("ROS_HOME", str(tmp_path / "home"))
-    code = f"import io\nfrom pathlib import Path\n{work}\nprint('done')"
-    assert run_without_posix(code, in_browser=in_browser) == "done\n"
+@pytest.mark.parametrize("work", [*PROGRAMS, *LIMITS])
+def test_programs_work_in_a_browser(work: str, empty_folder: Path) -> None:
+    code = f"{BEGINNING}{(PROGRAMS | LIMITS)[work]}\nprint('done')"
+    assert run_without_posix(code, in_browser=True) == "done\n"
+
+
+def test_the_blocks_of_the_page_for_browsers_work_in_a_browser(empty_folder: Path) -> None:
+    text = (REPOSITORY / "docs/browser.md").read_text()
+    blocks = re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    assert len(blocks) == 5
+    printed = run_without_posix("\n".join(blocks), in_browser=True)
+    assert "example.bag 5 messages\n  /chatter std_msgs/String\nfirst:\n/chatter\n" in printed
 
 
 @pytest.mark.parametrize(

@@ -120,6 +120,7 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
             "pipros/web/sliders/page/index.html",
             "pipros/share/teleop_twist_joy/config/ps3.config.yaml",
             "sensor_msgs-stubs/point_cloud2.pyi",
+            f"pipros-{PROJECT['project']['version']}.dist-info/licenses/THIRD_PARTY.md",
         } <= set(archive.namelist())
         programs = {
             file.filename: stat.S_IMODE(file.external_attr >> 16)

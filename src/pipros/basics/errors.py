@@ -21,6 +21,13 @@ class NeedsPosix(PiprosError):
         super().__init__(f"{feature} needs a POSIX system, this is {sys.platform}")
 
 
+class NeedsSockets(PiprosError):
+    """This system has no sockets and threads: Python runs in a browser."""
+
+    def __init__(self) -> None:
+        super().__init__("nodes, masters and their clients need sockets and threads, which a browser lacks")
+
+
 class MissingExtra(ImportError):
     """A library from an optional extra is not installed. The text says what needs the library, and how to
     install it.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import subprocess
     from collections.abc import Callable
 
-HAS_OWNERS = hasattr(os, "getuid")
+HAS_OWNERS = hasattr(os, "geteuid")
 """False on Windows, where a profile's folders belong to its user by default."""
 
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
@@ -26,6 +26,20 @@ READ = os.O_RDONLY | _AT_ONCE | getattr(os, "O_BINARY", 0)
 """Flags for `os.open` to read a file that may turn out to be a pipe."""
 
 _WINDOWS_CONNECTIONS = 8192
+
+
+def require_sockets() -> None:
+    """Check that this system has sockets and threads.
+
+    In a browser, each system call for them fails with a different error, and some never return.
+
+    Raises:
+        NeedsSockets: Python runs in a browser.
+    """
+    if sys.platform == "emscripten":
+        from pipros.basics.errors import NeedsSockets
+
+        raise NeedsSockets
 
 
 def user_id() -> int:

@@ -7,6 +7,7 @@ import socket
 import time
 
 from pipros.basics.errors import Interrupted
+from pipros.basics.posix import require_sockets
 from pipros.net import sockets
 from pipros.net.address import address_here
 from pipros.net.lookup import Lookups, process_lookups
@@ -42,7 +43,9 @@ class Connector:
             OSError: the name cannot be resolved, or no process answers at the address.
             TimeoutError: the deadline or `limit_s` passed.
             Interrupted: `interrupt` was called.
+            NeedsSockets: Python runs in a browser.
         """
+        require_sockets()
         host, port = address_here(host, port)
         found = (self._lookups or process_lookups()).find(
             host, port, deadline=deadline, is_given_up=lambda: self.is_interrupted, type=socket.SOCK_STREAM

@@ -12,6 +12,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
 from pipros.basics.interruptible_wait import OnceEvent
+from pipros.basics.posix import require_sockets
 from pipros.net.lookup import Lookups, process_lookups
 from pipros.net.refusals import Refusals
 from pipros.net.workers import Workers
@@ -46,7 +47,9 @@ class BackgroundLoop:
 
         Raises:
             OSError: no file descriptors are left.
+            NeedsSockets: Python runs in a browser.
         """
+        require_sockets()
         # Use a selector loop on every system, because links are watched by their file descriptors.
         self.asyncio = _Loop(f"{self._name}: blocking", self._lookups)
         started = OnceEvent()

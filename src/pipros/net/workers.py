@@ -9,6 +9,8 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
+from pipros.basics.posix import require_sockets
+
 KEPT_IDLE = 4
 """Number of idle threads that are kept, because starting a thread takes longer than many service calls."""
 
@@ -45,7 +47,9 @@ class Workers:
 
         Raises:
             RuntimeError: the system cannot start another thread.
+            NeedsSockets: Python runs in a browser.
         """
+        require_sockets()
         with self._lock:
             if self._idle:
                 self._idle -= 1

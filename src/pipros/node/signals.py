@@ -15,7 +15,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.interrupts import interrupt_main_thread
-from pipros.basics.posix import call_in_children
+from pipros.basics.posix import call_in_children, require_sockets
 from pipros.node.node import Node
 
 _FROM_HANDLER = 0x80
@@ -86,7 +86,9 @@ class Signals:
 
         Raises:
             NotInMainThread: called from another thread.
+            NeedsSockets: Python runs in a browser.
         """
+        require_sockets()
         if threading.current_thread() is not threading.main_thread():
             raise NotInMainThread("signals can only be handled in the main thread")
         reader, writer = socket.socketpair()

@@ -4,6 +4,8 @@ import errno
 import io
 import os
 import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ from pipros.bag.rewrite import replaced_file
 from pipros.cli.rosbag import main
 from pipros.cli.rosbag.progress import Progress
 from tests.support.bags import bag_bytes, old_bag_bytes, rows_of, some_rows, values
+from tests.support.environments import VENV_BIN
 
 ROWS = some_rows()
 
@@ -290,3 +293,19 @@ def test_progress_is_shown_on_a_terminal_only(
     out = capsys.readouterr().out
     assert " 50%     1.0 KB /    2.0 KB" in out
     assert out.endswith("\n")
+
+
+def test_a_closed_pipe_ends_info_silently(bag: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        ended = subprocess.run(
+            [sys.executable, "-u", VENV_BIN / "rosbag", "info", "run.bag"],
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=50,
+        )
+    finally:
+        os.close(writer)
+    assert (ended.returncode, ended.stderr) == (0, "")

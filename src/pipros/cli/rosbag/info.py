@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.info import bag_info, info_text, info_value, info_yaml
+from pipros.cli.entry_point import OutputFailed
 from pipros.cli.rosbag.ros2_bags import add_folders_option, opened
 from pipros.cli.runner import add_flag, option_parser
 
@@ -35,6 +36,8 @@ def info(argv: Sequence[str]) -> int:
         except NotIndexed:
             print(f"ERROR bag unindexed: {path}.  Run rosbag reindex.", file=sys.stderr)
             return 1
+        except (OutputFailed, BrokenPipeError):
+            raise
         except (OSError, BagError) as error:
             print(f"ERROR reading {path}: {error}", file=sys.stderr)
             return 1

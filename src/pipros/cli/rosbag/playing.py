@@ -16,6 +16,7 @@ from pipros.bag.player import Player, PlayOptions, opened_bags
 from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
 from pipros.cli.command_node import command_node
+from pipros.cli.entry_point import OutputFailed
 from pipros.cli.rosbag.ros2_bags import add_folders_option, opened
 from pipros.cli.runner import CommandError, add_flag, option_parser
 from pipros.msg.time import NS_PER_S
@@ -46,6 +47,8 @@ def play(argv: Sequence[str]) -> int:
                 terminal.finish()
             if not node.is_shutdown:
                 say("\nDone.")
+    except (OutputFailed, BrokenPipeError):
+        raise
     except OSError as error:
         raise CommandError(f"Error opening file: {error.filename or error}: {error.strerror}") from error
     except BagError as error:

@@ -49,6 +49,7 @@ export class Drag {
   }
 
   // Returns where rviz's cursor would be.
+  /** @returns {[number, number]} */
   cursor([x, y]) {
     return [x - this.moved[0], y - this.moved[1]];
   }
