@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 from collections.abc import Generator, Iterator
 from pathlib import Path
@@ -112,6 +113,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         lines += [
             f"tests/dds: Fast DDS and Cyclone DDS are not tried; this machine lacks: {' '.join(lacking)}",
             f"to have them on Debian 12, as root: {dds_peers.INSTALL}",
+        ]
+    if shutil.which("systemd-analyze") is None:
+        lines += [
+            "examples/fleet: the systemd units are not verified; this machine lacks systemd-analyze",
+            "to have it on Debian 12, as root: apt-get install --no-install-recommends systemd",
         ]
     if missing := missing_packages():
         lines += [
