@@ -1,4 +1,4 @@
-"""`pipros fleet check`: checks the file of a member, and says what it means."""
+"""`pipros fleet check`: validate the file of a member, and explain it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options of the commands that connect to a router."""
+"""Options of commands that connect to a router."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ OBSERVER = "observer"
 
 
 def add_link_options(parser: OptionParser) -> None:
-    """Add the options that say where the router is, and how to prove who one is."""
+    """Add the options for the router's address and the certificates."""
     parser.add_option("--router", metavar="ADDRESS", help=f"tcp/HOST:PORT or tls/HOST:PORT ({ROUTER})")
     parser.add_option(
         "--keys", metavar="FOLDER", help="the folder of `pipros fleet keys add`, for a router with TLS"
@@ -25,7 +25,7 @@ def add_link_options(parser: OptionParser) -> None:
 
 
 def tls_of(options: Any, router: str) -> Tls | None:
-    """Return the certificates of the folder; None without TLS.
+    """Return the certificates in the folder given by the options; None without TLS.
 
     Raises:
         CommandError: the address and the option contradict each other.
@@ -43,7 +43,7 @@ def tls_of(options: Any, router: str) -> Tls | None:
 
 @contextmanager
 def link_of(options: Any) -> Iterator[Link]:
-    """Connect to the router of the options."""
+    """Connect to the router given by the options."""
     from pipros.fleet.zenoh_session import connect
 
     router = options.router or ROUTER
@@ -55,7 +55,7 @@ def link_of(options: Any) -> Iterator[Link]:
 
 
 def caller_of(options: Any) -> str:
-    """Return the name under which requests are made: that of the certificate."""
+    """Return the member name for requests: that in the certificate."""
     if options.keys is None:
         return OBSERVER
     from pipros.fleet.key_files import read_keys

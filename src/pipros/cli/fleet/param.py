@@ -1,4 +1,4 @@
-"""`pipros fleet param`: reads and sets parameters of a member, as far as its file allows it."""
+"""`pipros fleet param`: read and set parameters of a member, if its file allows it."""
 
 from __future__ import annotations
 
