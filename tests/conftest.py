@@ -118,6 +118,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"tests/dds: Fast DDS and Cyclone DDS are not tried; this machine lacks: {' '.join(lacking)}",
             f"to have them on Debian 12, as root: {dds_peers.INSTALL}",
         ]
+    if shutil.which("systemd-analyze") is None:
+        lines += [
+            "examples/fleet: the systemd units are not verified; this machine lacks systemd-analyze",
+            "to have it on Debian 12, as root: apt-get install --no-install-recommends systemd",
+        ]
     if missing := missing_packages():
         lines += [
             "tests/interop: genuine ROS 1 is not complete on this machine",

@@ -1,4 +1,4 @@
-"""Certificates, and what a router lets each member do; and what a member survives from a hostile one."""
+"""Certificates, access control of routers, and members that withstand a hostile one."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_a_member_cannot_speak_for_another(authority: Authority, router: str) ->
             spy.put(keys.directory("robot1"), to_json(false))
             attachment = pack(Attachment(0, new_instance(), 1, 0, String._md5sum))
             spy.put(keys.into("operator", "robot1", "/cmd"), b"\x01\0\0\0x", attachment)
-            with pytest.raises(LinkFailed, match="not accepted"):
+            with pytest.raises(LinkFailed, match="not allowed to call"):
                 # it may ask under its own name, and is then refused by the robot's file
                 spy.get(keys.service("robot1", "robot2", "/reset"), timeout_s=2)
             assert spy.get(keys.service("robot1", "operator", "/reset"), timeout_s=2) == []
@@ -170,7 +170,7 @@ def test_the_folder_of_an_authority(tmp_path: Path) -> None:
     authority.renew("router")
     assert authority.members() == {"robot1": Role.MEMBER}
     for wrong, reason in (
-        (lambda: authority.add("robot1"), "there is a member"),
+        (lambda: authority.add("robot1"), "already exists"),
         (lambda: authority.add("router"), "the name of the routers"),
         (lambda: authority.add("a/b"), "is not a legal name"),
         (lambda: authority.renew("robot2"), "there is no member"),
@@ -244,7 +244,7 @@ def test_a_member_of_another_version_is_reported_and_ignored(claimed_port: Claim
         other = connect(address)
         try:
             held = other.declare_token(keys.live("future", keys.VERSION + 1, new_instance()))
-            expected = f"[future] speaks version {keys.VERSION + 1} of the fleet protocol, this member "
+            expected = f"[future] has version {keys.VERSION + 1} of the fleet protocol, and this member has "
             wait_until(lambda: any(expected in each for each in operator.warnings), 15, expected)
             assert "future" not in operator.agent.statistics()["members"]
             del held
@@ -282,6 +282,47 @@ def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(claimed_port: Claime
             assert len(held) == 200
         finally:
             hostile.close()
+
+
+def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(claimed_port: ClaimedPort) -> None:
+    """One member sends to an accepted topic, and to names that are not accepted, as fast as it can."""
+    with (
+        running_router(claimed_port.number) as address,
+        Member("robot1", address, "accept: {topics: [/cmd]}") as robot,
+        Member("operator", address) as operator,
+    ):
+        commands = robot.receive("/cmd", name="base")
+        operator.wait_for_input("/robot1/cmd")
+        hostile = connect(address)
+        try:
+            instance = new_instance()
+            held = hostile.declare_token(keys.live("bad", 1, instance))
+            wait_until(lambda: "bad" in robot.agent.statistics()["members"], 15, "its token")
+            for number in range(1, 3001):
+                attachment = pack(Attachment(0, instance, number, 0, String._md5sum))
+                hostile.put(keys.into("bad", "robot1", "/cmd"), b"\x04\0\0\0junk", attachment)
+                hostile.put(keys.into("bad", "robot1", f"/other{number}"), b"junk", attachment)
+            publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
+            wait_until(lambda: len(robot.warnings) == 1000, 15, "a limited number of warnings")
+            assert held is not None
+        finally:
+            hostile.close()
+
+
+def test_an_oversized_message_is_dropped_and_later_ones_arrive(claimed_port: ClaimedPort) -> None:
+    limit_bytes = 200_000
+    with (
+        running_router(claimed_port.number) as address,
+        Member("operator", address, limits={"fleet_message_bytes": limit_bytes}) as operator,
+        Member("robot1", address) as robot,
+    ):
+        talker = robot.node("talker").advertise("/chatter", String)
+        operator.wait_for_topic("/robot1/chatter")
+        received = operator.receive("/robot1/chatter")
+        publish_until(talker, received, "before")
+        talker.publish(String("x" * (3 * limit_bytes)))
+        publish_until(talker, received, "after")
+        assert max(len(each.data) for each in received) < limit_bytes
 
 
 def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -> None:

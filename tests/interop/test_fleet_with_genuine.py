@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
+from pipros.fleet import keys
 from tests.support.fleet import Member, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
@@ -15,7 +17,10 @@ from tests.support.waiting import wait_until
 
 PROGRAMS = Path(__file__).parent / "programs"
 PYTHON = "/usr/bin/python3"
-ACCEPTS = "accept: {topics: [{name: /cmd, from: [operator]}, /do/goal, /do/cancel], services: [/lamp]}"
+ACCEPTS = """
+share: {parameters: [/robot/speed]}
+accept: {topics: [{name: /cmd, from: [operator]}, /do/goal, /do/cancel], services: [/lamp]}
+"""
 
 
 @pytest.fixture
@@ -60,6 +65,11 @@ def test_an_operator_uses_two_genuine_robots(plain_ros: RosSystem, robots: dict[
             )
         ]
         assert lines == expected
+
+        for name in robots:
+            key = keys.parameters(name, "get", "operator")
+            (answer,) = member.link.get(key, json.dumps("/robot/speed").encode(), timeout_s=10)
+            assert json.loads(answer.payload) == 1.5
 
         plain_ros.genuine.start("rostopic", "pub", "/robot1/cmd", "std_msgs/Int32", "5")
         subscribe = "from std_msgs.msg import Int32; rospy.Subscriber('/robot1/number', Int32, print)"

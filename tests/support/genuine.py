@@ -137,7 +137,7 @@ PACKAGES = " ".join(
 )
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 
-OTHER_PROGRAMS = "fish git iproute2 nftables openssh-client openssh-server zsh"
+OTHER_PROGRAMS = "fish git iproute2 nftables openssh-client openssh-server systemd zsh"
 """Debian packages of programs that do not belong to ROS, each of which a few tests need."""
 
 

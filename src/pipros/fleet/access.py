@@ -1,4 +1,4 @@
-"""What a router lets each member do, as rules of Zenoh's access control. No files, no sockets."""
+"""Access control of a router: rules that restrict each member to its own keys. No files, no sockets."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Final
 from pipros.fleet import keys
 
 ROUTER: Final = "router"
-"""Common name of the certificates of routers, which trust each other."""
+"""Common name of router certificates. Routers trust each other."""
 _EVERYTHING: Final = f"{keys.ROOT}/**"
 _ALL_MESSAGES: Final = (
     "put",
@@ -25,15 +25,15 @@ _ALL_MESSAGES: Final = (
 
 
 class Role(Enum):
-    """What a member may do. The values are those of files."""
+    """A member's permissions. The values appear in the list of members."""
 
     MEMBER = "member"
     OBSERVER = "observer"
-    """It sees what is shared. It cannot publish into other members, call them or set parameters."""
+    """Receives shared topics. Cannot publish to other members, call them or set their parameters."""
 
 
 def access_rules(members: Mapping[str, Role]) -> dict[str, object]:
-    """Return the rules for members by their certificates. Whatever they do not allow is refused."""
+    """Return the rules for members, which their certificates identify. Everything else is denied."""
     rules: list[dict[str, object]] = [
         _rule("receives", "egress", _ALL_MESSAGES, [_EVERYTHING]),
         _rule("routes", "ingress", _ALL_MESSAGES, [_EVERYTHING]),

@@ -1,8 +1,8 @@
-"""The agent of one member: a node beside its master, and a link to the router.
+"""The agent of one member: a node of its master, and a link to the router.
 
-One thread owns the state. It handles events: tokens, directories and wishes of other members, and looks at
-the local master, which a second thread takes because they may block. Messages pass through neither thread.
-Its parts: `presence` (who is there), `offers` (what this member shares and accepts), `shown_members` (what
+One thread owns the state. It handles events: tokens, directories and wishes of other members, and changes of
+the local master. A second thread polls the master, which may block. Messages pass through neither thread. The
+parts: `presence` (who is there), `offers` (what this member shares and accepts), `shown_members` (what
 the others offer), `calls`, `local_looks` and `statistics`.
 """
 
@@ -37,11 +37,11 @@ from pipros.net.workers import Workers
 from pipros.node import Node
 
 LOOK_S: Final = 0.5
-"""Interval of looks at the local master, and at the link."""
+"""Interval at which the local master and the link are polled."""
 LINKING_S: Final = 0.02
-"""Interval of looks at sources that others wait for."""
+"""Interval at which topics are polled while others wait for them to be connected."""
 REQUEST_S: Final = 3.0
-"""Time for another member to send its directory or its wishes."""
+"""Timeout of requests for directories and wishes."""
 
 
 class NameTaken(PiprosError):
@@ -59,12 +59,14 @@ def new_instance() -> str:
 
 
 class Agent:
-    """Joins a master to a fleet. Call `start` and `close`; the node and the link belong to the caller.
+    """An agent that joins a master to a fleet.
+
+    Call `start` to join, and `close` to leave before closing the node and the link.
 
     Attributes:
         member: the name of this member.
-        instance: identifies this run.
-        sender: sends the messages for other members.
+        instance: identifies this run of the agent.
+        sender: sender of the messages to other members.
     """
 
     def __init__(
@@ -81,8 +83,8 @@ class Agent:
         """Store the settings.
 
         Args:
-            on_failure: called when the agent must end, because an older member has its name.
-            look_s: interval of looks at the local master.
+            on_failure: called if the agent must end, because a member that joined earlier has its name.
+            look_s: interval at which the local master is polled.
         """
         self.member = keys.member_name(member)
         self.instance = new_instance()
@@ -121,12 +123,12 @@ class Agent:
         return self._statistics.counters()
 
     def local_names(self) -> frozenset[str]:
-        """Return the topics and services of the last look at the local master."""
+        """Return the topics and services of the local master when it was last polled."""
         state = self._offers.local.state
         return frozenset({*state.topics(), *state.services})
 
     def start(self) -> None:
-        """Join the fleet. Blocks until it is known whether the name is free.
+        """Join the fleet. Blocks until the fleet has been searched for the name.
 
         Raises:
             NameTaken: another member has the name.
@@ -161,7 +163,7 @@ class Agent:
             threading.Thread(target=target, name=f"agent {me}", daemon=True).start()
 
     def close(self) -> None:
-        """Leave the fleet. The topics of others are unregistered with the node."""
+        """Leave the fleet. Closing the node then unregisters the topics of other members."""
         self._is_closed.set()
         self._events.close()
         self._calls.close()
@@ -170,7 +172,7 @@ class Agent:
         self._looks.close()
 
     def _serve_link_state(self) -> None:
-        """Serve the state of the link, for `pipros doctor`."""
+        """Serve the state of the link, which `pipros doctor` reads."""
         trigger: Any = load_service_class("std_srvs/Trigger")
 
         def answer(_: object) -> Any:
@@ -178,7 +180,7 @@ class Agent:
 
         self._node.serve(f"{self._node.name}/link", trigger, answer)
 
-    # -- callbacks of the link, in Zenoh's threads, which must not block ------------------------------
+    # -- callbacks of the link; they run in Zenoh's threads and must not block -------------------------
 
     def _on_token(self, key: str, is_present: bool) -> None:
         def update() -> None:
@@ -194,7 +196,7 @@ class Agent:
         self._events.wake()
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
-        """Handle a directory or wishes. An answer (`kind`) may be older, so it does not replace a message."""
+        """Handle a directory or wishes. Answers have their own `kind`: they may be older than a message."""
         del attachment
         match keys.parts(key):
             case (member, "directory", []):
@@ -207,7 +209,7 @@ class Agent:
     def _on_definition_request(self, question: Question) -> None:
         self._workers.run(self._looks.answer_definition, question, self._offers.local)
 
-    # -- the thread that looks at the local master ------------------------------------------------
+    # -- the thread that polls the local master ---------------------------------------------------
 
     def _look_repeatedly(self) -> None:
         while not self._is_closed.is_set():
@@ -236,7 +238,7 @@ class Agent:
                     self._log.exception("the fleet agent failed: %s", error)
 
     def _settle(self) -> None:
-        """Bring topics, directory and wishes in line with what is known."""
+        """Update topics, directory and wishes according to the current state."""
         self._check_link()
         self._presence.settle(is_connected=self._link.is_connected, now_s=time.monotonic())
         self._offers.settle()
@@ -275,7 +277,7 @@ class Agent:
     # -- members that join and leave; see `pipros.fleet.presence.PresenceListener` ----------------------
 
     def on_joined(self, token: Token) -> None:
-        """Request what the member may have sent before this one could receive it."""
+        """Request the documents that the member may have sent before this one subscribed to them."""
         self._workers.run(self._request, keys.wanted(token.member, self.member))
         if matches_any(self._file.show, token.member):
             self._workers.run(self._request, keys.directory(token.member))
@@ -293,7 +295,7 @@ class Agent:
 
     def on_other_version(self, token: Token) -> None:
         self._warn(
-            f"[{token.member}] speaks version {token.version} of the fleet protocol, this member "
+            f"[{token.member}] has version {token.version} of the fleet protocol, and this member has "
             f"{keys.VERSION}; it is ignored"
         )
 
@@ -307,6 +309,6 @@ class Agent:
 
 def _taken(member: str) -> str:
     return (
-        f"the fleet already has a member [{member}]. Choose another name, or end the other one; "
-        "one whose link was cut leaves after a few seconds"
+        f"the fleet already has a member [{member}]. Choose another name, or end the other member; "
+        "if its link was cut, it leaves after a few seconds"
     )

@@ -1,4 +1,4 @@
-"""Services and parameters: calls to other members, and those from other members."""
+"""Calls of services and parameters, to other members and from them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pipros.node.service_server import CallFailed, HandlerError, ServiceServer
 SUCCESS: Final = b"\x01"
 FAILURE: Final = b"\x00"
 GRACE_S: Final = 2.0
-"""How much longer than a service's own timeout a caller waits for the answer."""
+"""Time that a caller waits for the answer beyond the service's own timeout."""
 _LONGEST_REASON: Final = 2000
 
 
@@ -70,10 +70,10 @@ def raw_service_class(kind: str, md5sum: str) -> Any:
 
 
 class RemoteService:
-    """A service of another member, offered on the local master."""
+    """A service of another member, advertised on the local master."""
 
     def __init__(self, node: Node, link: Requests, me: str, member: str, entry: Entry) -> None:
-        """Offer it as `/<member><name>`. Blocks until the master answers.
+        """Advertise the service as `/<member><name>`. Blocks until the master answers.
 
         Raises:
             NameInUse: the node already has a service of this name.
@@ -90,13 +90,13 @@ class RemoteService:
         self._server: ServiceServer = node.serve(f"/{member}{entry.name}", self._class, self._call)
 
     def close(self) -> None:
-        """Withdraw it. Calls that are running fail."""
+        """Unadvertise the service. Running calls fail."""
         self._is_closed = True
         self._node.endpoints.stop_serving(self._server)
 
     def _call(self, request: AnyMsg) -> AnyMsg:
         if not self._slots.acquire(blocking=False):
-            raise HandlerError(f"too many calls to [{self._member}] are waiting")
+            raise HandlerError(f"too many calls to [{self._member}] are pending")
         try:
             self.calls += 1
             return self._answer(request)
@@ -146,7 +146,7 @@ class LocalCalls:
         self.services: Mapping[str, Entry] = {}
 
     def take(self, asked: Asked) -> None:
-        """Answer in a thread; refuse at once if too many calls are running."""
+        """Answer in a separate thread, or refuse immediately if too many calls are running."""
         with self._lock:
             has_room = self._running < self._node.limits.fleet_calls
             self._running += has_room
@@ -158,7 +158,7 @@ class LocalCalls:
         self._workers.run(self._run, asked)
 
     def close(self) -> None:
-        """Interrupt the calls that are running."""
+        """Interrupt all running calls."""
         self._open.interrupt()
         self._workers.close()
 
@@ -186,7 +186,7 @@ class LocalCalls:
     def _call(self, caller: str, name: str, body: bytes) -> bytes:
         entry, rule = self.services.get(name), self._file.accepted_service(name)
         if entry is None or rule is None or not rule.accepts(caller):
-            raise PiprosError(f"calls of [{printable(name, 200)}] by [{caller}] are not accepted")
+            raise PiprosError(f"[{caller}] is not allowed to call [{printable(name, 200)}]")
         service = raw_service_class(entry.type, entry.md5sum)
         client = ServiceClient(
             name, service, master=lambda: self._node.master, calls=self._open, limits=self._node.limits
@@ -202,7 +202,7 @@ class LocalCalls:
         return SUCCESS + answer.body
 
     def _get(self, caller: str, wanted: Any) -> Any:
-        if wanted is None:  # all names
+        if wanted is None:  # list all names
             names = self._node.master.get_param_names()
             return sorted(name for name in names if self._file.shares_parameter(name, caller))
         if not isinstance(wanted, str) or not self._file.shares_parameter(wanted, caller):
@@ -219,7 +219,7 @@ class LocalCalls:
                 self._log.info("[%s] set the parameter [%s]", caller, name)
                 return True
         name = wanted[0] if isinstance(wanted, list) and wanted else ""
-        raise PiprosError(f"parameter [{printable(name, 200)}] may not be set by [{caller}]")
+        raise PiprosError(f"[{caller}] is not allowed to set parameter [{printable(name, 200)}]")
 
 
 def _encoded(value: Any) -> bytes:

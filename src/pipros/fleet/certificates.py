@@ -1,7 +1,7 @@
 """The certificate authority of a fleet: a folder with its key, the list of members, and their certificates.
 
-Members' certificates are for clients only, so that a member cannot pose as a router. A member is let in by
-its name in the list; revoking removes the name.
+Members have client certificates only, so that a member cannot pose as a router. Routers accept the members in
+the list; revoking removes a name from it.
 """
 
 from __future__ import annotations
@@ -40,34 +40,34 @@ _MEMBERS_BYTES: Final = 4 * 1024 * 1024
 
 
 class KeysFailed(PiprosError):
-    """A certificate cannot be made, or the folder cannot be used."""
+    """A certificate cannot be issued, or the folder cannot be read or written."""
 
 
 class Authority:
-    """The folder of a fleet.
+    """The certificate authority of a fleet, stored in a folder.
 
     Attributes:
-        folder: where it is.
-        members_file: the list of members, which routers watch.
+        folder: the path of the folder.
+        members_file: the path of the list of members, which routers watch.
     """
 
     def __init__(self, folder: str | Path) -> None:
-        """Use an existing folder.
+        """Open an existing folder.
 
         Raises:
-            KeysFailed: it has no authority.
+            KeysFailed: the folder has no authority.
         """
         self.folder = Path(folder)
         self.members_file = self.folder / MEMBERS
         if not (self.folder / AUTHORITY).is_file():
-            raise KeysFailed(f"[{folder}] has no authority; `pipros fleet keys create {folder}` makes one")
+            raise KeysFailed(f"[{folder}] has no authority; `pipros fleet keys create {folder}` creates one")
 
     @classmethod
     def create(cls, folder: str | Path) -> Authority:
-        """Make an authority and the certificate of its routers.
+        """Create an authority and the certificate of its routers.
 
         Raises:
-            KeysFailed: the folder already has one, or cannot be written.
+            KeysFailed: the folder already has an authority, or cannot be written.
         """
         folder = Path(folder)
         if (folder / AUTHORITY).exists():
@@ -91,7 +91,7 @@ class Authority:
         return authority
 
     def members(self) -> dict[str, Role]:
-        """Return the members that are let in.
+        """Return the listed members with their roles.
 
         Raises:
             KeysFailed: the list cannot be read.
@@ -103,36 +103,40 @@ class Authority:
             raise KeysFailed(f"cannot read {self.members_file}: {error}") from None
 
     def add(self, name: str, role: Role = Role.MEMBER, days: int = MEMBER_DAYS) -> Path:
-        """Make the certificate of a member and let it in. Return its folder, which it needs.
+        """Issue the certificate of a new member and list it. Return the folder to copy to the member.
 
         Raises:
-            KeysFailed: there is one of this name.
+            KeysFailed: a member with this name exists.
         """
         name = member_name(name)
         if name == ROUTER:
             raise KeysFailed(f"[{ROUTER}] is the name of the routers")
         members = self.members()
         if name in members:
-            raise KeysFailed(f"there is a member [{name}]; `pipros fleet keys renew` renews its certificate")
+            raise KeysFailed(
+                f"member [{name}] already exists; `pipros fleet keys renew` renews its certificate"
+            )
         folder = self._issue(name, days)
         self._write_members({**members, name: role})
         return folder
 
     def renew(self, name: str, days: int = MEMBER_DAYS) -> Path:
-        """Make a new certificate for a member, or for the routers.
+        """Issue a new certificate for a member or the routers. Return its folder.
 
         Raises:
-            KeysFailed: there is none of this name.
+            KeysFailed: there is no member with this name.
         """
         if name != ROUTER and name not in self.members():
             raise KeysFailed(f"there is no member [{name}]")
         return self._issue(name, days, is_router=name == ROUTER)
 
     def revoke(self, name: str) -> None:
-        """Let a member in no more. Running routers end its link within two seconds.
+        """Remove a member from the list, and delete its folder.
+
+        Running routers end its link within two seconds.
 
         Raises:
-            KeysFailed: there is none of this name.
+            KeysFailed: there is no member with this name.
         """
         members = self.members()
         if name not in members:
@@ -142,11 +146,11 @@ class Authority:
         shutil.rmtree(self.folder / name, ignore_errors=True)
 
     def router_tls(self) -> Tls:
-        """Return the files of a router."""
+        """Return the certificate files of the routers."""
         return read_keys(self.folder / ROUTER).tls
 
     def access(self) -> dict[str, object]:
-        """Return the rules of a router; see `access_rules`."""
+        """Return the access rules for the listed members; see `access_rules`."""
         return access_rules(self.members())
 
     def _issue(self, name: str, days: int, *, is_router: bool = False) -> Path:
@@ -154,7 +158,7 @@ class Authority:
             issuer_key = serialization.load_pem_private_key(read_file(self.folder / AUTHORITY_KEY), None)
             issuer = x509.load_pem_x509_certificate(read_file(self.folder / AUTHORITY))
             if not isinstance(issuer_key, ec.EllipticCurvePrivateKey):
-                raise KeysFailed(f"{self.folder / AUTHORITY_KEY} is not a key of an authority")
+                raise KeysFailed(f"{self.folder / AUTHORITY_KEY} must be an elliptic curve private key")
             key = ec.generate_private_key(ec.SECP256R1())
             usages = [ExtendedKeyUsageOID.CLIENT_AUTH]
             if is_router:

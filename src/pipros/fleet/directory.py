@@ -1,4 +1,4 @@
-"""The directory of a member: what it shares and accepts. A JSON document of bounded size."""
+"""The directory of a member: a JSON document, limited in size, that lists what it shares and accepts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Entry:
     Attributes:
         name: global name on the member's master.
         type, md5sum: as in connection headers.
-        timeout_s: the time that a service may take.
+        timeout_s: maximum duration of a call, for services.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Directory:
-    """What a member offers.
+    """The topics and services that a member offers.
 
     Attributes:
         member: its name.
@@ -44,7 +44,7 @@ class Directory:
         shared: topics that other members can receive.
         accepted: topics that other members can publish.
         services: services that they can call.
-        has_parameters, sets_parameters: whether its file lets them read or set any parameters.
+        has_parameters, sets_parameters: whether its file allows them to read or set any parameters.
     """
 
     member: str
@@ -59,11 +59,11 @@ class Directory:
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """The topics that a member wants from another.
+    """The topics that a member wants to receive from another.
 
     Attributes:
         instance: identifies the run of the member's agent.
-        revision: increases with each change, because an answer may arrive after a newer message.
+        revision: increases with each change, so that an old answer does not replace a newer message.
         topics: names on the other member's master.
     """
 

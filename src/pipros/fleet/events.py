@@ -1,4 +1,4 @@
-"""Events that one thread handles, one after another."""
+"""A queue of events for one thread."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from collections.abc import Callable
 
 
 class Events:
-    """A bounded queue of events. Thread-safe; only `next` blocks.
+    """A bounded queue of callables. Thread-safe; only `next` blocks.
 
-    A newer event of the same kind and name replaces one that waits.
+    An event replaces a queued event of the same kind and name.
     """
 
     def __init__(self, limit: int) -> None:
-        """`limit`: greatest number of events that wait; further ones are dropped."""
+        """`limit`: maximum number of queued events; later ones are dropped."""
         self._limit = limit
         self._waiting: OrderedDict[tuple[str, str], Callable[[], object]] = OrderedDict()
         self._changed = threading.Condition()
@@ -28,11 +28,11 @@ class Events:
             self._changed.notify()
 
     def wake(self) -> None:
-        """Make `next` return, without an event unless one waits."""
+        """Make `next` return, with a no-op if no event is queued."""
         self.post("wake", "", lambda: None)
 
     def next(self, timeout_s: float | None) -> Callable[[], object] | None:
-        """Wait for an event, and return it; None after `timeout_s`, or if the queue is closed."""
+        """Wait for an event and return it; return None after `timeout_s` or once the queue is closed."""
         with self._changed:
             if not self._waiting and not self._is_closed:
                 self._changed.wait(timeout_s)

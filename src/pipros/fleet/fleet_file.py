@@ -1,8 +1,8 @@
-"""The YAML file of a member: what it shares, what it accepts, and how messages are sent.
+"""The YAML file of a member: what it shares and accepts, and how it sends messages.
 
     router: tls/fleet.example.org:7447
-    show: ["robot*"]                 # members whose topics and services appear here; all by default
-    bandwidth_kbit: 1000             # for messages to other members; unlimited by default
+    show: ["robot*"]                 # members whose topics and services appear here; default: all
+    bandwidth_kbit: 1000             # limit for messages to other members; default: unlimited
     share:
       topics:
         - name: /camera/**
@@ -24,9 +24,9 @@
       services: [/reset]
       parameters: []
 
-The first rule whose name matches decides; names that no rule matches are neither shared nor accepted. `*`
-stands for any characters except slashes, `**` for any. Without a file, all topics are shared, and nothing is
-accepted.
+The first rule with a matching name applies; a name without a matching rule is neither shared nor accepted.
+`*` matches any characters except slashes, `**` any characters. Without a file, a member shares all topics and
+accepts nothing.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ from pipros.safe import yaml
 
 
 class BadFleetFile(PiprosError, ValueError):
-    """A fleet file cannot be read, or a value is invalid."""
+    """A fleet file cannot be read or has an invalid value."""
 
 
 class Priority(Enum):
-    """Order in which messages that wait for the link are sent. The values are those in files."""
+    """Priority of messages waiting for the link. The values are those in files."""
 
     HIGH = "high"
     NORMAL = "normal"
@@ -59,9 +59,9 @@ class Priority(Enum):
 
 
 NEVER_SHARED: Final = frozenset({"/clock"})
-"""Simulated time stays local."""
+"""Topics that no rule can share: simulated time stays local."""
 SHARED_BY_NAME: Final = frozenset({"/rosout", "/rosout_agg", "/statistics"})
-"""Topics that wildcards do not match, because each node has them."""
+"""Topics that wildcards do not match, because every node publishes them."""
 ANYONE: Final = ("*",)
 _TIMEOUT_S: Final = 10.0
 
@@ -73,13 +73,13 @@ class Rule:
     Attributes:
         name: global name, possibly with wildcards.
         is_allowed: whether matching names are shared or accepted.
-        members: names of members, possibly with wildcards, from which an input is accepted.
-        rate_hz: greatest rate of messages; 0 for no limit. Messages in between are dropped, except the last.
-        is_latest_only: whether a waiting message is replaced by a newer one.
+        members: names of members, possibly with wildcards, from which input is accepted.
+        rate_hz: maximum message rate; 0 for no limit. Surplus messages are dropped, except the last.
+        is_latest_only: whether a newer message replaces one that is waiting.
         priority: see `Priority`.
         is_compressed: whether messages are compressed.
-        has_prefixed_frames: whether the frames of tf messages get the member's name as prefix.
-        timeout_s: the time that a service may take.
+        has_prefixed_frames: whether frame ids in tf messages are prefixed with the member's name.
+        timeout_s: maximum duration of a service call.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Rule:
     timeout_s: float = _TIMEOUT_S
 
     def accepts(self, member: str) -> bool:
-        """Return whether it allows input from a member."""
+        """Return whether the rule allows input from a member."""
         return self.is_allowed and matches_any(self.members, member)
 
 
@@ -102,12 +102,12 @@ SHARE_ALL: Final = (Rule("/**"),)
 
 @dataclass(frozen=True, slots=True)
 class FleetFile:
-    """The settings of a member; the defaults are those without a file.
+    """The settings of a member. The defaults apply without a file.
 
     Attributes:
         router: the router's address; empty if the file has none.
         show: names of members, possibly with wildcards, whose topics and services appear on the local master.
-        bandwidth_kbit: greatest rate of messages to other members together, in 1000 bits/s; 0 for no limit.
+        bandwidth_kbit: limit for all messages to other members together, in 1000 bits/s; 0 for no limit.
         shared_topics, shared_parameters: rules for outputs.
         accepted_topics, accepted_services, accepted_parameters: rules for inputs.
     """
@@ -122,7 +122,7 @@ class FleetFile:
     accepted_parameters: Sequence[Rule] = ()
 
     def shared_topic(self, topic: str) -> Rule | None:
-        """Return the rule that shares a topic; None if it is not shared."""
+        """Return the rule that shares a topic; None if the topic is not shared."""
         if topic in NEVER_SHARED:
             return None
         rule = first_rule(self.shared_topics, topic)
@@ -131,12 +131,12 @@ class FleetFile:
         return rule
 
     def accepted_topic(self, topic: str) -> Rule | None:
-        """Return the rule that accepts a topic, at least from some members; None if it is not accepted."""
+        """Return the rule that accepts a topic from at least some members; None if it is not accepted."""
         rule = None if topic in NEVER_SHARED else first_rule(self.accepted_topics, topic)
         return rule if rule is not None and rule.is_allowed else None
 
     def accepted_service(self, service: str) -> Rule | None:
-        """Likewise for a service."""
+        """Return the rule that accepts calls of a service; see `accepted_topic`."""
         rule = first_rule(self.accepted_services, service)
         return rule if rule is not None and rule.is_allowed else None
 
@@ -150,7 +150,7 @@ class FleetFile:
 
 
 def first_rule(rules: Sequence[Rule], name: str) -> Rule | None:
-    """Return the first rule whose name matches."""
+    """Return the first rule that matches a name; None if none does."""
     return next((rule for rule in rules if matches(rule.name, name)), None)
 
 
@@ -191,7 +191,7 @@ def read_fleet_file(path: str | Path) -> FleetFile:
     """Read a file.
 
     Raises:
-        BadFleetFile: it cannot be read, or a value is invalid.
+        BadFleetFile: the file cannot be read or has an invalid value.
     """
     try:
         return parse_fleet_file(read_file(path), str(path))
@@ -203,7 +203,7 @@ def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
     """Parse the text of a file; see the head of this module.
 
     Raises:
-        BadFleetFile: it is not YAML, has an unknown key, or a value is invalid.
+        BadFleetFile: the text is not YAML, or has an unknown key or an invalid value.
     """
     try:
         values = yaml.load(content, file, angles=False)
@@ -231,7 +231,7 @@ def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
 
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    """Converts YAML values; errors name the file and the place in it."""
+    """Converter of YAML values whose errors name the file and the position in it."""
 
     file: str
     _keys: Mapping[str, tuple[str, Callable[[Any, str], Any]]] = field(init=False, repr=False)

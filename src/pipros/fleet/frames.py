@@ -1,4 +1,4 @@
-"""Changes of a member's transforms on their way: prefixes, and one merged message of static ones."""
+"""Changes to transforms that a member sends: prefixed frame ids, and merged static transforms."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from pipros.msg import load_message_class
 from pipros.node.codec import encoder
 
 FrameChange = Callable[[bytes], bytes]
-"""Return the body to send for the body of a message."""
+"""Convert the serialized body of a message to the body to send."""
 
 TF_TYPE: Final = "tf2_msgs/TFMessage"
 TF_TYPES: Final = (TF_TYPE, "tf/tfMessage")
 STATIC_TOPIC: Final = "/tf_static"
 MOST_FRAMES: Final = 10_000
-"""Static transforms of one member. Beyond that, only known frames are updated."""
+"""Maximum number of static transforms per member. Beyond it, only known frames are updated."""
 
 
 def frame_change(entry: Entry, rule: Rule, member: str) -> FrameChange | None:
-    """Return how the messages of a topic are changed; None if they are not."""
+    """Return the function that changes the messages of a topic; None if they are sent unchanged."""
     if entry.type not in TF_TYPES:
         return None
     merges = entry.name == STATIC_TOPIC
@@ -32,7 +32,7 @@ def frame_change(entry: Entry, rule: Rule, member: str) -> FrameChange | None:
 
 
 class _Change:
-    """Prefixes frames, and merges the static transforms of all publishers into one message."""
+    """Prefixes frame ids, and merges the static transforms of all publishers into one message."""
 
     def __init__(self, prefix: str, *, merges: bool) -> None:
         self._prefix = prefix

@@ -1,4 +1,4 @@
-"""The history of members in MCAP files: `FOLDER/<member>/<date>_<number>.mcap`, with a limit on their size.
+"""The history of members: files `FOLDER/<member>/<date>_<number>.mcap`, limited in total size.
 
 Needs the extra `mcap`.
 """
@@ -19,20 +19,20 @@ from pipros.bag.mcap_files import McapReader, mcap_library
 from pipros.bag.record_files import FileOptions, RecordFiles
 
 FILE_BYTES: Final = 8 * 1024 * 1024
-"""Size at which a file ends. Larger messages are not recorded."""
+"""Size at which a new file is started. Larger messages are not recorded."""
 SMALLEST_LIMIT_BYTES: Final = 4 * FILE_BYTES
 _CHUNK_BYTES: Final = 64 * 1024
 _NAME: Final = re.compile(r"[\w-]{1,100}\.mcap", re.ASCII)
 
 
 def is_file_name(name: str) -> bool:
-    """Return whether a name is that of a file of a history. It leads out of no folder."""
+    """Return whether a name is a valid file name of a history, without path separators."""
     return _NAME.fullmatch(name) is not None
 
 
 @dataclass(frozen=True, slots=True)
 class HistoryFile:
-    """A complete file. `begin_ns` and `end_ns` are those of the messages, by the clock of the router."""
+    """A complete file. `begin_ns` and `end_ns` are its first and last message times on the router's clock."""
 
     name: str
     bytes: int
@@ -42,10 +42,10 @@ class HistoryFile:
 
 
 class HistoryFiles:
-    """Writes and reads the histories of all members. Thread-safe; all methods block.
+    """Writer and reader of the histories of all members. Thread-safe; all methods block.
 
-    Each file begins with the last message of each latching publisher. If the files exceed the limit, the
-    member whose files are largest loses its oldest one.
+    Each file begins with the last message of every latching publisher. To stay within the limit, the oldest
+    file of the member with the largest history is deleted.
     """
 
     def __init__(self, folder: str | Path, limit_bytes: int) -> None:
@@ -95,14 +95,14 @@ class HistoryFiles:
             files.write(StoredMessage(connection, time_ns, data))
 
     def list(self, member: str) -> list[HistoryFile]:
-        """Complete the file that is being written, and return all files of a member, oldest first."""
+        """Complete the current file of a member, and return all of its files, oldest first."""
         with self._lock:
             self._complete(member)
             found = [_described(path) for path in sorted((self._folder / member).glob("*.mcap"))]
         return sorted((each for each in found if each is not None), key=lambda each: each.begin_ns)
 
     def read(self, member: str, name: str) -> bytes | None:
-        """Return the content of a file; None if there is none of this name."""
+        """Return the content of a file; None if it does not exist."""
         if not is_file_name(name):
             return None
         try:
@@ -111,7 +111,7 @@ class HistoryFiles:
             return None
 
     def close(self) -> None:
-        """Complete the files that are being written."""
+        """Complete all current files."""
         with self._lock:
             for member in list(self._open):
                 self._complete(member)
@@ -125,9 +125,7 @@ class HistoryFiles:
 
     def _remove_oldest(self) -> None:
         sizes: dict[Path, int] = {}
-        for path in self._folder.glob(
-            "*/*.mcap*"
-        ):  # those with the suffix `.active` may be of a killed router
+        for path in self._folder.glob("*/*.mcap*"):  # a killed router leaves `.active` files
             sizes[path] = path.stat().st_size
         ages = {path: path.stat().st_mtime_ns for path in sizes}
         while sum(sizes.values()) > self._limit_bytes - 2 * FILE_BYTES:
@@ -157,7 +155,7 @@ def _described(path: Path) -> HistoryFile | None:
 
 
 def read_rows(rows: object) -> Iterator[HistoryFile]:
-    """Yield the files of a list that a router sent. Malformed entries are omitted."""
+    """Yield the entries of a router's list of files. Malformed entries are omitted."""
     for row in rows if isinstance(rows, list) else ():
         match row:
             case [str(name), int(size), int(messages), int(begin_ns), int(end_ns)] if is_file_name(name):

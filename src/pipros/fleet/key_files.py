@@ -1,4 +1,4 @@
-"""The folders that `pipros fleet keys` writes: one for the fleet, and one for each member."""
+"""The folders that `pipros fleet keys` writes: one for the fleet and one for each member."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ MEMBERS: Final = "members.json"
 
 
 class BadKeys(PiprosError):
-    """A folder of keys cannot be used."""
+    """A folder lacks a key file, or one of its files cannot be read."""
 
 
 @dataclass(frozen=True, slots=True)
 class KeyFolder:
-    """What a member needs to prove its name."""
+    """The name of a member, and the files that prove it."""
 
     member: str
     tls: Tls
@@ -35,7 +35,7 @@ def read_keys(folder: str | Path) -> KeyFolder:
     """Return the files of a member's folder.
 
     Raises:
-        BadKeys: a file is missing.
+        BadKeys: a file is missing or unreadable.
     """
     folder = Path(folder)
     for file in (AUTHORITY, CERTIFICATE, KEY, NAME):

@@ -1,18 +1,18 @@
-"""Zenoh keys of the fleet protocol. Every key begins with the member that writes it, or that answers it.
+"""Zenoh keys of the fleet protocol. Every key begins with the member that publishes it or answers queries.
 
     pipros/<member>/live/<version>/<instance>     liveliness token: the member is present
-    pipros/<member>/directory                     the directory document, put on change and on request
-    pipros/<member>/wanted/<other>                the topics that it wants from another member, likewise
+    pipros/<member>/directory                     its directory document, sent on change and on request
+    pipros/<member>/wanted/<other>                the topics that it wants from another member, sent likewise
     pipros/<member>/t/<topic>                     messages of its topic
     pipros/<member>/in/<other>/<topic>            messages for a topic of another member
     pipros/<member>/s/<caller>/<service>          calls of its service by another member
-    pipros/<member>/get/<caller>                  reads its parameters
-    pipros/<member>/set/<caller>                  sets them
+    pipros/<member>/get/<caller>                  reads of its parameters by another member
+    pipros/<member>/set/<caller>                  changes to its parameters by another member
     pipros/<member>/definition/<type>             the definition of a message type
     pipros/<member>/statistics                    its counters
-    pipros/router/history/<member>                the files that a router recorded, and the content of one
+    pipros/router/history/<member>[/<file>]       the list of files that a router recorded, or one of them
 
-So a router can restrict a member to keys below `pipros/<its name>/`, and to calls that bear its name.
+A router can therefore restrict a member to keys below `pipros/<its name>/` and to calls in its name.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from pipros.basics.printable import printable
 
 ROOT: Final = "pipros"
 VERSION: Final = 1
-"""Version of the protocol. Members of other versions are reported and otherwise ignored."""
+"""Protocol version. Members with another version are reported and otherwise ignored."""
 EVERY: Final = "**"
-"""Stands for all topics or services in a pattern. It is not a legal ROS name."""
+"""Pattern for all topics or services. Not a legal ROS name."""
 _INSTANCE: Final = re.compile(r"[0-9a-f]{16}")
 
 
 def member_name(text: str) -> str:
-    """Return the name of a member if it is a legal ROS name without slashes.
+    """Return the name of a member, which must be a legal ROS name without slashes.
 
     Raises:
-        InvalidName: it is not.
+        InvalidName: the name is not legal.
     """
     if not is_legal_base(text):
         raise InvalidName(
@@ -68,7 +68,7 @@ def unmangled(part: str) -> str:
 
 
 def pattern_of(members: str) -> str:
-    """Return the part of a key for names of members with wildcards. Illegal characters match no member.
+    """Return the part of a key that matches member names with wildcards. Illegal characters match no member.
 
     >>> pattern_of("robot*"), pattern_of("*"), pattern_of("robot1")
     ('robot$*', '*', 'robot1')
@@ -116,7 +116,7 @@ def statistics(member: str) -> str:
 
 
 def history(member: str, file: str = "") -> str:
-    """`file`: the name of one file; empty for the list."""
+    """Return the key of one recorded file, or of the list of files if `file` is empty."""
     return f"{ROOT}/router/history/{member}{'/' if file else ''}{file}"
 
 

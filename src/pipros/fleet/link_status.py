@@ -1,4 +1,4 @@
-"""The state of a member's links as diagnostics, for the page's Diagnostics tab and rqt_robot_monitor."""
+"""The state of a member's links as diagnostics, for the page and rqt_robot_monitor."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Level(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class LinkStatus:
-    """One component: the link of this member, or what it receives from another."""
+    """Status of one component: the link of this member, or its reception from another."""
 
     name: str
     level: Level
@@ -33,7 +33,7 @@ class LinkStatus:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """What a member has received from another so far, over all topics."""
+    """Totals of what a member has received from another, over all topics."""
 
     topics: int = 0
     messages: int = 0
@@ -53,8 +53,8 @@ def link_statuses(
 
     Args:
         sent: messages, bytes, dropped and unsent of each topic.
-        received: what it received from each member that is present.
-        before: the same a while ago; losses since then are a warning.
+        received: what this member has received from each member that is present.
+        before: the same at the previous call; losses since then are a warning.
     """
     totals = [sum(column) for column in zip(*sent, strict=True)] or [0, 0, 0, 0]
     found = [
@@ -89,7 +89,7 @@ def link_statuses(
 
 
 class LinkDiagnostics:
-    """Publishes statuses on `/diagnostics`."""
+    """Publisher of statuses on `/diagnostics`."""
 
     def __init__(self, node: Node, hardware: str = "pipros fleet") -> None:
         """Advertise the topic. Blocks until the master answers."""

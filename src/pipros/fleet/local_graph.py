@@ -1,4 +1,4 @@
-"""What a member offers to others: the topics and services of its master that its file shares or accepts."""
+"""The topics and services of the local master that a member's file shares or accepts."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from pipros.fleet.fleet_file import FleetFile
 from pipros.graph.system_state import FLEET_AGENT_PREFIX, Registrations, SystemState
 
 TopicDefinition = Callable[[str, str, Sequence[str]], Definition | None]
-"""Return the definition of a topic with this type and these nodes; None if it cannot be found out."""
+"""Return the definition of a topic with this type and these nodes; None if it cannot be determined."""
 ServiceHeader = Callable[[str, Sequence[str]], tuple[str, str] | None]
-"""Return the type and md5 sum of a service with these providers; None if it does not answer."""
+"""Return the type and MD5 sum of a service with these providers; None if it does not answer."""
 
 
 @dataclass(frozen=True, slots=True)
 class LocalGraph:
-    """One look at the master.
+    """The state of the master at one moment.
 
     Attributes:
         state: the registrations.
-        shared: topics that other members can receive, with a publisher.
-        accepted: topics that other members can publish, with a subscriber.
-        services: services that they can call.
+        shared: topics with a publisher that other members can receive.
+        accepted: topics with a subscriber that other members can publish.
+        services: services that other members can call.
     """
 
     state: SystemState
@@ -43,7 +43,7 @@ class LocalMaster(Protocol):
 
 
 def is_agent(node: str) -> bool:
-    """Return whether a node is an agent. Topics of agents alone are never offered."""
+    """Return whether a node is an agent. A topic that only agents use is never offered."""
     return node.startswith(FLEET_AGENT_PREFIX)
 
 
@@ -59,11 +59,11 @@ def look(
     define: TopicDefinition,
     header: ServiceHeader,
 ) -> LocalGraph:
-    """Return what a member offers. Calls of `define` and `header` may block.
+    """Return what a member offers. `define` and `header` may block.
 
     Args:
         types: the type of each topic.
-        others: names of other members, whose namespaces belong to them.
+        others: names of other members; names in their namespaces are omitted.
     """
     foreign = tuple(f"/{name}/" for name in others)
 
@@ -94,9 +94,9 @@ def look(
 
 
 def outcome_topics(entry: Entry) -> tuple[str, ...]:
-    """Return the topics for the feedback and the results of the action whose status a topic gives; else none.
+    """Return the feedback and result topics of an action if `entry` is its status topic; otherwise none.
 
-    A client takes the status for the sign that it may send a goal, so the outcome must be received before.
+    A client sends its goal once it has the status, so its agent must receive the outcome topics by then.
     """
     action, _, last = entry.name.rpartition("/")
     is_status = entry.type == "actionlib_msgs/GoalStatusArray" and last == "status"
@@ -104,9 +104,9 @@ def outcome_topics(entry: Entry) -> tuple[str, ...]:
 
 
 def occupied(state: SystemState, member: str) -> str | None:
-    """Return a local node or service that uses the namespace of a member; None if it is free.
+    """Return a local node or service in the namespace of a member; None if there is none.
 
-    Local nodes may publish and subscribe to topics there, because that is how a member is used.
+    Topics do not count, because local nodes use a member by publishing and subscribing to its topics.
     """
     prefix = f"/{member}/"
     for node in sorted(state.nodes()):

@@ -1,4 +1,4 @@
-"""Looks at the local master, and the types of its topics and services."""
+"""Polling of the local master: its names, and the types of its topics and services."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from pipros.node import Node
 from pipros.node.service_client import OpenCalls
 
 _MOST_HEADERS: Final = 10_000
-"""Services whose types are kept."""
+"""Maximum number of services whose types are cached."""
 
 
 class LocalLooks:
-    """Finds out what the local master has. Methods may block for seconds, until `close`."""
+    """Reader of the local master's state. The methods may block for seconds, but not after `close`."""
 
     def __init__(self, node: Node, file: FleetFile) -> None:
         self._node = node
@@ -36,13 +36,14 @@ class LocalLooks:
         self._loop.start()
 
     def close(self) -> None:
-        """Interrupt the calls that are running."""
+        """Interrupt all running calls."""
         self._calls.interrupt()
         self._loop.stop()
 
     def look(self, others: Iterable[str]) -> LocalGraph | None:
-        """Return what this member offers, without the namespaces of `others`; None if the master does not
-        answer.
+        """Return what this member offers, without the namespaces of `others`.
+
+        Return None if the master does not answer.
         """
         found = read_state(self._node.master)
         if found is None:
@@ -50,7 +51,7 @@ class LocalLooks:
         return look(*found, self._file, others, self._definitions.of_topic, self._service_header)
 
     def answer_definition(self, question: Question, local: LocalGraph) -> None:
-        """Answer with the definition of a type that this member shares."""
+        """Answer with the definition of a message type, if this member shares a topic of that type."""
         try:
             match keys.parts(question.key):
                 case (_, "definition", [part]):

@@ -1,4 +1,4 @@
-"""Who is present in a fleet, by the liveliness tokens of the members. No sockets."""
+"""The members present in a fleet, according to their liveliness tokens. No sockets."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.fleet.keys import VERSION, read_live
 
 @dataclass(frozen=True, slots=True, order=True)
 class Token:
-    """One run of a member's agent. `instance` begins with the time of its start, so older ones sort first."""
+    """One run of a member's agent. `instance` begins with its start time, so older runs sort first."""
 
     member: str
     instance: str
@@ -17,15 +17,15 @@ class Token:
 
 
 class Members:
-    """The tokens that are present."""
+    """The set of tokens that are present."""
 
     def __init__(self, limit: int) -> None:
-        """`limit`: greatest number of tokens; further ones are ignored."""
+        """`limit`: maximum number of tokens; any more are ignored."""
         self._limit = limit
         self._tokens: set[Token] = set()
 
     def update(self, key: str, *, is_present: bool) -> Token | None:
-        """Note that a token appeared or disappeared. Return it if that is news."""
+        """Add or remove a token. Return it, or None if nothing changed."""
         found = read_live(key)
         if found is None:
             return None
@@ -37,13 +37,13 @@ class Members:
         return token
 
     def present(self) -> dict[str, Token]:
-        """Return the usable token of each member: the newest run that speaks this version."""
+        """Return the token of each member: that of its newest run with this protocol version."""
         return {token.member: token for token in sorted(self._tokens) if token.version == VERSION}
 
     def other_versions(self) -> list[Token]:
-        """Return the members that cannot be used, because they speak another version."""
+        """Return the tokens of members with another protocol version."""
         return sorted(token for token in self._tokens if token.version != VERSION)
 
     def of(self, member: str) -> list[Token]:
-        """Return the runs of one member, oldest first."""
+        """Return the tokens of one member, oldest first."""
         return sorted(token for token in self._tokens if token.member == member)

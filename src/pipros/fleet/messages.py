@@ -1,4 +1,4 @@
-"""Messages on a fleet link: the ROS 1 body unchanged, and an attachment of 48 bytes."""
+"""Messages on a fleet link: the unchanged ROS 1 body and an attachment of 48 bytes."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from pipros.fleet.keys import VERSION
 _LAYOUT: Final = struct.Struct("<BB2xI8sQQ16s")
 _COMPRESSED, _LATCHED = 1, 2
 _REPLAYS: Final = 10_000
-"""Greatest number of latched messages of one topic that are told apart."""
-_LEVEL: Final = 1  # of zlib; on a link that is slow enough to compress for, the processor is not the limit
+"""Maximum number of latched messages of one topic that are recognized if they arrive again."""
+_LEVEL: Final = 1  # of zlib; links slow enough for compression are slower than the processor
 
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """What accompanies each message.
+    """Metadata sent with each message.
 
     Attributes:
-        source: number that the sender gave to the publisher, so that latched messages can be kept for each.
+        source: number that the sender assigned to the publisher, to keep one latched message for each.
         instance: identifies one run of the sender's agent; hexadecimal.
-        sequence: counts the messages of a topic in one run, beginning with 1.
-        stamp_ns: time of sending by the sender's clock.
+        sequence: number of the message in its topic and run, starting at 1.
+        stamp_ns: send time on the sender's clock.
         md5sum: of the message type.
     """
 
@@ -57,7 +57,7 @@ def unpack(content: bytes) -> Attachment:
     """Decode an attachment.
 
     Raises:
-        ProtocolError: it is malformed, or of another version.
+        ProtocolError: the attachment is malformed or has another version.
     """
     if len(content) != _LAYOUT.size or content[0] != VERSION:
         raise ProtocolError(
@@ -83,8 +83,8 @@ def decompressed(body: bytes, limit_bytes: int) -> bytes:
     """Return the body of a compressed message.
 
     Raises:
-        LimitExceeded: it is larger than the limit.
-        ProtocolError: it is malformed.
+        LimitExceeded: the body is larger than the limit.
+        ProtocolError: the data is malformed.
     """
     inflate = zlib.decompressobj()
     try:
@@ -102,12 +102,12 @@ def decompressed(body: bytes, limit_bytes: int) -> bytes:
 
 @dataclass(slots=True)
 class Received:
-    """Counts the messages of one topic of one member, and finds those that are missing or repeated.
+    """Counter of the messages of one topic of one member. Detects missing and repeated messages.
 
     Attributes:
-        messages, bytes: received so far.
-        lost: numbers that were skipped.
-        malformed: messages that could not be used.
+        messages, bytes: totals received.
+        lost: number of skipped sequence numbers.
+        malformed: number of messages that could not be decoded or have another type.
     """
 
     messages: int = 0
@@ -121,7 +121,7 @@ class Received:
     def is_new(self, attachment: Attachment, size: int, *, is_replay: bool = False) -> bool:
         """Count a message. Return False if it was received before.
 
-        A replay is a latched message that was requested, and may be older than the last message.
+        A replay is a requested latched message, which may be older than the last message.
         """
         if attachment.instance != self._instance:
             self._instance, self._last = attachment.instance, 0
@@ -143,6 +143,6 @@ class Received:
         return True
 
     def restart(self) -> None:
-        """Do not count what is skipped before the next message, because the topic was not received."""
+        """Do not count messages missing before the next one, because the topic was not being received."""
         self._last = 0
         self._replayed.clear()

@@ -1,4 +1,4 @@
-"""What this member offers to others: the topics that it shares, and those that it accepts."""
+"""The topics that this member shares with others, and those that it accepts from them."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from pipros.node import Node
 
 
 class Offers:
-    """Sends the shared topics that others want, publishes accepted ones, and keeps the directory.
+    """Sender of the shared topics that others want, publisher of accepted topics, and owner of the directory.
 
-    One thread calls the methods, except for those that answer or take something.
+    All methods are called by one thread, except the callbacks of the link.
 
     Attributes:
-        local: the last look at the local master.
-        directory: as the others know it.
-        shared: topics that are being sent, by their names.
-        accepted: topics that others can publish, likewise.
-        is_waiting: whether `settle` must be called again soon.
+        local: the last known state of the local master.
+        directory: the directory that was last sent.
+        shared: topics that are being sent, by name.
+        accepted: topics that others can publish, by name.
+        is_waiting: whether to call `settle` again soon, because a topic waits for others to be linked.
     """
 
     def __init__(
@@ -45,8 +45,9 @@ class Offers:
         """Store the settings.
 
         Args:
-            present: returns the members that are present; called in any thread.
-            wake: called in any thread when `settle` has something to do.
+            present: return the members that are present; called from any thread.
+            warn: log a warning.
+            wake: called from any thread if `settle` has something to do.
         """
         self.local = LocalGraph(SystemState({}, {}, {}))
         self.directory = Directory(member, sender.instance)
@@ -64,7 +65,7 @@ class Offers:
         self._wishes: dict[str, Wishes] = {}
 
     def take_wishes(self, member: str, payload: bytes) -> None:
-        """Note which topics a member wants, unless the wishes are malformed, or older than the known ones."""
+        """Update the topics that a member wants. Malformed and outdated wishes are ignored."""
         token, before = self._present().get(member), self._wishes.get(member)
         wishes = wishes_from_json(payload, self._node.limits.fleet_directory_bytes)
         if wishes is None or token is None or wishes.instance != token.instance or member == self._member:
@@ -73,18 +74,18 @@ class Offers:
             self._wishes[member] = wishes
 
     def forget(self, member: str) -> None:
-        """Forget the wishes of a member that left."""
+        """Remove the wishes of a member that left."""
         self._wishes.pop(member, None)
 
     def settle(self) -> None:
-        """Bring the topics in line with the wishes and the local master."""
+        """Start and stop topics according to the wishes and the local master."""
         self._settle_shared()
         self._settle_accepted()
 
     def publish_directory(self) -> None:
-        """Send the directory to the others if it has changed.
+        """Send the directory if it has changed.
 
-        A topic is accepted once its subscribers are linked, so that the first message is not lost.
+        An accepted topic is listed once its subscribers are connected, so that the first message is not lost.
         """
         accepted = tuple(
             entry
@@ -106,9 +107,9 @@ class Offers:
             self._put_directory()
 
     def send_again(self) -> None:
-        """Send what was latched while the link was down, and the directory. Receivers ignore what they know.
+        """Send all latched messages and the directory after the link was down, and resume sending.
 
-        Messages are sent again from then on.
+        Receivers ignore messages that they have already received.
         """
         for source in self.shared.values():
             for kept in source.latched():
@@ -116,16 +117,16 @@ class Offers:
         self._sender.is_up = True
         self._put_directory()
 
-    # -- callbacks of the link, in Zenoh's threads, which must not block ---------------------------
+    # -- callbacks of the link; they run in Zenoh's threads and must not block -----------------------
 
     def take_input(self, key: str, payload: bytes, attachment: bytes) -> None:
-        """Publish a message of another member if the file accepts it."""
+        """Publish a message of another member if this member accepts it."""
         match keys.parts(key):
             case (member, "in", [_, *rest]):
                 name = keys.unmangled("/".join(rest))
                 sink, rule = self.accepted.get(name), self._file.accepted_topic(name)
                 if sink is None or rule is None or not rule.accepts(member):
-                    self._warn(f"messages of [{member}] for [{name}] are not accepted")
+                    self._warn(f"[{member}] is not allowed to publish [{name}]")
                 elif member in self._present():
                     sink.take(member, payload, attachment)
 
@@ -158,7 +159,7 @@ class Offers:
             rule = self._file.shared_topic(name)
             before = [self.shared.get(each) for each in outcome_topics(entry) if each in offered]
             if not all(source is not None and source.is_linked for source in before):
-                self.is_waiting = True  # a client sends a goal once it has the status
+                self.is_waiting = True  # a client sends its goal once it has the status
             elif name not in self.shared and rule is not None:
                 change = frame_change(entry, rule, self._member)
                 source = Source(self._node, self._sender, entry, keys.topic(self._member, name), rule, change)

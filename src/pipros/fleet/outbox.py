@@ -1,4 +1,4 @@
-"""Messages that wait for the link: rates, newest-only topics, priorities, a bandwidth. No clock, no lock."""
+"""Queue of messages waiting for the link: rates, priorities, bandwidth. No clock, no lock."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pipros.fleet.fleet_file import Priority, Rule
 Item = TypeVar("Item")
 
 QUEUE: Final = 100
-"""Messages of one topic that wait, if all are wanted."""
+"""Maximum number of queued messages per topic, for topics without a rate."""
 BURST_S: Final = 0.1
-"""The bandwidth of this time can be used at once."""
+"""Duration whose bandwidth can be used in one burst."""
 _ORDER: Final = {Priority.HIGH: 0, Priority.NORMAL: 1, Priority.LOW: 2}
 
 
@@ -28,15 +28,15 @@ class _Topic(Generic[Item]):
 
 
 class Outbox(Generic[Item]):
-    """Decides which message is sent next, and which are dropped.
+    """Queue that selects the next message to send, and drops messages beyond its limits.
 
-    A topic with a rate keeps only its newest message until the next one may be sent, so the last message of
-    a burst is sent. Among topics that may send, those of the highest priority are first, in turn; high
-    priority does not wait for the bandwidth, but uses it.
+    A topic with a rate keeps only its newest message until the next one is due, so the last message of a
+    burst is always sent. Topics that are due take turns, those with the highest priority first. Messages with
+    high priority consume bandwidth but do not wait for it.
 
     Attributes:
-        dropped: messages dropped, by topic.
-        bytes: size of all messages that wait.
+        dropped: number of dropped messages, by topic.
+        bytes: size of all queued messages.
     """
 
     def __init__(self, limit_bytes: int, bandwidth_kbit: float = 0.0) -> None:
@@ -50,7 +50,7 @@ class Outbox(Generic[Item]):
         self._topics: dict[str, _Topic[Item]] = {}
 
     def add_topic(self, name: str, rule: Rule) -> None:
-        """Set the rule of a topic. Messages that wait are kept."""
+        """Add a topic, or change its rule. Queued messages are kept."""
         room = 1 if rule.is_latest_only or rule.rate_hz else QUEUE
         topic: _Topic[Item] = _Topic(_ORDER[rule.priority], 1 / rule.rate_hz if rule.rate_hz else 0.0, room)
         if before := self._topics.get(name):
@@ -58,23 +58,26 @@ class Outbox(Generic[Item]):
         self._topics[name] = topic
 
     def remove_topic(self, name: str) -> None:
-        """Forget a topic and its messages."""
+        """Remove a topic and its queued messages."""
         topic = self._topics.pop(name, None)
         if topic is not None:
             self.bytes -= sum(size for _, size in topic.waiting)
 
     def is_idle(self, name: str) -> bool:
-        """Return whether a message of the topic may be sent at once, without `push`."""
+        """Return whether a message of the topic may be sent immediately, without `push`."""
         topic = self._topics.get(name)
         return topic is not None and not topic.interval_s and not topic.waiting and not self._bytes_per_s
 
     def is_unlimited(self, name: str) -> bool:
-        """Return whether a topic has neither a rate nor a bandwidth, and all of its messages are wanted."""
+        """Return whether all messages of a topic are to be sent, without a rate or bandwidth limit."""
         topic = self._topics.get(name)
         return topic is not None and topic.room == QUEUE and not self._bytes_per_s
 
     def push(self, name: str, item: Item, size: int) -> None:
-        """Add a message. Messages of unknown topics, and those that exceed the limits, are dropped."""
+        """Queue a message, dropping older ones to make room.
+
+        Messages of unknown topics and messages larger than the limit are dropped.
+        """
         topic = self._topics.get(name)
         if topic is None or size > self._limit_bytes:
             self._drop(name)
@@ -88,7 +91,7 @@ class Outbox(Generic[Item]):
             self._drop_oldest(*last)
 
     def pop(self, now_s: float) -> tuple[str, Item] | None:
-        """Return the next message to send now, with its topic."""
+        """Remove and return the next message that is due, with its topic; None if none is."""
         self._earn(now_s)
         ready = [
             (topic.rank, topic.next_s, name)
@@ -106,13 +109,13 @@ class Outbox(Generic[Item]):
         return name, item
 
     def wait_s(self, now_s: float) -> float | None:
-        """Return the time until `pop` may return a message; None if none waits."""
+        """Return the time until a message is due; None if none is queued."""
         self._earn(now_s)
         waits = [max(topic.next_s - now_s, self._debt_s(topic), 0.0) for _, topic in self._waiting()]
         return min(waits, default=None)
 
     def _debt_s(self, topic: _Topic[Item]) -> float:
-        """Return the time until the bandwidth has room. The highest priority does not wait for it."""
+        """Return the time until the bandwidth has room; at most 0 for high priority, which never waits."""
         if not self._bytes_per_s or topic.rank == 0:
             return 0.0
         return -self._credit / self._bytes_per_s

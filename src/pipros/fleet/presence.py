@@ -1,4 +1,4 @@
-"""Which members join and leave, by their tokens and the state of the link. No clock, no sockets."""
+"""Members that join and leave, derived from their tokens and the state of the link. No clock, no sockets."""
 
 from __future__ import annotations
 
@@ -8,49 +8,49 @@ from pipros.fleet import keys
 from pipros.fleet.members import Members, Token
 
 LEAVE_S: Final = 0.2
-"""Time after the end of a token in which the end of the link may be noticed, which ends all tokens."""
+"""Time to wait after a token disappears, because losing the link removes all tokens before it is noticed."""
 RETURN_S: Final = 3.0
-"""Time that members have to connect to a router that was restarted, before they are considered gone."""
+"""Time that members have to reconnect to a restarted router before they are considered gone."""
 
 
 class PresenceListener(Protocol):
-    """Called by `Presence`."""
+    """Methods that `Presence` calls."""
 
     def on_joined(self, token: Token) -> None:
-        """A member, or a new run of its agent, can be asked for its documents."""
+        """A member joined, or another run of its agent is the newest now."""
 
     def on_returned(self, member: str) -> None:
-        """A token disappeared for a moment, so messages of the member may have been lost."""
+        """A token reappeared, so messages of the member may have been lost."""
 
     def on_left(self, member: str) -> None: ...
 
     def on_older_namesake(self) -> None:
-        """A member that joined earlier has the name of this one."""
+        """A member with the name of this one joined earlier."""
 
     def on_other_version(self, token: Token) -> None: ...
 
 
 class Presence:
-    """Tells a member that left from one whose token disappeared only with a link. One thread calls it."""
+    """Tracker of members that tells those that left from those that were cut off. Not thread-safe."""
 
     def __init__(self, member: str, instance: str, limit: int, listener: PresenceListener) -> None:
-        """`member`, `instance`: this member. `limit`: greatest number of tokens."""
+        """`member`, `instance`: this member. `limit`: maximum number of tokens."""
         self._member = member
         self._instance = instance
         self._members = Members(limit)
         self._listener = listener
         self._leaving: dict[str, float] = {}
-        """Tokens that disappeared, with the time at which their members have left."""
+        """Tokens that disappeared, with the time from which their members count as gone."""
         self._away: set[str] = set()
-        """Tokens that disappeared with the link."""
+        """Tokens that disappeared because the link was lost."""
         self._prune_at_s: float | None = None
 
     def present(self) -> dict[str, Token]:
-        """Return the usable token of each member. Thread-safe."""
+        """Return the token of each member with this protocol version. Callable from any thread."""
         return self._members.present()
 
     def update(self, key: str, *, is_present: bool, now_s: float) -> None:
-        """Note that a token appeared or disappeared."""
+        """Handle the appearance or disappearance of a token."""
         if not is_present:
             self._leaving[key] = now_s + LEAVE_S
             return
@@ -70,15 +70,15 @@ class Presence:
             self._listener.on_older_namesake()
 
     def note_connection(self, now_s: float) -> None:
-        """Note that the link is back. Members that do not return within RETURN_S have left.
+        """Handle a restored link. Members that do not return within RETURN_S have left.
 
-        Their tokens are announced again. A request for all tokens would not help, because its answers are
-        incomplete in a session that watches tokens.
+        Zenoh announces the tokens of the others again. Requesting all tokens would not help, because the
+        answers are incomplete in a session that watches tokens.
         """
         self._prune_at_s = now_s + RETURN_S
 
     def settle(self, *, is_connected: bool, now_s: float) -> None:
-        """Forget members that have left. While the link is down, none has."""
+        """Remove members that have left. None leaves while the link is down."""
         for key, due_s in list(self._leaving.items()):
             if not is_connected:
                 del self._leaving[key]

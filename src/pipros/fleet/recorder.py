@@ -1,7 +1,7 @@
-"""Records the messages of members at a router, so that an operator who joins late sees what happened.
+"""Recorder of members' messages at a router, so that operators who join late can see what happened.
 
-The recorder is present in the fleet as the member `router`, which offers nothing. It records what crosses the
-router because other members want it, which costs no traffic, and topics that it wants itself.
+The recorder joins the fleet as the member `router`, which offers nothing. It records the messages that pass
+through the router to other members, which causes no traffic, and topics that it requests itself.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from pipros.net.workers import Workers
 _REQUEST_S: Final = 3.0
 _ENDING_S: Final = 0.3
 _MOST_PUBLISHERS: Final = 100
-"""Publishers of one topic that are told apart."""
+"""Maximum number of publishers per topic that are recorded separately."""
 
 
 class _Topic:
-    """One recorded topic of one run of a member's agent."""
+    """A recorded topic, for one run of its member's agent."""
 
     def __init__(self, member: str, entry: Entry, instance: str, latched: dict[int, int]) -> None:
-        """`latched`: sizes of latched messages by the numbers of their publishers, also in earlier runs."""
+        """`latched`: size of the latched message of each publisher, including earlier runs."""
         self.member = member
         self.entry = entry
         self.instance = instance
@@ -52,7 +52,7 @@ class _Topic:
         self.connections: dict[tuple[int, bool], Connection] = {}
 
     def connection(self, source: int, *, is_latched: bool) -> Connection:
-        """Return the connection of a publisher in files. Those of too many publishers share one."""
+        """Return the connection that represents a publisher in the files. Surplus publishers share one."""
         if len(self.connections) >= _MOST_PUBLISHERS and (source, is_latched) not in self.connections:
             source, is_latched = _MOST_PUBLISHERS, False
         if (source, is_latched) not in self.connections:
@@ -70,13 +70,13 @@ class _Topic:
 
 
 class Recorder:
-    """Records members over the link of a router. Call `start` and `close`; the link belongs to the caller.
+    """Recorder on the session of a router. Call `start`, and `close` before closing the session.
 
-    One thread owns the topics and writes; it never delays the router. Messages that it cannot write in time
-    are dropped and counted.
+    A single thread owns the topics and writes the files. It never delays the router: if it falls behind,
+    messages are dropped.
 
     Attributes:
-        dropped: messages that were not recorded.
+        dropped: number of messages that were not recorded.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class Recorder:
         log: logging.Logger,
         limits: Limits | None = None,
     ) -> None:
-        """`topics`: names, possibly with wildcards, that are recorded although no member wants them."""
+        """`topics`: names, possibly with wildcards, of topics to record even if no member wants them."""
         self.dropped = 0
         self._link = link
         self._files = files
@@ -111,7 +111,7 @@ class Recorder:
         self._thread = threading.Thread(target=self._run, name="recorder of a fleet", daemon=True)
 
     def start(self) -> None:
-        """Begin to record."""
+        """Start recording."""
         link, own = self._link, to_json(Directory(ROUTER, self._instance, 1))
         self._thread.start()
         self._declared = [
@@ -126,13 +126,13 @@ class Recorder:
         ]
 
     def close(self) -> None:
-        """End, and complete the files."""
+        """Stop recording and complete the files."""
         self._events.close()
         self._workers.close()
         self._thread.join(_ENDING_S)
         self._files.close()
 
-    # -- callbacks of the link, in Zenoh's threads, which must not block --------------------------------
+    # -- callbacks of the link; they run in Zenoh's threads and must not block ----------------------------
 
     def _on_token(self, key: str, is_present: bool) -> None:
         match keys.read_live(key):
@@ -191,7 +191,7 @@ class Recorder:
             self._warn(str(error))
 
     def _prepare(self, topic: _Topic) -> None:
-        """Find the definition of a topic and its latched messages."""
+        """Obtain the definition of a topic, then its latched messages."""
         entry, text = topic.entry, ""
         found = installed_class(entry.type)
         try:
@@ -248,7 +248,7 @@ class Recorder:
         self._publish_wishes(member)
 
     def _topic(self, member: str, name: str) -> _Topic | None:
-        """Return a topic of a member's directory; None if it is not there, or there are too many topics."""
+        """Return a topic; None if its member's directory lacks it, or there are too many topics."""
         directory = self._directories.get(member)
         entries = directory.shared if directory is not None else ()
         entry = next((each for each in entries if each.name == name), None)
@@ -265,7 +265,7 @@ class Recorder:
         return topic
 
     def _publish_wishes(self, member: str) -> None:
-        """Tell a member which of its topics are recorded anyway, once their definitions are known."""
+        """Request the topics of a member that match the patterns and whose definitions are known."""
         wanted = frozenset(
             name
             for (owner, name), topic in self._topics.items()
@@ -299,7 +299,7 @@ class Recorder:
             self._files.write(member, connection, time.time_ns(), body)
 
     def _may_keep(self, topic: _Topic, source: int, size: int) -> bool:
-        """Return whether there is room to repeat a latched message in each further file."""
+        """Return whether there is room to keep a latched message, which begins each subsequent file."""
         if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
             return False
         before = topic.latched.get(source, 0)

@@ -1,4 +1,4 @@
-"""Programs of the fleet that run until they are ended: a member's agent, and a router."""
+"""The long-running programs of a fleet: the agent of a member, and the router."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
 
 RETRY_S: Final = 1.0
 CHANGES_S: Final = 1.0
-"""Interval at which a router looks whether its list of members has changed."""
+"""Interval at which a router checks its list of members for changes."""
 
 
 class OpenToAll(PiprosError):
-    """A router without TLS would listen on a network."""
+    """An address without TLS is reachable from a network."""
 
 
 @dataclass(frozen=True, slots=True)
 class HistoryOptions:
-    """What a router records.
+    """Settings of the recorder of a router.
 
     Attributes:
-        files: where; they are completed when the router ends.
-        topics: names, possibly with wildcards, that are recorded although no member receives them.
+        files: the files to write, which are completed when the router ends.
+        topics: names, possibly with wildcards, of topics to record even if no member receives them.
     """
 
     files: HistoryFiles
@@ -47,16 +47,16 @@ class HistoryOptions:
 
 @dataclass(frozen=True, slots=True)
 class RouterOptions:
-    """Where a router listens, and for whom.
+    """Settings of a router.
 
     Attributes:
-        addresses: `tcp/HOST:PORT` or `tls/HOST:PORT`.
-        others: routers that it connects to.
-        tls: certificates; needed for addresses with TLS.
-        members_file: list of members that are let in; None lets every member do everything.
-        access: returns the rules for the list.
-        allows_plain_network: whether it may listen on a network without TLS.
-        history: what it records; None for nothing.
+        addresses: addresses to listen on, `tcp/HOST:PORT` or `tls/HOST:PORT`.
+        others: addresses of routers to connect to.
+        tls: certificates; required for addresses with TLS.
+        members_file: list of permitted members; None permits everything to everyone.
+        access: return the access rules for the current list.
+        allows_plain_network: whether addresses without TLS may be reachable from a network.
+        history: settings of the recorder; None to record nothing.
     """
 
     addresses: Sequence[str]
@@ -69,9 +69,9 @@ class RouterOptions:
 
 
 def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls | None) -> int:
-    """Join the node's master to a fleet until Ctrl-C, SIGTERM or the end of the node.
+    """Join the node's master to a fleet, until Ctrl-C, SIGTERM or the shutdown of the node.
 
-    Waits for the router and for the master. Return 1 if the name is taken.
+    Waits for the router and the master. Return the exit code: 1 if the name is taken.
     """
     over = OnceEvent()
     failures: list[PiprosError] = []
@@ -88,7 +88,7 @@ def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls |
 
 
 _ENDING_S: Final = 0.4
-"""How long node, agent and link can delay the end of the process."""
+"""Maximum time that node, agent and link may take to shut down."""
 
 
 def _join(
@@ -125,7 +125,7 @@ def _join(
 
 
 def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -> Link | None:
-    """Return a link as soon as the router answers; None if the program ends before."""
+    """Connect to the router, retrying until it answers; None if the program is ended first."""
     is_reported = False
     while not over.is_set():
         try:
@@ -139,12 +139,14 @@ def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -
 
 
 def serve_router(options: RouterOptions) -> int:
-    """Run a router until Ctrl-C or SIGTERM. If its list of members changes, it starts again, which ends all
-    links; those of members that remain are back within a second.
+    """Run a router until Ctrl-C or SIGTERM.
+
+    If its list of members changes, it restarts, which ends all links. Members that are still listed reconnect
+    within about a second.
 
     Raises:
-        OpenToAll: it would listen on a network without TLS.
-        LinkFailed: an address cannot be used.
+        OpenToAll: an address without TLS is reachable from a network.
+        LinkFailed: the router cannot listen on an address.
     """
     check_addresses(options)
     over = OnceEvent()
@@ -164,11 +166,11 @@ def serve_router(options: RouterOptions) -> int:
 
 
 def check_addresses(options: RouterOptions) -> None:
-    """Check where a router listens.
+    """Check the addresses on which a router is to listen.
 
     Raises:
-        OpenToAll: an address without TLS is on a network.
-        LinkFailed: an address is malformed, or has TLS and there are no keys.
+        OpenToAll: an address without TLS is reachable from a network.
+        LinkFailed: an address is malformed, or requires TLS and there are no keys.
     """
     for address in options.addresses:
         checked_address(address)
@@ -177,8 +179,8 @@ def check_addresses(options: RouterOptions) -> None:
                 raise LinkFailed(f"{address} needs --keys FOLDER, the folder of `pipros fleet keys create`")
         elif not options.allows_plain_network and not _is_loopback(address):
             raise OpenToAll(
-                f"{address} is on a network, and without TLS everyone on it could control all robots. Use "
-                "`pipros fleet keys` and tls/HOST:PORT, or --without-tls if the network is trusted"
+                f"{address} is reachable from a network. Without TLS everyone there can control all robots; "
+                "use `pipros fleet keys` and tls/HOST:PORT, or --without-tls if the network is trusted"
             )
 
 
@@ -198,7 +200,7 @@ def _running_router(options: RouterOptions) -> Iterator[None]:
         if options.history is None:
             yield
             return
-        from pipros.fleet.recorder import Recorder  # agents need none of it
+        from pipros.fleet.recorder import Recorder  # imported late, because agents do not need it
 
         files, topics = options.history.files, options.history.topics
         with closing(Recorder(router, files, new_instance(), topics, log=_log())) as recorder:

@@ -1,4 +1,4 @@
-"""Another member as the local master sees it: its topics and services below `/<member>`."""
+"""Another member on the local master: its topics and services below `/<member>`."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from pipros.node import Node
 
 _REQUEST_S: Final = 3.0
 _INPUTS: Final = Rule("/**", priority=Priority.HIGH)
-"""How messages for other members are sent: commands go first."""
+"""Rule for messages to other members: commands have high priority."""
 
 
 class ShownMember:
-    """The topics and services of another member on the local master. One thread calls its methods.
+    """The topics and services of another member on the local master. Not thread-safe.
 
     Attributes:
-        directory: what the member offers. Set it, then call `settle`.
-        sinks: its shared topics, by their names on its master.
-        inputs: the topics that it accepts, likewise.
-        services: its services, likewise.
+        directory: what the member offers. After a change, call `settle`.
+        sinks: the topics that it shares, by their names on its master.
+        inputs: the topics that it accepts, by name.
+        services: its services, by name.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class ShownMember:
         workers: Workers,
         wake: Callable[[], object],
     ) -> None:
-        """`wake`: called in any thread when `settle` has something to do."""
+        """`wake`: called from any thread if `settle` has something to do."""
         self.directory = directory
         self.sinks: dict[str, Sink] = {}
         self.inputs: dict[str, Source] = {}
@@ -62,7 +62,7 @@ class ShownMember:
 
     @contextmanager
     def _once(self, entry: Entry) -> Iterator[None]:
-        """Log why a name cannot be shown, and do not try it again: another member's names may be anything."""
+        """Log why a name cannot be shown, and never try it again, because other members choose the names."""
         try:
             yield
         except PiprosError as error:
@@ -70,9 +70,9 @@ class ShownMember:
             self._node.log.warning("[%s] of [%s] is not shown: %s", entry.name, self.directory.member, error)
 
     def settle(self, room: int) -> int:
-        """Bring the local master in line with the directory. Return the number of topics.
+        """Update the local master according to the directory. Return the number of topics.
 
-        `room`: greatest number of topics to show.
+        `room`: maximum number of topics to show.
         """
         self._settle_sinks({entry.name: entry for entry in self.directory.shared[:room]})
         self._settle_inputs({entry.name: entry for entry in self.directory.accepted[:room]})
@@ -92,7 +92,7 @@ class ShownMember:
         return len(self.directory.shared)
 
     def wanted(self) -> frozenset[str]:
-        """Return the topics that local nodes receive, and the outcome topics of actions that they observe."""
+        """Return the topics that local nodes subscribe to, with the outcome topics of their actions."""
         return frozenset(self._received)
 
     def close(self) -> None:
@@ -152,7 +152,7 @@ class ShownMember:
                     )
 
     def _receive(self, name: str, sink: Sink) -> None:
-        """Receive a topic, beginning with its latched messages."""
+        """Start receiving a topic, and request its latched messages."""
         member = self.directory.member
         sink.restart()
         key = keys.topic(member, name)
@@ -171,14 +171,14 @@ class ShownMember:
             self._node.log.debug("%s", error)
 
     def replay(self) -> None:
-        """Request the latched messages of all topics that are received, after the link was lost."""
+        """Request the latched messages of all received topics, after the link was lost."""
         for name in self._received:
             self._workers.run(self._replay, keys.topic(self.directory.member, name), self.sinks[name])
 
     # -- definitions ------------------------------------------------------------------
 
     def _definition(self, entry: Entry) -> str | None:
-        """Return the text of a type; None while it is being requested."""
+        """Return the definition of a message type; None while it is being requested."""
         key = entry.type, entry.md5sum
         if key not in self._definitions:
             found = installed_class(entry.type)
@@ -189,7 +189,7 @@ class ShownMember:
         return self._definitions[key]
 
     def _request_definition(self, key: tuple[str, str]) -> None:
-        """Request a type's definition; without an answer, the topic is shown with none."""
+        """Request the definition of a message type. Without an answer, the topic is shown without one."""
         kind, md5sum = key
         text = ""
         try:
@@ -206,7 +206,7 @@ class ShownMember:
 
 
 def read_definition(content: bytes, md5sum: str, limit_bytes: int) -> str:
-    """Return the text of another member's definition; empty if it is malformed or of another md5 sum."""
+    """Return a definition's text from another member; empty if it is malformed or has another MD5 sum."""
     match read_json(content) if len(content) <= limit_bytes else None:
         case [str(found), str(text)] if found == md5sum:
             return text

@@ -1,4 +1,4 @@
-"""The other members as the local master sees them."""
+"""All other members whose topics and services appear on the local master."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from pipros.node import Node
 
 
 class ShownMembers:
-    """Shows members by their directories, and sends them the wishes of local nodes.
+    """Creator of the names of other members on the local master, and sender of wishes to these members.
 
-    One thread calls the methods, except for `answer_wishes`.
+    All methods are called by one thread, except `answer_wishes`.
 
     Attributes:
-        members: those that are shown, by name.
+        members: the members that are shown, by name.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class ShownMembers:
         warn: Callable[[str], object],
         wake: Callable[[], object],
     ) -> None:
-        """`wake`: called in any thread when `settle` has something to do."""
+        """`wake`: called from any thread if `settle` has something to do."""
         self.members: dict[str, ShownMember] = {}
         self._node = node
         self._link = link
@@ -51,10 +51,10 @@ class ShownMembers:
         self._revisions = itertools.count(1)
 
     def take_directory(self, token: Token, payload: bytes, state: SystemState) -> None:
-        """Show a member, or note its new directory.
+        """Show a member, or update its directory.
 
         Args:
-            state: the local master; a member whose namespace is used there is not shown.
+            state: state of the local master; a member whose namespace is in use there is not shown.
         """
         member = token.member
         try:
@@ -89,19 +89,19 @@ class ShownMembers:
             shown.close()
 
     def replay(self, member: str) -> None:
-        """Request the latched messages of a member again, because the link to it was lost."""
+        """Request the latched messages of a member again, after its link was lost."""
         shown = self.members.get(member)
         if shown is not None:
             shown.replay()
 
     def send_again(self) -> None:
-        """Request all latched messages, and let `publish_wishes` send all wishes, after the link was lost."""
+        """Request all latched messages and make `publish_wishes` send all wishes, after the link was lost."""
         for shown in self.members.values():
             shown.replay()
         self._wishes_sent.clear()
 
     def settle(self) -> None:
-        """Bring the local master in line with the directories."""
+        """Update the local master according to the directories."""
         room = self._node.limits.fleet_topics
         for shown in list(self.members.values()):
             room -= shown.settle(room)
@@ -110,7 +110,7 @@ class ShownMembers:
             self._warn(f"too many topics are shown; {limit}")
 
     def publish_wishes(self) -> None:
-        """Tell each member which of its topics local nodes want, if that has changed."""
+        """Send each member the list of its topics that local nodes want, if the list has changed."""
         for member, shown in self.members.items():
             wanted = shown.wanted()
             sent = self._wishes_sent.get(member)
@@ -120,7 +120,7 @@ class ShownMembers:
                 self._link.put(keys.wanted(self._me, member), wishes_to_json(wishes), waits=True)
 
     def answer_wishes(self, question: Question) -> None:
-        """Answer a member that asks for the wishes. Called in a thread of Zenoh."""
+        """Answer a member's request for the wishes. Called from a Zenoh thread."""
         other = question.key.rpartition("/")[2]
         question.answer(wishes_to_json(self._wishes_sent.get(other, Wishes(self._sender.instance))))
         question.close()

@@ -1,4 +1,4 @@
-"""Local topics whose messages come from other members."""
+"""Local topics whose messages are received from other members."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
 
 _KEPT = 100
-"""Latching publishers of one topic of which a late subscriber gets the last message."""
+"""Maximum number of latching publishers per topic whose last message is kept for late subscribers."""
 
 
 class Sink:
-    """A local topic that shows one of another member, or that other members publish.
+    """A local topic with the messages of another member's topic, or one that other members publish.
 
     Attributes:
         entry: name and type of the local topic.
-        received: counts of each sender.
+        received: message counts by sender.
     """
 
     def __init__(
@@ -39,12 +39,12 @@ class Sink:
         """Advertise the topic. Blocks until the master answers.
 
         Args:
-            origin: name of the member whose agent marks the messages.
-            definition: text of the message type; may be empty.
-            on_change: called when subscribers come and go, in any thread. Must not block.
+            origin: name of the member in the mark of the connection header.
+            definition: definition of the message type; may be empty.
+            on_change: called from any thread if a subscriber connects or disconnects. Must not block.
 
         Raises:
-            PiprosError: the node publishes the topic with another type.
+            PiprosError: the node already publishes the topic with another type.
         """
         self.entry = entry
         self.received: dict[str, Received] = {}
@@ -68,12 +68,12 @@ class Sink:
 
     @property
     def is_wanted(self) -> bool:
-        """Whether a node other than the agent itself subscribes."""
+        """Whether a node other than the agent subscribes to the topic."""
         links = self._publishers[0].publication.links
         return any(link.caller_id != self._node.name for link in links)
 
     def take(self, sender: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
-        """Publish a message of a member, unless it is malformed, repeated or of another type."""
+        """Publish a message of a member, unless it is malformed, repeated or has another type."""
         received = self.received.setdefault(sender, Received())
         try:
             found = unpack(attachment)
@@ -101,7 +101,7 @@ class Sink:
         self._publishers[0].publish(message)
 
     def restart(self) -> None:
-        """Forget what was received last, because the topic was not wanted in between."""
+        """Do not count messages missing before the next one, because the topic was not being received."""
         for received in self.received.values():
             received.restart()
 
@@ -115,12 +115,15 @@ class Sink:
             self._reported.add(text)
             self._log.warning(text)
 
-    # -- subscribers that come and go; see `pipros.node.publisher.PeerListener`
+    # -- subscribers; see `pipros.node.publisher.PeerListener`
 
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
     ) -> None:
-        """Send the last message of each latching publisher; the newest was sent by the publication."""
+        """Send a new subscriber the last message of each latching publisher, except the newest one.
+
+        The publication has already sent that one.
+        """
         del topic_name, topic_publish
         for message in list(self._latched.values()):
             if message is not self._newest:

@@ -21,20 +21,20 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
 
 MARK: Final = "pipros_fleet"
-"""Field in the connection header of each topic that an agent publishes. What has it is never sent again, so
-no message runs in circles, whatever the topology.
+"""Connection header field of every topic that an agent publishes. Agents do not send messages with this
+field, so that no message circulates, whatever the topology.
 """
 FULL_AFTER_S: Final = 0.01
 FULL_AFTER_S_PER_BYTE: Final = 1e-8
-"""If sending a message takes longer than both together, the link is full. (Half of the time that Zenoh waits
-for room. A smaller value would take a busy processor for a full link.)
+"""If sending a message takes longer than the sum of both, the link is considered full. (FULL_AFTER_S is half
+the time that Zenoh waits for room. With a smaller value, a busy processor would look like a full link.)
 """
 FULL_S: Final = 0.02
-"""Time after that in which the thread sends everything. While messages wait, it does so longer."""
+"""Time for which a full link is left to the sender thread. It continues while messages are queued."""
 CATCH_UP_S: Final = 0.02
-"""Time that a publisher waits for its earlier messages, on a link that is not full."""
+"""Maximum time that a topic waits for its queued messages to be sent, on a link that is not full."""
 _MOST_SOURCES: Final = 1000
-"""Publishers of one topic that are told apart."""
+"""Maximum number of publishers per topic that are numbered separately."""
 
 
 class Sends(Protocol):
@@ -50,7 +50,7 @@ class Sends(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Outgoing:
-    """A message on its way."""
+    """A message to be sent."""
 
     source: Source
     publisher: int
@@ -60,7 +60,7 @@ class Outgoing:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A latched message for members that join later."""
+    """A latched message, kept for members that join later."""
 
     body: bytes
     attachment: bytes
@@ -69,11 +69,12 @@ class Kept:
 class Sender:
     """Sends the messages of all sources over one link. Thread-safe.
 
-    While the link has room, a message is sent by the thread that received it, because each hand-over to
-    another thread costs more than sending. Otherwise the outbox decides, and a thread sends.
+    While the link has room, the thread that received a message also sends it, because handing it to another
+    thread takes longer than sending it. Otherwise the message is queued, and the sender thread sends it.
 
     Attributes:
-        outbox: the messages that wait. Access is guarded by the sender's lock.
+        outbox: messages waiting to be sent; guarded by the sender's lock.
+        is_up: whether the link is up. While it is down, messages are counted and discarded.
     """
 
     def __init__(self, link: Sends, instance: str, limits: Limits, bandwidth_kbit: float = 0.0) -> None:
@@ -99,9 +100,9 @@ class Sender:
             self.outbox.remove_topic(source.key)
 
     def next_sequence(self, key: str) -> int:
-        """Return the number of the next message under a key. The caller holds the lock of the key's source.
+        """Return the sequence number of the next message for a key. The caller holds the lock of its source.
 
-        The numbers continue if a topic is sent again, because receivers ignore those that they know.
+        The numbers continue if the topic is stopped and started, because receivers ignore known numbers.
         """
         self._sequences[key] = number = self._sequences.get(key, 0) + 1
         return number
@@ -111,12 +112,12 @@ class Sender:
             return self.outbox.dropped.get(key, 0)
 
     def offer(self, message: Outgoing) -> None:
-        """Send a message at once, or leave it to the thread.
+        """Send a message immediately, or queue it.
 
-        Blocks for at most the time that the link waits for room and CATCH_UP_S, and not while the link is
-        known to be full. So a publisher that is faster than the link is slowed down, as by any subscriber,
-        and drops messages itself, before they cost anything. Not to be called concurrently for one source, so
-        that its messages keep their order.
+        Blocks for at most CATCH_UP_S plus the time that Zenoh waits for room, and not while the link is
+        known to be full. Like any slow subscriber, this slows down a publisher that is faster than the
+        link, so that it drops surplus messages before they are transferred. Must not be called concurrently
+        for the same source, whose messages would lose their order.
         """
         source = message.source
         with self._changed:
@@ -133,7 +134,7 @@ class Sender:
         return self._is_closed or time.monotonic() < self._full_until_s
 
     def _is_free(self, source: Source) -> bool:
-        """Return whether no earlier message of a source waits or is being sent by the thread."""
+        """Return whether all earlier messages of a source have been sent."""
         return self._is_sending is not source and self.outbox.is_idle(source.key)
 
     def _send(self, message: Outgoing) -> None:
@@ -164,13 +165,13 @@ class Sender:
 
 
 class Source:
-    """One local topic that is sent under one key.
+    """A local topic whose messages are sent to other members.
 
     Attributes:
         entry: name and type of the local topic.
-        key: where it is sent.
-        messages, bytes: sent so far.
-        unsent: messages while the link was down.
+        key: the Zenoh key of its messages.
+        messages, bytes: totals sent.
+        unsent: number of messages discarded because the link was down.
     """
 
     def __init__(
@@ -198,8 +199,8 @@ class Source:
         """Subscribe to the local topic. Blocks until the master answers."""
         self._sender.add(self)
         message_class = class_like({"type": self.entry.type, "md5sum": self.entry.md5sum})
-        # without a queue, a publisher that is faster than the link is slowed down, or drops messages itself,
-        # while dropping them here would cost the time in which others could be sent
+        # without a queue, a publisher that is faster than the link is slowed down or drops messages itself;
+        # receiving messages only to drop them would take time from those that can be sent
         room = 1 if self.rule.is_latest_only else None
         self._subscriber = self._node.subscribe(
             self.entry.name, message_class, self._on_message, queue_size=room
@@ -207,7 +208,7 @@ class Source:
 
     @property
     def is_linked(self) -> bool:
-        """Whether a publisher is connected."""
+        """Whether the topic is connected to a publisher."""
         return self._subscriber is not None and self._subscriber.connection_count > 0
 
     def close(self) -> None:
@@ -226,12 +227,12 @@ class Source:
 
     @property
     def dropped(self) -> int:
-        """Messages dropped before they were sent, by the subscriber or by the outbox."""
+        """Number of messages dropped before sending, by the subscriber or the outbox."""
         before = self._subscriber.statistics()["dropped"] if self._subscriber is not None else 0
         return before + self._sender.dropped(self.key)
 
     def send(self, link: Sends, message: Outgoing, *, is_up: bool) -> None:
-        """Number a message and send it. For `Sender`."""
+        """Number a message and send it. Called by `Sender`."""
         body = compressed(message.body) if self.rule.is_compressed else message.body
         with self._lock:
             attachment = pack(
@@ -252,7 +253,7 @@ class Source:
             return
         self.messages += 1
         self.bytes += len(body)
-        with contextlib.suppress(Exception):  # a closed session, at the end
+        with contextlib.suppress(Exception):  # the session was closed
             link.put(self.key, body, attachment, self.rule.priority)
 
     def _keep(self, publisher: int, kept: Kept) -> None:

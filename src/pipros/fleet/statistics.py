@@ -1,4 +1,4 @@
-"""The counters of a member: as an answer to other members, and on `/diagnostics`."""
+"""The counters of a member, for other members and for `/diagnostics`."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from pipros.fleet.zenoh_session import Question
 from pipros.node import Node
 
 DIAGNOSTICS_S: Final = 1.0
-"""Interval of messages on /diagnostics."""
+"""Interval between messages on `/diagnostics`."""
 
 
 class Statistics:
-    """Collects the counters of a member."""
+    """Collector of a member's counters."""
 
     def __init__(
         self,
@@ -41,7 +41,7 @@ class Statistics:
         self._received_before: dict[str, Traffic] = {}
 
     def counters(self) -> dict[str, Any]:
-        """Return the counters, for `pipros fleet top`. Thread-safe."""
+        """Return the counters, for `pipros fleet top`. Callable from any thread."""
         return {
             "member": self._member,
             "sent": {
@@ -63,11 +63,11 @@ class Statistics:
         question.close()
 
     def advertise(self, node: Node) -> None:
-        """Prepare `publish`. Blocks until the master answers."""
+        """Advertise `/diagnostics`. Blocks until the master answers."""
         self._diagnostics = LinkDiagnostics(node)
 
     def publish(self, *, is_connected: bool) -> None:
-        """Publish the state of the links on `/diagnostics`, at most every DIAGNOSTICS_S."""
+        """Publish the state of the links on `/diagnostics`, at most once per DIAGNOSTICS_S."""
         now_s = time.monotonic()
         if self._diagnostics is None or now_s < self._published_s + DIAGNOSTICS_S:
             return

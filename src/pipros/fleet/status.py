@@ -1,4 +1,4 @@
-"""The state of a fleet, as `pipros fleet list`, `info` and `top` show it."""
+"""Queries of the state of a fleet, for `pipros fleet list`, `info`, `top` and `history`."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pipros.fleet.zenoh_session import Link
 
 REQUEST_S: Final = 3.0
 HISTORY_S: Final = 60.0
-"""Time for a router to read its files, and to send one of them over a slow link."""
+"""Time for a router to list its files, or to send one of them over a slow link."""
 
 
 @dataclass(frozen=True, slots=True)
 class Present:
-    """A member that is present."""
+    """One run of a member's agent that is present."""
 
     member: str
     version: int
@@ -32,9 +32,9 @@ class Counters:
     """Counters of a member at one moment.
 
     Attributes:
-        sent: messages, bytes, dropped, and unsent while the link was down, by key.
-        received: messages, bytes, lost and malformed, by sender and topic.
-        round_trip_s: the time that the request took.
+        sent: by key: messages, bytes, dropped messages, messages discarded while the link was down.
+        received: by sender and topic: messages, bytes, lost messages, malformed messages.
+        round_trip_s: duration of the request.
     """
 
     member: str
@@ -60,7 +60,7 @@ def directory_of(link: Link, member: str) -> Directory | None:
 
 
 def counters_of(link: Link, member: str) -> Counters | None:
-    """Return the counters of a member; None if it does not answer, or answers nonsense."""
+    """Return the counters of a member; None if it does not answer or the answer is malformed."""
     begin_s = time.monotonic()
     try:
         answers = link.get(keys.statistics(member), timeout_s=REQUEST_S)
@@ -74,23 +74,23 @@ def counters_of(link: Link, member: str) -> Counters | None:
 
 
 def history_of(link: Link, member: str) -> list[HistoryFile] | None:
-    """Return the files that a router recorded of a member, oldest first; None if no router records.
+    """Return the files that a router recorded for a member, oldest first; None if no router records.
 
     Raises:
-        LinkFailed: the router cannot read them.
+        LinkFailed: the router cannot read its files.
     """
     answers = link.get(keys.history(member), timeout_s=HISTORY_S)
     return list(read_rows(read_json(answers[-1].payload))) if answers else None
 
 
 def history_file(link: Link, member: str, name: str) -> bytes | None:
-    """Return the content of one of these files; None if it does not exist any more."""
+    """Return the content of a recorded file; None if it has been deleted."""
     answers = link.get(keys.history(member, name), timeout_s=HISTORY_S)
     return answers[-1].payload if answers else None
 
 
 def rates(before: Counters, after: Counters, passed_s: float) -> Iterator[tuple[str, float, float, int, int]]:
-    """Yield topic, messages/s, bytes/s, dropped and unsent of everything that a member sends."""
+    """Yield topic, messages/s, bytes/s, dropped and unsent messages of each topic that a member sends."""
     for key, row in sorted(after.sent.items()):
         first = before.sent.get(key, (0, 0, 0, 0))
         parts = keys.parts(key)

@@ -1,4 +1,4 @@
-"""Warnings about other members, each logged once."""
+"""Log each warning about other members only once."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import logging
 
 
 class WarningsOnce:
-    """Logs each text once. Other members choose parts of the texts, so their number is limited."""
+    """Logger of distinct warnings. Their number is limited, because other members influence the texts."""
 
     def __init__(self, log: logging.Logger, limit: int = 1000) -> None:
         self._log = log

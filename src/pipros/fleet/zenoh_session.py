@@ -1,9 +1,8 @@
-"""The sessions of Zenoh that the fleet uses: those of members, and those of routers.
+"""Zenoh sessions of members and routers.
 
-Every setting of connections is written here, because Zenoh's defaults change between minor versions.
-Callbacks are direct: they run in Zenoh's thread, must not block, and a process that ends without `close` does
-not hang, as it does with Zenoh's own threads for callbacks. Shared memory is off, because a killed process
-would leave its segments.
+All connection settings are explicit, because Zenoh's defaults change between minor versions. Callbacks run
+directly in Zenoh's threads and must not block; with Zenoh's separate callback threads, a process that exits
+without `close` would hang. Shared memory is disabled, because a killed process would leave its segments.
 """
 
 from __future__ import annotations
@@ -29,17 +28,17 @@ except ImportError as error:
     ) from error
 
 LEASE_MS: Final = 4000
-"""A link that is silent for this time is closed; each side sends something every quarter of it."""
+"""A link is closed after this much silence. Each side sends at least four keep-alives in that time."""
 CONNECT_MS: Final = 1000
-"""Time of one attempt to reach the router."""
+"""Timeout of one attempt to connect to the router."""
 RETRY: Final = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2}
-"""Pauses between attempts, so that a member is back within a second of its router."""
+"""Pauses between attempts: a member reconnects within a second of its router's start."""
 FULL_US: Final = 20_000
-"""Time that a member waits for room on a full link before it drops a message. Routers wait a millisecond, so
-that a slow member hardly delays the others.
+"""Time that a member waits for room on a full link before dropping a message. Routers wait only a
+millisecond, so that a slow member hardly delays the others.
 """
 SESSIONS: Final = 2000
-"""Links of a router, also while they are being accepted."""
+"""Maximum number of links of a router, and of links being accepted."""
 SMALLEST_BUFFER_BYTES: Final = 16 * 1024
 _PRIORITIES: Final = {
     Priority.HIGH: zenoh.Priority.INTERACTIVE_HIGH,
@@ -52,12 +51,12 @@ OnMessage = Callable[[str, bytes, bytes], object]
 
 
 class LinkFailed(PiprosError):
-    """A session cannot be opened, or a request over it failed."""
+    """A session cannot be opened or was closed, or a request was refused."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tls:
-    """PEM files for mutual TLS: the authority of the fleet, and the certificate and key of this process."""
+    """PEM files for mutual TLS: the fleet's authority, and the certificate and key of this process."""
 
     authority: str
     certificate: str
@@ -74,13 +73,13 @@ class Answer:
 
 
 class Ends(Protocol):
-    """Something declared on a link."""
+    """A declaration on a link, which can be withdrawn."""
 
     def undeclare(self) -> object: ...
 
 
 class Question:
-    """A request from another member. Answer it any number of times, then call `close`. May block."""
+    """A request from another member. Answer it any number of times, then call `close`. Methods may block."""
 
     def __init__(self, query: zenoh.Query) -> None:
         self._query = query
@@ -88,7 +87,7 @@ class Question:
         self.payload = query.payload.to_bytes() if query.payload is not None else b""
 
     def answer(self, payload: bytes, attachment: bytes = b"", key: str = "") -> None:
-        with contextlib.suppress(zenoh.ZError):  # the link ended
+        with contextlib.suppress(zenoh.ZError):  # the link has ended
             self._query.reply(key or self.key, payload, attachment=attachment or None)
 
     def refuse(self, reason: str) -> None:
@@ -122,10 +121,11 @@ class Link:
         *,
         waits: bool = False,
     ) -> None:
-        """Send a sample. Without a router it is lost.
+        """Send a sample, which is lost if no router is connected.
 
-        If a link on its way is full, it is dropped after `FULL_US`, or after a millisecond at a router. With
-        `waits` it waits up to 5 s, also at the routers, which delays others: only for rare, small samples.
+        If a link is full, the sample is dropped after `FULL_US`, or after a millisecond at a router. With
+        `waits`, it waits up to 5 s on each link and delays other samples meanwhile, so use this only for
+        rare, small samples.
 
         Raises:
             LinkFailed: the session was closed.
@@ -150,13 +150,13 @@ class Link:
         timeout_s: float,
         ended: Callable[[], bool] = lambda: False,
     ) -> list[Answer]:
-        """Request `key`, and return all answers. Blocks until all members that match have answered.
+        """Send a request and return all answers. Blocks until all members that serve `key` have answered.
 
         Args:
-            ended: polled; the wait ends as soon as it returns True.
+            ended: polled while waiting; True ends the wait.
 
         Raises:
-            LinkFailed: a member refused; its text is the error's.
+            LinkFailed: the session was closed, or a member refused with this text.
         """
         found: list[Answer] = []
         refusals: list[str] = []
@@ -192,7 +192,7 @@ class Link:
         return found
 
     def live_keys(self, pattern: str, timeout_s: float) -> list[str]:
-        """Return the keys of all liveliness tokens that match. Blocks for at most `timeout_s`.
+        """Return the keys of all matching liveliness tokens. Blocks for about `timeout_s` at most.
 
         Raises:
             LinkFailed: the session was closed.
@@ -216,11 +216,11 @@ class Link:
         return sorted(found)
 
     def declare_token(self, key: str) -> Ends:
-        """Be present under a key until the process or its link ends."""
+        """Declare a liveliness token. It disappears with the process or its link."""
         return self._session.liveliness().declare_token(key)
 
     def watch_tokens(self, pattern: str, on_change: Callable[[str, bool], object]) -> Ends:
-        """Call `on_change` with the key of each token that matches, and whether it is present."""
+        """Call `on_change` with the key of each matching token that appears (True) or disappears (False)."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             on_change(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
@@ -229,7 +229,7 @@ class Link:
         return self._session.liveliness().declare_subscriber(pattern, callback, history=True)
 
     def watch_connection(self, on_change: Callable[[bool], object]) -> Ends:
-        """Call `on_change` whenever a router was connected, or was lost."""
+        """Call `on_change` whenever the connection to a router is established (True) or lost (False)."""
 
         def on_event(event: zenoh.TransportEvent) -> None:
             on_change(event.kind == zenoh.SampleKind.PUT)
@@ -238,7 +238,7 @@ class Link:
         return self._session.info.declare_transport_events_listener(callback, history=False)
 
     def subscribe(self, pattern: str, on_message: OnMessage) -> Ends:
-        """Call `on_message` with each sample from other sessions."""
+        """Call `on_message` with each matching sample from other sessions."""
 
         def on_sample(sample: zenoh.Sample) -> None:
             answer = _answer_of(sample)
@@ -248,7 +248,7 @@ class Link:
         return self._session.declare_subscriber(pattern, callback, allowed_origin=zenoh.Locality.REMOTE)
 
     def serve(self, pattern: str, on_question: Callable[[Question], object]) -> Ends:
-        """Call `on_question` with each request."""
+        """Call `on_question` with each matching request."""
 
         def on_query(query: zenoh.Query) -> None:
             on_question(Question(query))
@@ -257,7 +257,7 @@ class Link:
         return self._session.declare_queryable(pattern, callback)
 
     def close(self) -> None:
-        """End the session. May be called repeatedly."""
+        """Close the session. May be called repeatedly."""
         with contextlib.suppress(zenoh.ZError):
             self._session.close()  # type: ignore[no-untyped-call]
 
@@ -281,14 +281,14 @@ def connect(
     limits: Limits | None = None,
     bandwidth_kbit: float = 0.0,
 ) -> Link:
-    """Return a link to a router, to which it connects again whenever it is lost.
+    """Connect to a router. The link reconnects whenever it is lost.
 
     Args:
-        bandwidth_kbit: that of the member's file; keeps the operating system from buffering more than a
+        bandwidth_kbit: the bandwidth in the member's file; limits the operating system's buffer to a
             twentieth of a second.
 
     Raises:
-        LinkFailed: the router does not answer within a second, or refuses.
+        LinkFailed: the router does not answer within a second, or refuses the connection.
     """
     settings: dict[str, object] = {
         "connect/endpoints": [checked_address(router)],
@@ -324,15 +324,15 @@ def open_router(
     others: Sequence[str] = (),
     limits: Limits | None = None,
 ) -> Link:
-    """Return a running router.
+    """Start a router.
 
     Args:
-        addresses: where it listens.
-        access: rules of Zenoh's access control; None lets every member do everything.
-        others: addresses of routers that it connects to.
+        addresses: addresses to listen on.
+        access: rules of Zenoh's access control; None permits everything to everyone.
+        others: addresses of routers to connect to.
 
     Raises:
-        LinkFailed: an address cannot be used, or a file cannot be read.
+        LinkFailed: the router cannot listen on an address, or a file cannot be read.
     """
     settings: dict[str, object] = {
         "listen/endpoints": [checked_address(address) for address in addresses],
@@ -364,10 +364,10 @@ def open_router(
 
 
 def checked_address(address: str) -> str:
-    """Return an address if it has the form `tcp/HOST:PORT` or `tls/HOST:PORT`.
+    """Return an address, which must have the form `tcp/HOST:PORT` or `tls/HOST:PORT`.
 
     Raises:
-        LinkFailed: it has not.
+        LinkFailed: the address has another form.
     """
     protocol, _, place = address.partition("/")
     host, _, port = place.rpartition(":")
@@ -399,5 +399,5 @@ _OVERHEAD_BYTES: Final = 64 * 1024
 
 
 def _reason(error: Exception) -> str:
-    """Return Zenoh's text without the place in its source."""
+    """Return Zenoh's error text without the position in its source code."""
     return printable(str(error).partition(" at /")[0].strip(), 500)

@@ -136,6 +136,8 @@ def test_wildcards(pattern: str, name: str, expected: bool) -> None:
         ("a: !!python/object:os.system {}", "f.yaml"),
         ("{", "f.yaml"),
         ("&a [*a, *a]", "f.yaml"),
+        ("[" * 100_000, "f.yaml"),
+        (f"share: {{topics: [{'&a [' + ', '.join(['x'] * 9) + ']'}, [*a, *a]]}}", "f.yaml"),
     ],
 )
 def test_errors_name_the_file_and_the_place(text: str, reason: str) -> None:

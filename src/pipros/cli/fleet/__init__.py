@@ -1,4 +1,4 @@
-"""`pipros fleet`: joins masters over Zenoh, runs a router, and shows robots, topics, rates and losses."""
+"""`pipros fleet`: join masters over Zenoh, run a router, and show members, topics, rates and losses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pipros.basics.errors import MissingExtra
 from pipros.cli.runner import USAGE_ERROR, CommandError, dispatch, run
 
 OVERVIEW = """\
-pipros fleet joins ROS masters over a network: each keeps its nodes, and sees the names of the others.
+pipros fleet joins ROS masters over a network. Each keeps its nodes, and sees the names of the others.
 
 Commands:
 \tpipros fleet router\trun a router, to which the members connect
@@ -16,7 +16,7 @@ Commands:
 \tpipros fleet list\tlist the members
 \tpipros fleet info\tprint what a member shares and accepts
 \tpipros fleet top\tshow rates, losses and round trips
-\tpipros fleet history\tlist and copy what a router recorded of a member
+\tpipros fleet history\tlist and copy what a router recorded for a member
 \tpipros fleet param\tread and set parameters of a member
 \tpipros fleet check\tcheck the file of a member
 \tpipros fleet keys\tcreate, renew and revoke certificates

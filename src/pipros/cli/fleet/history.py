@@ -1,4 +1,4 @@
-"""`pipros fleet history`: what a router recorded of a member."""
+"""`pipros fleet history`: list and copy what a router recorded for a member."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def main(argv: Sequence[str]) -> int:
     )
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) != 1:
-        parser.error("the name of a member is required, and nothing else")
+        parser.error("exactly one member name is required")
     from pipros.fleet.keys import member_name
     from pipros.fleet.status import history_file, history_of
 

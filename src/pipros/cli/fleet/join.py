@@ -1,4 +1,4 @@
-"""`pipros fleet join`: joins a master to a fleet."""
+"""`pipros fleet join`: join a master to a fleet."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def main(argv: Sequence[str]) -> int:
     parser.add_option("--file", metavar="FILE", help="what to share and accept; see `pipros fleet check`")
     options, arguments = parser.parse_args(without_remappings(argv))
     if len(arguments) != 1:
-        parser.error("the name of the member is required, and nothing else")
+        parser.error("exactly one member name is required")
     from pipros.fleet.fleet_file import FleetFile, read_fleet_file
     from pipros.fleet.keys import member_name
     from pipros.fleet.serve import agent_node, serve_member

@@ -11,10 +11,8 @@ USAGE = "create|add|renew|revoke|list FOLDER [NAME] [options]"
 
 def main(argv: Sequence[str]) -> int:
     parser = option_parser("pipros fleet keys", USAGE)
-    add_flag(parser, "--observer", help="for add: it can see what is shared, and change nothing")
-    parser.add_option(
-        "--days", metavar="N", type="int", default=365, help="how long a certificate lasts (365)"
-    )
+    add_flag(parser, "--observer", help="for add: a member that receives what is shared, and changes nothing")
+    parser.add_option("--days", metavar="N", type="int", default=365, help="validity of a certificate (365)")
     options, arguments = parser.parse_args(list(argv))
     if not 1 <= options.days <= 36_500:
         parser.error(f"--days must be between 1 and 36500, got {options.days}")
@@ -24,7 +22,7 @@ def main(argv: Sequence[str]) -> int:
     match arguments:
         case ["create", folder]:
             Authority.create(folder)
-            print(f"{folder}: authority made; `pipros fleet router tls/HOST:PORT --keys {folder}` uses it")
+            print(f"{folder}: authority created; `pipros fleet router tls/HOST:PORT --keys {folder}` uses it")
         case ["add", folder, name]:
             made = Authority(folder).add(
                 name, Role.OBSERVER if options.observer else Role.MEMBER, options.days
@@ -34,7 +32,7 @@ def main(argv: Sequence[str]) -> int:
             print(f"{Authority(folder).renew(name, options.days)}: copy this folder to [{name}]")
         case ["revoke", folder, name]:
             Authority(folder).revoke(name)
-            print(f"[{name}] is let in no more; running routers end its link within two seconds")
+            print(f"[{name}] is revoked; running routers end its link within two seconds")
         case ["list", folder]:
             for name, role in sorted(Authority(folder).members().items()):
                 print(f"{name}: {role.value}")

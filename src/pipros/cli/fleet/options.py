@@ -1,4 +1,4 @@
-"""Options of the commands that connect to a router."""
+"""Options of commands that connect to a router."""
 
 from __future__ import annotations
 

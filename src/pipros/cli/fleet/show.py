@@ -61,7 +61,7 @@ def info(argv: Sequence[str]) -> int:
     add_link_options(parser)
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) != 1:
-        parser.error("the name of a member is required, and nothing else")
+        parser.error("exactly one member name is required")
     from pipros.fleet.keys import member_name
     from pipros.fleet.status import counters_of, directory_of
 
