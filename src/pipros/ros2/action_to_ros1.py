@@ -81,6 +81,7 @@ class ActionToRos1:
         """
         self.calls = self.failures = 0
         self.pair = pair
+        self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._name = name
         self._changed = threading.Condition()

@@ -77,6 +77,7 @@ class ActionToRos2:
         """
         self.calls = self.failures = 0
         self.pair = pair
+        self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._name = name
         self._lock = threading.Lock()

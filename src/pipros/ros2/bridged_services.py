@@ -27,6 +27,7 @@ class Ros1Service:
             PiprosError: the engine is closed, or the name is not legal in ROS 2.
         """
         self.calls = self.failures = 0
+        self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._name = name
         self._plan = pair.plan
@@ -61,6 +62,7 @@ class Ros2Service:
             NameInUse: the node already has a service of this name.
         """
         self.calls = self.failures = 0
+        self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._plan = pair.plan
         self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
