@@ -14,6 +14,7 @@ from pipros.ros2.engine import (
     Sample,
     TopicQos,
 )
+from pipros.ros2.rtps.ros2_engine import RtpsEngine
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until
@@ -234,6 +235,9 @@ def test_services_of_ros1_are_offered_in_ros2_only_if_allowed(system: System) ->
     reply = caller.call(CDR + b"\1\0\0\0", 10.0)
 
     assert reply[4:5] == b"\1"
+    if isinstance(system.ros2, RtpsEngine):
+        hashes = {each.type_hash for each in system.ros2.endpoints() if each.name == "/switch"}
+        assert PAIRS.of_ros2_service(SET_BOOL).parts.request in hashes
     assert b"done" in reply
     assert not system.has(EndpointKind.SERVER, "/hidden")
     assert "services: to_ros1: /hidden" in gateway.status().left_out
