@@ -263,3 +263,30 @@ def test_the_fleet_has_links_members_rates_and_losses(system: RosSystem, open_ta
         re.compile(r"^[1-9]\d*\.\d$")
     )  # messages per second
     expect(tab.locator(".tab-fleet .note")).to_be_hidden()
+
+
+GATEWAY = """
+import rospy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+rospy.init_node("gateway")
+diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=1)
+values = [
+    KeyValue("topics: to_ros2: /scan", "9.5/s, 3 dropped: too long"),
+    KeyValue("actions: to_ros1: /walk", "left out: unknown"),
+]
+while not rospy.is_shutdown():
+    status = DiagnosticStatus(1, "/ROS 2/ros2_gateway_0", "", "", values)
+    diagnostics.publish(DiagnosticArray(status=[status]))
+    rospy.sleep(0.2)
+"""
+
+
+def test_gateways_to_ros2_have_rates_drops_and_what_is_left_out(system: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(system), "ros2")
+    expect(tab.locator(".tab-ros2 .note")).to_contain_text("pipros ros2")
+    system.pipros.start(sys.executable, "-c", GATEWAY)
+    rows = tab.get_by_role("table", name="ROS 2").locator("tbody tr:not(.more)")
+    expect(rows).to_have_count(2)
+    expect(rows.nth(0)).to_have_text(re.compile(r"/scan.*topic.*to ROS 2.*9\.5.*3.*too long.*ros2_gateway_0"))
+    expect(rows.nth(1)).to_have_text(re.compile(r"/walk.*action.*to ROS 1.*left out: unknown"))
+    expect(tab.locator(".tab-ros2 .note")).to_be_hidden()

@@ -27,6 +27,7 @@ TABS = {
     "tf/base_link>camera": ".pair dl",
     "diagnostics/%2FMotors%2Fright": "aside table",
     "fleet": "#view",
+    "ros2": "#view",
     "services/%2Frobot%2Fget_loggers": "aside textarea",
     "actions": "#view",
     "publish": "#view",

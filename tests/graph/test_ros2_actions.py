@@ -127,7 +127,7 @@ def test_goals_pass_two_gateways_with_feedback_result_and_cancellation(system: S
     client.send("second", 6)
     client.send("third", -1)
     assert client.result("third") == (Status.REJECTED, ())
-    assert len(server.goals) == 3
+    wait_until(lambda: len(server.goals) == 3, what="all goals")
     second = next(each for each in server.goals if each.goal.order == 6)
     client.cancel.publish(GoalID(id="second"))
     wait_until(lambda: server.cancelled, what="the cancellation")
@@ -142,9 +142,9 @@ def test_actions_of_ros1_are_offered_only_if_allowed(system: System) -> None:
     server = Server(system.ros1)
     gateway = system.gateway()
 
-    wait_until(lambda: gateway.status()["left_out"], what="the reason")
+    wait_until(lambda: gateway.status().left_out, what="the reason")
 
-    assert gateway.status()["left_out"].keys() == {"actions: to_ros1: /fibonacci"}
+    assert gateway.status().left_out.keys() == {"actions: to_ros1: /fibonacci"}
     assert not system.has(EndpointKind.SERVER, "/fibonacci/_action/send_goal")
     assert not server.goals
 

@@ -14,6 +14,7 @@ from pipros.ros2.engine import (
     Sample,
     TopicQos,
 )
+from pipros.ros2.rtps.ros2_engine import RtpsEngine
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until
@@ -67,8 +68,8 @@ def test_topics_reach_ros2_only_while_someone_subscribes(system: System) -> None
 
     wait_while_publishing(lambda: publisher.publish(String("hello")), lambda: samples, "a message")
     assert set(texts(samples)) == {"hello"}
-    (row,) = gateway.status()["passed"]
-    assert (row["name"], row["direction"], row["active"]) == ("/chatter", "to_ros2", True)
+    (row,) = gateway.status().passed
+    assert (row.name, row.direction, row.active) == ("/chatter", "to_ros2", True)
     subscription.close()
     wait_until(lambda: publisher.connection_count == 0, what="the end of the subscription in ROS 1")
 
@@ -128,7 +129,7 @@ def test_static_transforms_of_several_nodes_are_merged(system: System) -> None:
         return {frame for frame in ("laser", "camera") if frame.encode() in newest}
 
     wait_until(lambda: frames() == {"laser", "camera"}, what="both transforms in one message")
-    assert gateway.status()["passed"][0]["dropped"] == 0
+    assert gateway.status().passed[0].dropped == 0
 
 
 def test_two_gateways_of_one_master_pass_each_message_once(system: System) -> None:
@@ -136,7 +137,7 @@ def test_two_gateways_of_one_master_pass_each_message_once(system: System) -> No
     publisher = system.ros1.advertise("/chatter", String)
     announcement = system.announce("/other", STRING, STRING_HASH, TopicQos())
     wait_until(
-        lambda: any("another gateway" in str(each.status()["left_out"]) for each in gateways),
+        lambda: any("another gateway" in str(each.status().left_out) for each in gateways),
         what="a gateway that leaves the topic to the other one",
     )
     samples: list[Sample] = []
@@ -150,9 +151,7 @@ def test_two_gateways_of_one_master_pass_each_message_once(system: System) -> No
 
     wait_while_publishing(publish, lambda: len(samples) > 5, "messages")
     assert len(set(texts(samples))) == len(samples)
-    passed = {
-        row["name"] for each in gateways for row in each.status()["passed"] if row["direction"] == "to_ros1"
-    }
+    passed = {row.name for each in gateways for row in each.status().passed if row.direction == "to_ros1"}
     assert passed <= {"/other"}
     announcement.close()
 
@@ -163,10 +162,10 @@ def test_nothing_enters_from_other_machines_unless_allowed(system: System) -> No
     system.announce("/allowed", STRING, STRING_HASH, TopicQos())
 
     wait_until(lambda: system.is_published("/allowed"), what="the allowed topic")
-    wait_until(lambda: gateway.status()["left_out"], what="the reason")
+    wait_until(lambda: gateway.status().left_out, what="the reason")
 
     assert not system.is_published("/other")
-    assert gateway.status()["left_out"]["topics: to_ros1: /other"].startswith("the allow list")
+    assert gateway.status().left_out["topics: to_ros1: /other"].reason.startswith("the allow list")
 
 
 def test_unfit_types_are_left_out_with_the_reason(system: System) -> None:
@@ -174,11 +173,11 @@ def test_unfit_types_are_left_out_with_the_reason(system: System) -> None:
     system.announce("/strange", "no_msgs/msg/Such", "", TopicQos())
     system.announce("/changed", STRING, "RIHS01_" + "0" * 64, TopicQos())
 
-    wait_until(lambda: len(gateway.status()["left_out"]) == 2, what="the reasons")
+    wait_until(lambda: len(gateway.status().left_out) == 2, what="the reasons")
 
-    reasons = gateway.status()["left_out"]
-    assert "no type of ROS 1 corresponds to no_msgs/msg/Such" in reasons["topics: to_ros1: /strange"]
-    assert "another definition there" in reasons["topics: to_ros1: /changed"]
+    reasons = gateway.status().left_out
+    assert "no type of ROS 1 corresponds to no_msgs/msg/Such" in reasons["topics: to_ros1: /strange"].reason
+    assert "another definition there" in reasons["topics: to_ros1: /changed"].reason
 
 
 def test_static_rules_rename_topics(system: System) -> None:
@@ -236,9 +235,12 @@ def test_services_of_ros1_are_offered_in_ros2_only_if_allowed(system: System) ->
     reply = caller.call(CDR + b"\1\0\0\0", 10.0)
 
     assert reply[4:5] == b"\1"
+    if isinstance(system.ros2, RtpsEngine):
+        hashes = {each.type_hash for each in system.ros2.endpoints() if each.name == "/switch"}
+        assert PAIRS.of_ros2_service(SET_BOOL).parts.request in hashes
     assert b"done" in reply
     assert not system.has(EndpointKind.SERVER, "/hidden")
-    assert "services: to_ros1: /hidden" in gateway.status()["left_out"]
+    assert "services: to_ros1: /hidden" in gateway.status().left_out
 
 
 def test_diagnostics_have_the_rates_of_topics(system: System) -> None:
@@ -253,5 +255,7 @@ def test_diagnostics_have_the_rates_of_topics(system: System) -> None:
     def values() -> dict[str, str]:
         return {each.key: each.value for array in arrays[-1:] for each in array.status[0].values}
 
-    wait_until(lambda: values() == {"/chatter to_ros2": "0.0/s, 0 dropped"}, what="the topic", timeout_s=20)
+    wait_until(
+        lambda: values() == {"topics: to_ros2: /chatter": "0.0/s, 0 dropped"}, what="the topic", timeout_s=20
+    )
     assert arrays[-1].status[0].name == "/ROS 2/ros2_gateway_0"

@@ -156,10 +156,12 @@ def _lines(name: str, status: Mapping[str, Any]) -> list[str]:
     lines = [f"{listed(name)}:"]
     for row in status["passed"]:
         arrow = "->" if row["direction"] == "to_ros2" else "<-"
-        kind = "service" if row["kind"] == "services" else f"{row['ros1_type']} {arrow} {row['ros2_type']}"
+        kind = f"{row['ros1_type']} {arrow} {row['ros2_type']}"
         state = f"{row['rate']:.1f}/s" if row["active"] else "no subscribers"
         dropped = f", {row['dropped']} dropped: {listed(row['reason'])}" if row["dropped"] else ""
-        lines.append(f"  ROS 1 {arrow} ROS 2  {listed(row['name'])} ({listed(kind)}): {state}{dropped}")
+        what = "" if row["kind"] == "topics" else f"{row['kind'].removesuffix('s')} "
+        name = listed(row["name"])
+        lines.append(f"  ROS 1 {arrow} ROS 2  {what}{name} ({listed(kind)}): {state}{dropped}")
     lines += [
         f"  left out: {listed(what)}: {listed(why)}" for what, why in sorted(status["left_out"].items())
     ]

@@ -4,6 +4,7 @@ changed.
 
 from __future__ import annotations
 
+import json
 import socket
 import struct
 import time
@@ -16,8 +17,15 @@ from pipros.basics.uri import split_uri
 from pipros.graph.bus_info import established
 from pipros.graph.errors import GraphError
 from pipros.graph.services import header_of
-from pipros.graph.system_state import FLEET_AGENT_PREFIX, SystemState
-from pipros.health.system_report import Failure, NodeReport, PublisherReport, ServiceReport, SystemReport
+from pipros.graph.system_state import FLEET_AGENT_PREFIX, ROS2_GATEWAY_PREFIX, SystemState
+from pipros.health.system_report import (
+    Failure,
+    GatewayReport,
+    NodeReport,
+    PublisherReport,
+    ServiceReport,
+    SystemReport,
+)
 from pipros.msg import load_service_class
 from pipros.net.connect import Connector
 from pipros.net.in_parallel import in_parallel
@@ -69,6 +77,12 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         )
         agents = [node for node in nodes if node.startswith(FLEET_AGENT_PREFIX) and not nodes[node].failure]
         fleet_links = in_parallel(agents, lambda node: _ask_agent(master, node, timeout_s), at_once=AT_ONCE)
+        gateways = [
+            node for node in nodes if node.startswith(ROS2_GATEWAY_PREFIX) and not nodes[node].failure
+        ]
+        ros2_gateways = in_parallel(
+            gateways, lambda node: _ask_gateway(master, node, timeout_s), at_once=AT_ONCE
+        )
     finally:
         master.close()
     named = {*types.values(), *(publisher.type for publisher in publishers.values() if publisher.type)} - {
@@ -82,6 +96,7 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         services=services,
         clock_offset_s=clock_offset_s,
         fleet_links=fleet_links,
+        ros2_gateways=ros2_gateways,
         installed={type_name: _installed_md5(type_name) for type_name in sorted(named)},
     )
 
@@ -267,15 +282,43 @@ def _ask_service(master: MasterClient, service: str, node: str) -> ServiceReport
 
 def _ask_agent(master: MasterClient, node: str, timeout_s: float) -> str:
     """Return why the link of a fleet agent is down; empty if it is up."""
-    service_class: Any = load_service_class("std_srvs/Trigger")
-    client = ServiceClient(f"{node}/link", service_class, master=lambda: master, calls=OpenCalls())
     try:
-        answer = client.call(service_class._request_class(), timeout_s)
+        answer = _trigger(master, f"{node}/link", timeout_s)
     except PiprosError as problem:
         return str(problem)
+    return "" if answer.success else "no router is connected"
+
+
+def _ask_gateway(master: MasterClient, node: str, timeout_s: float) -> GatewayReport:
+    try:
+        return gateway_report(_trigger(master, f"{node}/status", timeout_s).message)
+    except PiprosError as problem:
+        return GatewayReport(str(problem))
+
+
+def gateway_report(text: str) -> GatewayReport:
+    """Parse what a gateway to ROS 2 reports; the failure says that it is malformed, if it is."""
+    try:
+        status = json.loads(text)
+        dropped = {
+            f"{row['kind']}: {row['direction']}: {row['name']}": f"{int(row['dropped'])}: {row['reason']}"
+            for row in status["passed"]
+            if row["dropped"]
+        }
+        by_rule = {*status["by_rule"]}
+        left_out = {key: str(reason) for key, reason in status["left_out"].items() if key not in by_rule}
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return GatewayReport("its status is malformed")
+    return GatewayReport("", dropped, left_out)
+
+
+def _trigger(master: MasterClient, service: str, timeout_s: float) -> Any:
+    service_class: Any = load_service_class("std_srvs/Trigger")
+    client = ServiceClient(service, service_class, master=lambda: master, calls=OpenCalls())
+    try:
+        return client.call(service_class._request_class(), timeout_s)
     finally:
         client.close()
-    return "" if answer.success else "no router is connected"
 
 
 def _installed_md5(type_name: str) -> str | None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
-from pipros.graph.system_state import FLEET_AGENT_PREFIX
+from pipros.graph.system_state import FLEET_AGENT_PREFIX, ROS2_GATEWAY_PREFIX
 from pipros.health.finding import Finding, error, warning
 from pipros.health.system_report import Failure, SystemReport
 from pipros.net.address import is_loopback
@@ -20,6 +20,8 @@ STAMP_TOLERANCE_S = 10.0
 data with the time for which it is valid."""
 _DAY_S = 86_400.0
 
+_WAITING = (FLEET_AGENT_PREFIX, ROS2_GATEWAY_PREFIX)
+"""Nodes that subscribe for others, and may wait for publishers."""
 _CLOSE_NAMES = 0.75  # minimum similarity at which a name counts as a misspelling of another name
 
 
@@ -259,11 +261,7 @@ def definitions(system: SystemReport) -> Findings:
 def topics_without_publishers(system: SystemReport) -> Findings:
     """Find topics that have subscribers but no publisher."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
-        alive = [
-            node
-            for node in subscribers
-            if system.is_alive(node) and not node.startswith(FLEET_AGENT_PREFIX)  # it offers, and waits
-        ]
+        alive = [node for node in subscribers if system.is_alive(node) and not node.startswith(_WAITING)]
         if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
             continue
         published = [name for name in system.state.publishers if name != topic]
@@ -401,6 +399,33 @@ def fleet_links(system: SystemReport) -> Findings:
             )
 
 
+def ros2_gateways(system: SystemReport) -> Findings:
+    """Find gateways to ROS 2 that do not answer, and what they drop or leave out although no rule says so."""
+    for node, report in sorted(system.ros2_gateways.items()):
+        name = f"[{listed(node)}]"
+        if report.failure:
+            yield error(
+                "ros2-gateway",
+                f"The gateway to ROS 2 {name} does not answer: {listed(report.failure)}",
+                "See its output, and start it again if it does not recover.",
+                node,
+            )
+        for what, reason in sorted(report.dropped.items()):
+            yield warning(
+                "ros2-dropped",
+                f"The gateway to ROS 2 {name} dropped messages of {listed(what)}: {listed(reason)}",
+                "`pipros ros2 status` shows what passes. The reason names the field or the limit.",
+                node,
+            )
+        for what, reason in sorted(report.left_out.items()):
+            yield warning(
+                "ros2-left-out",
+                f"The gateway to ROS 2 {name} leaves out {listed(what)}: {listed(reason)}",
+                "Give it the missing definitions with --msgs or --mapping, or deny the name in its rules.",
+                node,
+            )
+
+
 CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
     unreachable_nodes,
     nodes_of_other_masters,
@@ -412,4 +437,5 @@ CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
     services,
     clocks,
     fleet_links,
+    ros2_gateways,
 )

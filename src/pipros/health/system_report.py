@@ -81,6 +81,21 @@ class ServiceReport:
 
 
 @dataclass(frozen=True, slots=True)
+class GatewayReport:
+    """What a gateway to ROS 2 reports.
+
+    Attributes:
+        failure: why it does not answer, or empty.
+        dropped: maps topics, services and actions to the number of messages that failed, and the reason.
+        left_out: maps what does not pass although no rule says so to the reason.
+    """
+
+    failure: str = ""
+    dropped: Mapping[str, str] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class SystemReport:
     """A running system.
 
@@ -96,6 +111,7 @@ class SystemReport:
         is_time_simulated: whether the parameter `/use_sim_time` is true.
         clock_offset_s: the clock of the master's machine minus this machine's; None if unknown.
         fleet_links: why the link of each fleet agent is down; empty if it is up.
+        ros2_gateways: what each gateway to ROS 2 reports.
         reached_back: the (topic, node) pairs of the subscribers that connected to a publisher on this
             machine.
         tried_back: the (topic, node) pairs of the subscribers for which this was tested.
@@ -110,6 +126,7 @@ class SystemReport:
     installed: Mapping[str, str | None] = field(default_factory=dict)
     is_time_simulated: bool = False
     fleet_links: Mapping[str, str] = field(default_factory=dict)
+    ros2_gateways: Mapping[str, GatewayReport] = field(default_factory=dict)
     clock_offset_s: float | None = None
     reached_back: frozenset[tuple[str, str]] = frozenset()
     tried_back: frozenset[tuple[str, str]] = frozenset()

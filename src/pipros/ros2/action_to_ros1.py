@@ -34,7 +34,7 @@ from pipros.ros2.action_messages import (
 from pipros.ros2.action_pair import ActionPair
 from pipros.ros2.bridged_services import CALL_S
 from pipros.ros2.bridged_topics import MARK
-from pipros.ros2.engine import Durability, Ros2Engine, TopicQos
+from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, TopicQos
 from pipros.ros2.names import action_names
 
 KEPT_S: Final = 60.0
@@ -81,6 +81,7 @@ class ActionToRos1:
         """
         self.calls = self.failures = 0
         self.pair = pair
+        self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._name = name
         self._changed = threading.Condition()
@@ -122,12 +123,12 @@ class ActionToRos1:
             subscriber = node.subscribe(f"{self._name}/{part}", message_class, on_message, queue_size=_QUEUE)
             stack.callback(subscriber.unregister)
             self._subscribers.append(subscriber)
-        for service, kind, type_hash, answer in (
-            (names.cancel_goal, pair.cancel_goal, hashes.cancel_goal, self._cancel),
-            (names.get_result, pair.get_result, hashes.get_result, self._get_result),
-            (names.send_goal, pair.send_goal, hashes.send_goal, self._send_goal),
+        for service, kind, type_hash, answer, parts in (
+            (names.cancel_goal, pair.cancel_goal, hashes.cancel_goal, self._cancel, hashes.cancel_goal_parts),
+            (names.get_result, pair.get_result, hashes.get_result, self._get_result, hashes.get_result_parts),
+            (names.send_goal, pair.send_goal, hashes.send_goal, self._send_goal, hashes.send_goal_parts),
         ):
-            stack.callback(engine.serve(service, kind, type_hash, answer).close)
+            stack.callback(engine.serve(service, kind, type_hash, answer, PartHashes(*parts)).close)
 
     def update(self) -> None:
         """Forget goals that ended some time ago."""

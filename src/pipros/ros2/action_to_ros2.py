@@ -33,7 +33,7 @@ from pipros.ros2.action_messages import (
 from pipros.ros2.action_pair import ActionPair
 from pipros.ros2.bridged_services import CALL_S
 from pipros.ros2.bridged_topics import MARK
-from pipros.ros2.engine import Durability, Ros2Engine, Sample, TopicQos
+from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, Sample, TopicQos
 from pipros.ros2.names import action_names
 
 STATUS_S: Final = 0.2
@@ -77,6 +77,7 @@ class ActionToRos2:
         """
         self.calls = self.failures = 0
         self.pair = pair
+        self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._name = name
         self._lock = threading.Lock()
@@ -99,8 +100,8 @@ class ActionToRos2:
     def _connect(self, stack: ExitStack, engine: Ros2Engine, headers: dict[str, str]) -> None:
         pair, hashes, names = self.pair, self.pair.hashes, action_names(self._name)
 
-        def caller(service: str, kind: str, type_hash: str) -> Any:
-            made = engine.caller(service, kind, type_hash)
+        def caller(service: str, kind: str, type_hash: str, parts: tuple[str, str]) -> Any:
+            made = engine.caller(service, kind, type_hash, PartHashes(*parts))
             stack.callback(made.close)
             return made
 
@@ -111,9 +112,11 @@ class ActionToRos2:
             stack.callback(made.unregister)
             return made
 
-        self._send = caller(names.send_goal, pair.send_goal, hashes.send_goal)
-        self._cancel = caller(names.cancel_goal, pair.cancel_goal, hashes.cancel_goal)
-        self._result = caller(names.get_result, pair.get_result, hashes.get_result)
+        self._send = caller(names.send_goal, pair.send_goal, hashes.send_goal, hashes.send_goal_parts)
+        self._cancel = caller(
+            names.cancel_goal, pair.cancel_goal, hashes.cancel_goal, hashes.cancel_goal_parts
+        )
+        self._result = caller(names.get_result, pair.get_result, hashes.get_result, hashes.get_result_parts)
         self._result_out = publisher("result", pair.result)
         self._feedback_out = publisher("feedback", pair.feedback)
         self._status_out = publisher("status", self._statuses)

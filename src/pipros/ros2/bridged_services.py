@@ -27,11 +27,12 @@ class Ros1Service:
             PiprosError: the engine is closed, or the name is not legal in ROS 2.
         """
         self.calls = self.failures = 0
+        self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._name = name
         self._plan = pair.plan
         self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
-        self._server = engine.serve(name, pair.plan.ros2_type, pair.type_hash, self._answer)
+        self._server = engine.serve(name, pair.plan.ros2_type, pair.type_hash, self._answer, pair.parts)
 
     def _answer(self, request: bytes) -> bytes:
         self.calls += 1
@@ -61,11 +62,12 @@ class Ros2Service:
             NameInUse: the node already has a service of this name.
         """
         self.calls = self.failures = 0
+        self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._plan = pair.plan
         self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
         self._slots = threading.BoundedSemaphore(node.limits.fleet_calls)
-        self._caller = engine.caller(name, pair.plan.ros2_type, pair.type_hash)
+        self._caller = engine.caller(name, pair.plan.ros2_type, pair.type_hash, pair.parts)
         try:
             self._server = node.serve(name, self._class, self._call)
         except PiprosError:

@@ -138,6 +138,17 @@ class Caller(Protocol):
     def close(self) -> None: ...
 
 
+@dataclass(frozen=True, slots=True)
+class PartHashes:
+    """The type hashes of a service's request and response, which DDS announces."""
+
+    request: str = ""
+    response: str = ""
+
+
+NO_HASHES = PartHashes()
+
+
 class Ros2Engine(Protocol):
     """A connection to the nodes of one domain. Thread-safe.
 
@@ -159,11 +170,19 @@ class Ros2Engine(Protocol):
         """Create a subscriber."""
 
     def serve(
-        self, service: str, type_name: str, type_hash: str, answer: Callable[[bytes], bytes]
+        self,
+        service: str,
+        type_name: str,
+        type_hash: str,
+        answer: Callable[[bytes], bytes],
+        parts: PartHashes = NO_HASHES,
     ) -> Subscription:
-        """Offer a service. If `answer` raises, the client gets no reply: ROS 2 has no error replies."""
+        """Offer a service. If `answer` raises, the client gets no reply: ROS 2 has no error replies.
 
-    def caller(self, service: str, type_name: str, type_hash: str) -> Caller:
+        `answer` runs in threads of the engine, up to 16 at a time for each service.
+        """
+
+    def caller(self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES) -> Caller:
         """Create a service client."""
 
     def endpoints(self) -> Sequence[Endpoint]:

@@ -19,7 +19,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
-from pipros.fleet.link_status import Level, LinkDiagnostics, LinkStatus
+from pipros.fleet.link_status import LinkDiagnostics
 from pipros.msg import load_service_class
 from pipros.node import Node
 from pipros.ros2.action_to_ros1 import ActionToRos1
@@ -27,6 +27,7 @@ from pipros.ros2.action_to_ros2 import ActionToRos2
 from pipros.ros2.bridged_services import Ros1Service, Ros2Service
 from pipros.ros2.bridged_topics import Route, ToRos1, ToRos2
 from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
+from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row
 from pipros.ros2.interfaces.action_types import action_of_service
 from pipros.ros2.names import action_names
 from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, is_part_of_action
@@ -92,7 +93,7 @@ class Gateway:
         self._graph: Ros1Graph | None = None
         self._known: Mapping[bytes, Endpoint] = {}
         self._open: dict[Key, tuple[object, Open]] = {}
-        self._skipped: dict[str, str] = {}
+        self._skipped: dict[str, LeftOut] = {}
         self._reported: set[str] = set()
         self._before: dict[Key, int] = {}
         self._rates: dict[Key, float] = {}
@@ -111,7 +112,7 @@ class Gateway:
         self._node.serve(
             f"{self._node.name}/status",
             trigger,
-            lambda _: trigger._response_class(True, json.dumps(self.status())),
+            lambda _: trigger._response_class(True, json.dumps(self.status().values())),
         )
         self._diagnostics = LinkDiagnostics(self._node, "pipros ros2")
         self._looker.start()
@@ -162,7 +163,7 @@ class Gateway:
         now_s = time.monotonic()
         if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:
             self._seen, self._compare_at_s = (graph, endpoints), now_s + COMPARE_S
-            skipped: dict[str, str] = {}
+            skipped: dict[str, LeftOut] = {}
             self._settle(self._wanted(graph, found, skipped), skipped)
             self._skipped = skipped
             self._report(skipped)
@@ -178,7 +179,7 @@ class Gateway:
                     [endpoint for endpoint in found.publishers.get(name, ()) if endpoint.type == of_type]
                 )
 
-    def _wanted(self, graph: Ros1Graph, found: _Found, skipped: dict[str, str]) -> dict[Key, _Wanted]:
+    def _wanted(self, graph: Ros1Graph, found: _Found, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
         """Return what should be passed. Add to `skipped` what is left out."""
         wanted: dict[Key, _Wanted] = {}
         kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
@@ -211,7 +212,7 @@ class Gateway:
                 with _skipping(skipped, (kind, direction, name)):
                     verdict = self._rules.verdict(kind, direction, name, is_local=self._is_local)
                     if not verdict.passes:
-                        raise PiprosError(verdict.reason)
+                        raise _ByRule(verdict.reason)
                     each = make(name)
                     if each is not None:
                         wanted[kind, direction, name] = each
@@ -287,7 +288,7 @@ class Gateway:
             if (each.kind, each.name) == (kind, name) and self._is_own(each) and each.gateway < self.identity:
                 raise PiprosError("another gateway of this master passes it")
 
-    def _settle(self, wanted: Mapping[Key, _Wanted], skipped: dict[str, str]) -> None:
+    def _settle(self, wanted: Mapping[Key, _Wanted], skipped: dict[str, LeftOut]) -> None:
         for key, (version, each) in list(self._open.items()):
             if key not in wanted or wanted[key][0] != version:
                 del self._open[key]
@@ -312,11 +313,11 @@ class Gateway:
             found = self._known.get(key)
         return found
 
-    def _report(self, skipped: Mapping[str, str]) -> None:
+    def _report(self, skipped: Mapping[str, LeftOut]) -> None:
         """Log why something is left out, once, unless a rule or the defaults say so."""
-        for name, reason in skipped.items():
-            text = f"{name}: {reason}"
-            if text not in self._reported and len(self._reported) < _SKIPPED:
+        for name, each in skipped.items():
+            text = f"{name}: {each.reason}"
+            if not each.by_rule and text not in self._reported and len(self._reported) < _SKIPPED:
                 self._reported.add(text)
                 self.log.info("left out: %s", text)
 
@@ -335,51 +336,43 @@ class Gateway:
         self._rates = {key: (count - self._before.get(key, 0)) / passed_s for key, count in counts.items()}
         self._before = counts
         if self._diagnostics is not None and self._diagnostics.is_wanted:
-            self._diagnostics.publish([self._diagnosis()])
+            self._diagnostics.publish([self.status().diagnosis(self._node.name)])
 
-    def _diagnosis(self) -> LinkStatus:
-        status = self.status()
-        dropped = sum(each["dropped"] for each in status["passed"])
-        values = {
-            f"{each['name']} {each['direction']}": f"{each['rate']:.1f}/s, {each['dropped']} dropped"
-            for each in status["passed"]
-        }
-        return LinkStatus(
-            f"/ROS 2/{self._node.name[1:]}",
-            Level.WARN if dropped else Level.OK,
-            f"{dropped} messages dropped" if dropped else f"{len(values)} topics, services and actions",
-            values,
-        )
+    def status(self) -> GatewayStatus:
+        """Return what passes, at which rate, and what is left out and why. Thread-safe."""
+        rows = [
+            _row(key, each, self._rates.get(key, 0.0))
+            for key, (_, each) in sorted(
+                self._open.copy().items(), key=lambda item: [str(part) for part in item[0]]
+            )
+        ]
+        return GatewayStatus(self.identity, rows, dict(self._skipped))
 
-    def status(self) -> dict[str, Any]:
-        """Return what is passed, at which rate, and what is left out and why, for `pipros ros2 status`."""
-        rows = []
-        for key, (_, each) in sorted(self._open.items(), key=lambda item: [str(part) for part in item[0]]):
-            kind, direction, name = key
-            row: dict[str, Any] = {"kind": kind.value, "direction": direction.value, "name": name}
-            if isinstance(each, ToRos1 | ToRos2):
-                plan, counts = each.route.pair.plan, each.counts
-                row |= {"ros1_type": plan.ros1_type, "ros2_type": plan.ros2_type, "active": each.is_active}
-                row |= {"count": counts.messages, "dropped": counts.dropped, "reason": counts.reason}
-            elif isinstance(each, ActionToRos1 | ActionToRos2):
-                action = each.pair.plan
-                row |= {"ros1_type": action.ros1_type, "ros2_type": action.ros2_type, "active": True}
-                row |= {"count": each.calls, "dropped": each.failures, "reason": ""}
-            else:
-                row |= {"active": True, "count": each.calls, "dropped": each.failures, "reason": ""}
-            rows.append({**row, "rate": self._rates.get(key, 0.0)})
-        return {"identity": self.identity, "passed": rows, "left_out": dict(self._skipped)}
+
+def _row(key: Key, each: Open, rate: float) -> Row:
+    kind, direction, name = key
+    words = kind.value, direction.value, name
+    if isinstance(each, ToRos1 | ToRos2):
+        plan, counts = each.route.pair.plan, each.counts
+        types = plan.ros1_type, plan.ros2_type
+        return Row(*words, types, each.is_active, counts.messages, rate, counts.dropped, counts.reason)
+    return Row(*words, each.types, count=each.calls, rate=rate, dropped=each.failures)
+
+
+class _ByRule(PiprosError):
+    """The rules, or their defaults, leave a name out."""
 
 
 @contextlib.contextmanager
-def _skipping(skipped: dict[str, str], key: Key) -> Iterator[None]:
+def _skipping(skipped: dict[str, LeftOut], key: Key) -> Iterator[None]:
     """Leave something out if the block raises."""
     try:
         yield
     except (PiprosError, ValueError) as error:
         kind, direction, name = key
         if len(skipped) < _SKIPPED:
-            skipped[f"{kind.value}: {direction.value}: {name}"] = str(error)
+            reason = LeftOut(str(error), by_rule=isinstance(error, _ByRule))
+            skipped[f"{kind.value}: {direction.value}: {name}"] = reason
 
 
 def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Route:

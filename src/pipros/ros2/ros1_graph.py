@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.bridges.foxglove.catalog import Definition
@@ -14,8 +16,12 @@ from pipros.graph.system_state import ROS2_GATEWAY_PREFIX, Registrations
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.service_client import OpenCalls
+from pipros.ros2.node_queries import NodeQueries
 
-_REMEMBERED_SERVICES = 10_000
+_ANSWERS_S = 0.3
+"""How long a look waits for the answers of nodes."""
+_Key = tuple[str, str, tuple[str, ...]]
+"""Name, type (of topics) and nodes of a topic or service."""
 _STATUSES = "actionlib_msgs/GoalStatusArray"
 _PARTS = {
     "goal": "ActionGoal",
@@ -57,52 +63,63 @@ class Ros1Looker:
         self._calls = OpenCalls()
         self._loop = BackgroundLoop(f"definitions of {node.name}")
         self._definitions = Definitions(node, self._loop, self._calls)
-        self._services: dict[tuple[str, tuple[str, ...]], str] = {}
+        self._queries = NodeQueries(f"queries of {node.name}")
 
     def start(self) -> None:
-        """Start the loop that asks nodes."""
+        """Start the loop that queries publishers."""
         self._loop.start()
 
     def look(self) -> Ros1Graph | None:
-        """Return what is there now; None if the master does not answer."""
+        """Return the graph; None if the master does not answer.
+
+        Topics and services whose nodes do not answer within a fraction of a second are in a later graph.
+        """
         found = read_state(self._node.master)
         if found is None:
             return None
         state, types = found
-        topics = {}
+        topics: dict[_Key, str] = {}
+        services: dict[_Key, str] = {}
         for name, nodes in state.publishers.items():
-            publishers = _not_gateways(nodes)
-            kind = types.get(name, "*")
+            publishers, kind = _not_gateways(nodes), types.get(name, "*")
             if publishers and "/" in kind:
-                definition = self._definitions.of_topic(name, kind, publishers)
-                if definition is not None:
-                    is_latched = self._definitions.is_latched(name, publishers)
-                    topics[name] = Ros1Topic(definition, is_latched, tuple(publishers))
-        services = {}
+                key = name, kind, tuple(publishers)
+                topics[key] = name
+                self._queries.ask(key, partial(self._topic, *key))
         for name, nodes in state.services.items():
             providers = _not_gateways(nodes)
-            service_type = self._service_type(name, providers) if providers else None
-            if service_type is not None:
-                services[name] = service_type
+            if providers:
+                key = name, "", tuple(providers)
+                services[key] = name
+                if self._queries.answer(key) is None:  # a type does not change while the nodes stay
+                    self._queries.ask(key, partial(self._service_type, name))
+        self._queries.wait(_ANSWERS_S)
+        self._queries.forget_all_but({*topics, *services})
         self._definitions.forget_all_but({*state.publishers})
-        return Ros1Graph(topics, services, actions_of(topics, state.subscribers))
+        found_topics = self._answered(topics)
+        actions = actions_of(found_topics, state.subscribers)
+        return Ros1Graph(found_topics, self._answered(services), actions)
 
-    def _service_type(self, name: str, providers: list[str]) -> str | None:
-        key = name, tuple(providers)
-        if key not in self._services:
-            try:
-                uri = uri_of(self._node.master, name)
-                header = header_at(uri, name, self._node.name, self._calls) if uri is not None else {}
-            except PiprosError:
-                return None
-            if "type" not in header:
-                return None
-            if len(self._services) >= _REMEMBERED_SERVICES:
-                self._services.clear()
-            self._services[key] = header["type"]
-        return self._services[key]
+    def _answered(self, names: Mapping[_Key, str]) -> dict[str, Any]:
+        answers = {name: self._queries.answer(key) for key, name in names.items()}
+        return {name: answer for name, answer in answers.items() if answer is not None}
+
+    def _topic(self, name: str, kind: str, publishers: tuple[str, ...]) -> Ros1Topic | None:
+        definition = self._definitions.of_topic(name, kind, publishers)
+        if definition is None:
+            return None
+        return Ros1Topic(definition, self._definitions.is_latched(name, publishers), publishers)
+
+    def _service_type(self, name: str) -> str | None:
+        try:
+            uri = uri_of(self._node.master, name)
+            header = header_at(uri, name, self._node.name, self._calls) if uri is not None else {}
+        except PiprosError:
+            return None
+        return header.get("type")
 
     def close(self) -> None:
+        self._queries.close()
         self._calls.interrupt()
         self._loop.stop()
 

@@ -22,6 +22,7 @@ from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import MappingRules
 from pipros.ros2.conversion.plans import Plan, Plans, ServicePlan
 from pipros.ros2.distribution import Distribution
+from pipros.ros2.engine import NO_HASHES, PartHashes
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
 from pipros.ros2.interfaces.type_hash import ActionHashes
 from pipros.ros2.rules import StaticRule
@@ -52,6 +53,7 @@ class ServicePair:
     plan: ServicePlan
     md5sum: str
     type_hash: str
+    parts: PartHashes = NO_HASHES
 
 
 class TypePairs:
@@ -137,8 +139,10 @@ class TypePairs:
         with self._lock:
             plan = self._plans.service(ros1_type)
             found: Any = load_service_class(ros1_type)
-            type_hash = self._plans.service_hash(plan.ros2_type) if self._has_hashes else ""
-            return ServicePair(plan, found._md5sum, type_hash)
+            if not self._has_hashes:
+                return ServicePair(plan, found._md5sum, "")
+            parts = PartHashes(*self._plans.part_hashes(plan.ros2_type))
+            return ServicePair(plan, found._md5sum, self._plans.service_hash(plan.ros2_type), parts)
 
     def of_ros2_service(self, ros2_type: str) -> ServicePair:
         """Return the pair for a service of ROS 2. Raises the same errors as `of_ros1`."""

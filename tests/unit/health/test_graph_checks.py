@@ -10,7 +10,14 @@ import pytest
 from pipros.graph.bus_info import BusConnection
 from pipros.graph.system_state import SystemState
 from pipros.health.graph_checks import check_graph
-from pipros.health.system_report import Failure, NodeReport, PublisherReport, ServiceReport, SystemReport
+from pipros.health.system_report import (
+    Failure,
+    GatewayReport,
+    NodeReport,
+    PublisherReport,
+    ServiceReport,
+    SystemReport,
+)
 
 TALKER, LISTENER, TOPIC = "/talker", "/listener", "/chatter"
 TALKER_API, LISTENER_API = "http://10.0.0.1:1001/", "http://10.0.0.2:1002/"
@@ -51,6 +58,13 @@ FAULTS: dict[str, SystemReport] = {
     "unknown-host": with_node(LISTENER, failure=Failure("Name not known", is_unknown_host=True)),
     "silent-node": with_node(LISTENER, failure=Failure("no answer in time")),
     "fleet-link": replace(HEALTHY, fleet_links={"/pipros_fleet_robot1": "no router is connected"}),
+    "ros2-gateway": replace(HEALTHY, ros2_gateways={"/ros2_gateway_0": GatewayReport("no answer")}),
+    "ros2-dropped": replace(
+        HEALTHY, ros2_gateways={"/ros2_gateway_0": GatewayReport("", {"topics: to_ros2: /a": "7: too long"})}
+    ),
+    "ros2-left-out": replace(
+        HEALTHY, ros2_gateways={"/ros2_gateway_0": GatewayReport("", {}, {"topics: to_ros1: /a": "unknown"})}
+    ),
     "other-master": with_node(LISTENER, master_uri="http://10.0.0.1:11400/"),
     "no-publisher": with_publisher(address="", failure=Failure("Not a publisher of [/chatter]")),
     "unreachable-publisher": with_publisher(failure=Failure("no answer in time")),
@@ -85,9 +99,10 @@ def test_only_the_planted_fault_is_found(rule: str) -> None:
     assert findings[0].cure
 
 
-def test_a_fleet_agent_may_wait_for_publishers() -> None:
-    subscribers = {TOPIC: [LISTENER], "/robot1/cmd": ["/pipros_fleet_operator"]}
-    nodes = {**NODES, "/pipros_fleet_operator": NodeReport("http://10.0.0.1:1003/")}
+@pytest.mark.parametrize("node", ["/pipros_fleet_operator", "/ros2_gateway_0"])
+def test_nodes_that_subscribe_for_others_may_wait_for_publishers(node: str) -> None:
+    subscribers = {TOPIC: [LISTENER], "/robot1/cmd": [node]}
+    nodes = {**NODES, node: NodeReport("http://10.0.0.1:1003/")}
     state = HEALTHY.state._replace(subscribers=subscribers)
     assert check_graph(replace(HEALTHY, state=state, nodes=nodes)) == []
 

@@ -86,7 +86,7 @@ class Definitions:
         """Forget the topics and services that have disappeared."""
         with self._lock:
             self._corrected = {name: kept for name, kept in self._corrected.items() if name in keys}
-        self._asked = {key: kept for key, kept in self._asked.items() if key[0] in keys}
+        self._asked = {key: kept for key, kept in list(self._asked.items()) if key[0] in keys}
 
     def _ask(self, key: Key, ask: Any) -> Any:
         """Query a peer, and cache its answer as long as the same nodes are registered."""

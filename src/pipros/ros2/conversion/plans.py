@@ -217,6 +217,11 @@ class Plans:
         """Return the type hash of a service of ROS 2."""
         return service_hash(self.catalog.service(ros2_type), self.catalog.message)
 
+    def part_hashes(self, ros2_type: str) -> tuple[str, str]:
+        """Return the type hashes of a service's request and response."""
+        service, lookup = self.catalog.service(ros2_type), self.catalog.message
+        return message_hash(service.request, lookup), message_hash(service.response, lookup)
+
     def action_hashes(self, ros2_type: str) -> ActionHashes:
         """Return the type hashes of an action of ROS 2."""
         action, cancel_goal = self.catalog.action(ros2_type), self.catalog.service(CANCEL_GOAL)

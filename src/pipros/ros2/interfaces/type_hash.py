@@ -85,13 +85,20 @@ def service_hash(service: Ros2Service, lookup: Lookup) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ActionHashes:
-    """The type hashes of an action's services and topics; all empty in Humble."""
+    """The type hashes of an action's services and topics; all empty in Humble.
+
+    Attributes:
+        send_goal_parts, get_result_parts, cancel_goal_parts: those of the requests and responses.
+    """
 
     send_goal: str = ""
     get_result: str = ""
     cancel_goal: str = ""
     feedback: str = ""
     status: str = ""
+    send_goal_parts: tuple[str, str] = ("", "")
+    get_result_parts: tuple[str, str] = ("", "")
+    cancel_goal_parts: tuple[str, str] = ("", "")
 
 
 def action_hashes(action: Ros2Action, cancel_goal: Ros2Service, lookup: Lookup) -> ActionHashes:
@@ -107,6 +114,10 @@ def action_hashes(action: Ros2Action, cancel_goal: Ros2Service, lookup: Lookup) 
         service_hash(cancel_goal, lookup),
         message_hash(action.feedback_message, of_action),
         message_hash(lookup(STATUS_ARRAY), lookup),
+        *(
+            (message_hash(each.request, of_action), message_hash(each.response, of_action))
+            for each in (action.send_goal, action.get_result, cancel_goal)
+        ),
     )
 
 

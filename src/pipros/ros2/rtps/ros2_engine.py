@@ -10,6 +10,7 @@ from typing import Final, TypeVar
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.ros2.engine import (
+    NO_HASHES,
     Announcement,
     Caller,
     CallFailed,
@@ -17,6 +18,7 @@ from pipros.ros2.engine import (
     Endpoint,
     EndpointKind,
     EngineError,
+    PartHashes,
     Reliability,
     Sample,
     Subscription,
@@ -99,9 +101,13 @@ class RtpsEngine:
         return self._owned(_Own(self, [found]))
 
     def serve(
-        self, service: str, type_name: str, type_hash: str, answer: Callable[[bytes], bytes]
+        self,
+        service: str,
+        type_name: str,
+        type_hash: str,
+        answer: Callable[[bytes], bytes],
+        parts: PartHashes = NO_HASHES,
     ) -> Subscription:
-        """See `Ros2Engine`. No hashes are announced: DDS has those of requests and replies."""
 
         def handle(request: bytes) -> bytes | None:
             try:
@@ -114,16 +120,31 @@ class RtpsEngine:
         dds_service(service)  # checks the name
         kind = dds_type(type_name)[:-1]
         server = self._open(
-            lambda: Server(self._participant, service, f"{kind}_Request_", f"{kind}_Response_", handle)
+            lambda: Server(
+                self._participant,
+                service,
+                f"{kind}_Request_",
+                f"{kind}_Response_",
+                handle,
+                _entry(parts.request),
+                _entry(parts.response),
+            )
         )
         return self._owned(_Own(self, [server]))
 
-    def caller(self, service: str, type_name: str, type_hash: str) -> Caller:
+    def caller(self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES) -> Caller:
         del type_hash
         dds_service(service)
         kind = dds_type(type_name)[:-1]
         client = self._open(
-            lambda: Client(self._participant, service, f"{kind}_Request_", f"{kind}_Response_")
+            lambda: Client(
+                self._participant,
+                service,
+                f"{kind}_Request_",
+                f"{kind}_Response_",
+                _entry(parts.request),
+                _entry(parts.response),
+            )
         )
         return self._owned(_Client(self, client))
 
@@ -282,7 +303,9 @@ def _endpoint(data: EndpointData, node: str, gateway: str) -> Endpoint | None:
     if service is None or not data.topic.startswith("rq/") or not kind.endswith(_REQUEST):
         return None
     what = EndpointKind.CLIENT if data.is_writer else EndpointKind.SERVER
-    return Endpoint(data.guid, what, service, kind[: -len(_REQUEST)], "", _qos(data.qos), node, gateway)
+    return Endpoint(
+        data.guid, what, service, kind[: -len(_REQUEST)], type_hash, _qos(data.qos), node, gateway
+    )
 
 
 def _qos(qos: dds.Qos) -> TopicQos:

@@ -20,6 +20,7 @@ from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits, process_limits
 from pipros.net.workers import Workers
 from pipros.ros2.engine import (
+    NO_HASHES,
     Announcement,
     Caller,
     CallFailed,
@@ -27,6 +28,7 @@ from pipros.ros2.engine import (
     Endpoint,
     EndpointKind,
     EngineError,
+    PartHashes,
     Reliability,
     Sample,
     Subscription,
@@ -138,11 +140,18 @@ class ZenohEngine:
         return _Subscriber(self, topic, type_name, type_hash, qos, callback)
 
     def serve(
-        self, service: str, type_name: str, type_hash: str, answer: Callable[[bytes], bytes]
+        self,
+        service: str,
+        type_name: str,
+        type_hash: str,
+        answer: Callable[[bytes], bytes],
+        parts: PartHashes = NO_HASHES,
     ) -> Subscription:
+        del parts
         return _Server(self, service, type_name, type_hash, answer)
 
-    def caller(self, service: str, type_name: str, type_hash: str) -> Caller:
+    def caller(self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES) -> Caller:
+        del parts
         return _Client(self, service, type_name, type_hash)
 
     def endpoints(self) -> Sequence[Endpoint]:

@@ -18,6 +18,7 @@ export const TABS = [
   ["bags", "Bags"],
   ["diagnostics", "Diagnostics"],
   ["fleet", "Fleet"],
+  ["ros2", "ROS 2"],
   ["services", "Services"],
   ["actions", "Actions"],
   ["publish", "Publish"],

@@ -1,0 +1,95 @@
+"""What a gateway reports about itself: what passes, at which rate, and what is left out and why. Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from pipros.fleet.link_status import Level, LinkStatus
+
+_SHOWN: Final = 200
+"""Topics, services and actions that a diagnostic status lists."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A topic, service or action that passes.
+
+    Attributes:
+        kind, direction: the words of the rules.
+        types: the types in ROS 1 and ROS 2.
+        active: whether a node of the other side uses a topic.
+        count: messages, calls or goals so far. rate: those per second.
+        dropped: messages, calls or goals that failed. reason: that of the last one.
+    """
+
+    kind: str
+    direction: str
+    name: str
+    types: tuple[str, str]
+    active: bool = True
+    count: int = 0
+    rate: float = 0.0
+    dropped: int = 0
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """Why a topic, service or action does not pass. `by_rule`: the rules or their defaults say so."""
+
+    reason: str
+    by_rule: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class GatewayStatus:
+    """A report. The keys of `left_out` are of the form `topics: to_ros1: /name`."""
+
+    identity: str
+    passed: Sequence[Row] = ()
+    left_out: Mapping[str, LeftOut] = field(default_factory=dict)
+
+    def values(self) -> dict[str, Any]:
+        """Return the report for JSON, as `pipros ros2 status --json` prints it."""
+        return {
+            "identity": self.identity,
+            "passed": [
+                {
+                    "kind": row.kind,
+                    "direction": row.direction,
+                    "name": row.name,
+                    "ros1_type": row.types[0],
+                    "ros2_type": row.types[1],
+                    "active": row.active,
+                    "count": row.count,
+                    "rate": row.rate,
+                    "dropped": row.dropped,
+                    "reason": row.reason,
+                }
+                for row in self.passed
+            ],
+            "left_out": {key: each.reason for key, each in self.left_out.items()},
+            "by_rule": [key for key, each in self.left_out.items() if each.by_rule],
+        }
+
+    def diagnosis(self, node: str) -> LinkStatus:
+        """Return the report as the diagnostic status of a gateway's node."""
+        problems = {key: each for key, each in self.left_out.items() if not each.by_rule}
+        dropped = sum(row.dropped for row in self.passed)
+        values = {
+            f"{row.kind}: {row.direction}: {row.name}": f"{row.rate:.1f}/s, {row.dropped} dropped"
+            + (f": {row.reason}" if row.reason else "")
+            for row in self.passed
+        }
+        values |= {key: f"left out: {each.reason}" for key, each in problems.items()}
+        texts = [f"{len(self.passed)} topics, services and actions pass"]
+        texts += [f"{dropped} messages, calls or goals failed"] if dropped else []
+        texts += [f"{len(problems)} left out"] if problems else []
+        return LinkStatus(
+            f"/ROS 2/{node.removeprefix('/')}",
+            Level.WARN if dropped or problems else Level.OK,
+            ", ".join(texts),
+            dict(list(values.items())[:_SHOWN]),
+        )

@@ -1,0 +1,73 @@
+"""Queries of nodes that may not answer, each in its own thread."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable, Collection, Hashable
+from typing import Any, Final
+
+from pipros.net.workers import Workers
+
+RETRY_S: Final = 10.0
+"""Age at which an answer is requested again. Until the new one arrives, the old one counts."""
+_AT_ONCE: Final = 16
+_LOG = logging.getLogger("pipros.ros2")
+
+
+class NodeQueries:
+    """Answers by key. A node that does not answer delays only its own key. Thread-safe."""
+
+    def __init__(self, name: str, *, retry_s: float = RETRY_S) -> None:
+        self._workers = Workers(name, _AT_ONCE)
+        self._retry_s = retry_s
+        self._answers: dict[Hashable, Any] = {}
+        self._asked_s: dict[Hashable, float] = {}
+        self._running: set[Hashable] = set()
+        self._changed = threading.Condition()
+        self._is_closed = False
+
+    def ask(self, key: Hashable, query: Callable[[], Any]) -> None:
+        """Start a query, unless it is running or its answer is recent. An answer of None counts as none."""
+        with self._changed:
+            age_s = time.monotonic() - self._asked_s.get(key, -self._retry_s)
+            if key in self._running or age_s < self._retry_s:
+                return
+            self._running.add(key)
+        self._workers.run(self._run, key, query)
+
+    def _run(self, key: Hashable, query: Callable[[], Any]) -> None:
+        answer = None
+        try:
+            answer = query()
+        except Exception:
+            if not self._is_closed:
+                _LOG.exception("a query of a node failed: %s", key)
+        finally:
+            with self._changed:
+                self._running.discard(key)
+                self._asked_s[key] = time.monotonic()
+                if answer is not None:
+                    self._answers[key] = answer
+                self._changed.notify_all()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait until no query is running; return False if the time is up."""
+        with self._changed:
+            return self._changed.wait_for(lambda: not self._running, timeout_s)
+
+    def answer(self, key: Hashable) -> Any:
+        """Return the newest answer, or None."""
+        return self._answers.get(key)
+
+    def forget_all_but(self, keys: Collection[Hashable]) -> None:
+        with self._changed:
+            for table in (self._answers, self._asked_s):
+                for key in table.keys() - keys:
+                    del table[key]
+
+    def close(self) -> None:
+        """Start no further threads. Failures of running queries are ignored."""
+        self._is_closed = True
+        self._workers.close()
