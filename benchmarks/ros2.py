@@ -105,6 +105,12 @@ def running(*argv, **options):
         program.close()
 
 
+def enter_network():
+    """Set up multicast in a new network."""
+    for words in ("link set lo up", "link set lo multicast on", "route add 224.0.0.0/4 dev lo"):
+        subprocess.run(["ip", *words.split()], check=True)
+
+
 def discovery(writer, reader):
     with running(writer, "pub", TOPIC, 100_000, 20, 1000, "reliable") as talker:
         talker.wait_for("ready")
@@ -208,8 +214,7 @@ def main():
     if not arguments.inside:
         inside = [sys.executable, os.path.abspath(__file__), *sys.argv[1:], "--inside"]
         return subprocess.run(["unshare", "--net", *inside], check=False).returncode
-    for words in ("link set lo up", "link set lo multicast on", "route add 224.0.0.0/4 dev lo"):
-        subprocess.run(["ip", *words.split()], check=True)
+    enter_network()
     print("| workload | pair | figure |\n| --- | --- | ---: |")
     for row in measure(arguments):
         print("| " + " | ".join(row) + " |", flush=True)

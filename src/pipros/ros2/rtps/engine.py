@@ -293,8 +293,8 @@ class Engine:
         """Do what is due: announcements, heartbeats, repeated requests, bursts, and the end of leases.
 
         Args:
-            handled_until: every datagram that arrived before this time has been passed to `receive`. So what a
-                peer has answered in time is not requested again, and a lease that it has renewed does not end.
+            handled_until: every datagram that arrived before this time has been passed to `receive`. So what
+                a peer has answered in time is not requested again, and a lease that it has renewed goes on.
         """
         if self._is_closed:
             return
