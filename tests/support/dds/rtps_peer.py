@@ -113,7 +113,7 @@ def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
             assert client.wait_for_server(20)
             right, began = 0, time.monotonic()
             for number in range(int(words[1])):
-                reply = client.call(CDR + _ADD.pack(number, 1000), 5.0)
+                reply = client.call(CDR + _ADD.pack(number, 1000), 20.0)
                 right += _SUM.unpack_from(reply, 4)[0] == number + 1000
             print("right", right, flush=True)
             print(f"{(time.monotonic() - began) / int(words[1]) * 1e6:.0f} us per call", flush=True)
