@@ -1,23 +1,30 @@
 #!/usr/bin/env python3
-"""How quick the engine for ROS 2 is, beside Cyclone DDS in C, in a network of its own (needs root).
+"""How quick the engine for DDS and the gateway are, beside bare Cyclone DDS in C and bare Zenoh, in one run.
 
-    benchmarks/ros2.py [--rounds 3] [--only discovery,flow,rate,large,latched,service,idle] [--quick]
+    benchmarks/ros2.py [--rounds 3] [--only discovery,flow,...] [--quick]
 
 discovery: from the start of a subscriber to its first message from a publisher that runs, including the start
-of the program.
-rate: 100 bytes at 1 kHz, without and with 5 % of the datagrams of pipros lost: messages that did not arrive.
+of the program. --rounds 50 is the acceptance run.
+latched: the same for a late subscriber and the latched message.
+rate: 100 bytes at 1 kHz, without and with 5 % of the datagrams to and from pipros lost: messages that did not
+arrive.
 flow: messages of 20 bytes and of 1 MB as fast as they are sent, and those that arrived.
 large: 8 MB at 10 Hz.
-latched: from the start of a late subscriber to the latched message, including the start of the program.
-service: the time of a call, without the start.
-idle: the processor time and the memory of a participant with 200 writers and 200 readers.
-It needs the peers of tests/dds: python -m tests.support.dds_peers lists the packages. Nothing else should run
-meanwhile.
+service: the mean time of a call, without the start; and four clients of each vendor at once.
+trip: the median time from ROS 1 to ROS 2 through the gateway, and from pipros to pipros by DDS alone.
+gateway: messages per second from ROS 1 to Cyclone DDS through the gateway.
+end: how long `close` takes, and when a peer notices the end, announced or by SIGKILL.
+idle: the processor time and the memory of two participants with 200 writers and 200 readers.
+Each test has a network of its own, so it needs root, and the peers of tests/dds: python -m
+tests.support.dds_peers lists the packages. Nothing else should run meanwhile.
 """
 
 import argparse
 import contextlib
+import functools
+import json
 import os
+import queue
 import re
 import statistics
 import subprocess
@@ -27,11 +34,15 @@ import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, ROOT)
-PEER = os.path.join(ROOT, "tests", "support", "dds", "rtps_peer.py")
+PEERS = os.path.join(ROOT, "tests", "support", "dds")
+ROUTER = "tcp/127.0.0.1:7447"
 TOPIC, MESSAGE = "rt/benchmark", "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
-OURS, CYCLONE, FAST = "pipros", "Cyclone", "Fast"
-PAIRS = [(OURS, OURS), (OURS, CYCLONE), (CYCLONE, OURS), (OURS, FAST), (FAST, OURS), (CYCLONE, CYCLONE)]
+OURS, CYCLONE, FAST, ZENOH = "pipros", "Cyclone", "Fast", "Zenoh"
+PAIRS = [
+    *((OURS, OURS), (OURS, CYCLONE), (CYCLONE, OURS), (OURS, FAST), (FAST, OURS)),
+    *((CYCLONE, CYCLONE), (ZENOH, ZENOH)),
+]
 
 IDLE = """
 import sys, time, psutil
@@ -59,7 +70,9 @@ class Program:
         dds_type = SERVICE if mode in ("server", "client") else MESSAGE
         rest = [mode, name, dds_type, *words]
         if kind == OURS:
-            argv = [sys.executable, PEER, "1", f"SUBNET,loss={loss}", *rest]
+            argv = [sys.executable, f"{PEERS}/rtps_peer.py", "1", f"SUBNET,loss={loss}", *rest]
+        elif kind == ZENOH:
+            argv = [sys.executable, f"{PEERS}/bare_zenoh_peer.py", ROUTER, *rest]
         elif kind == FAST:
             argv = [fast_peer(), "1", "udp", *rest]
         else:
@@ -105,6 +118,26 @@ def running(*argv, **options):
         program.close()
 
 
+def zenoh_router():
+    import zenoh
+
+    config = zenoh.Config()
+    for key, value in {
+        "mode": "router",
+        "listen/endpoints": [ROUTER],
+        "connect/endpoints": [],
+        "scouting/multicast/enabled": False,
+    }.items():
+        config.insert_json5(key, json.dumps(value))
+    return zenoh.open(config)
+
+
+def enter_network():
+    """Set up multicast in a new network."""
+    for words in ("link set lo up", "link set lo multicast on", "route add 224.0.0.0/4 dev lo"):
+        subprocess.run(["ip", *words.split()], check=True)
+
+
 def discovery(writer, reader):
     with running(writer, "pub", TOPIC, 100_000, 20, 1000, "reliable") as talker:
         talker.wait_for("ready")
@@ -143,6 +176,158 @@ def service(server, client, count):
             return re.search(r"\d+ us", caller.text())[0]
 
 
+def crowd(count):
+    """Return how many calls of concurrent clients were answered right."""
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(running(OURS, "server", "/add")).wait_for("ready")
+        callers = [
+            stack.enter_context(running(kind, "client", "/add", count)) for kind in [FAST, CYCLONE] * 4
+        ]
+        for caller in callers:
+            caller.wait_for("right", 120)
+        right = sum(int(re.search(r"right (\d+)", caller.text())[1]) for caller in callers)
+    return f"{right} of {8 * count} right"
+
+
+@contextlib.contextmanager
+def gateway():
+    """Yield a node of ROS 1 whose topics a gateway passes to domain 1."""
+    from pipros.basics.env import Environment
+    from pipros.master.master import Master
+    from pipros.node import Node
+
+    folder = tempfile.mkdtemp()
+    package = os.path.join(folder, "example_interfaces")
+    os.makedirs(os.path.join(package, "msg"))
+    with open(os.path.join(package, "package.xml"), "w") as file:
+        file.write("<package><name>example_interfaces</name></package>")
+    with open(os.path.join(package, "msg", "Blob.msg"), "w") as file:
+        file.write("uint32 number\nuint8[] data\n")
+    own = {"ROS_HOME": folder, "ROS_PACKAGE_PATH": folder, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+    os.environ.update(own)
+    with Master(port=0) as master:
+        command = [os.path.join(os.path.dirname(sys.executable), "pipros"), "ros2", "--domain", "1"]
+        environment = os.environ | {"ROS_MASTER_URI": master.uri}
+        process = subprocess.Popen(
+            [*command, "--distro", "humble", "--msgs", folder], env=environment, stdout=subprocess.DEVNULL
+        )
+        try:
+            with Node("talker", environment=Environment(master_uri=master.uri)) as node:
+                yield node
+        finally:
+            process.terminate()
+            process.wait()
+
+
+def through_gateway(size, count):
+    """Return how many of the messages from ROS 1 were lost, and how many arrived per second."""
+    from pipros.msg import load_message_class
+
+    with gateway() as node:
+        blob = load_message_class("example_interfaces/Blob")
+        with running(CYCLONE, "sub", "rt/a", "reliable") as listener:
+            publisher = node.advertise("/a", blob, queue_size=0)
+            wait_until(lambda: publisher.connection_count)
+            number = 0
+            while not listener.count():  # until the whole way exists
+                publisher.publish(blob(0, b""))
+                time.sleep(0.05)
+            before, began = listener.count(), time.perf_counter()
+            for number in range(count):
+                publisher.publish(blob(number, bytes([number % 256]) * size))
+            last, changed_at = 0, time.perf_counter()
+            while last < count and time.perf_counter() - changed_at < 3:
+                if (arrived := listener.text().count(f" {size}\n")) != last:
+                    last, changed_at = arrived, time.perf_counter()
+                time.sleep(0.01)
+    del before
+    return count - last, last / (changed_at - began)
+
+
+def trips(count):
+    """Yield the times from a writer in this process to a reader in this process."""
+    from pipros.msg import load_message_class
+    from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
+    from pipros.ros2.rtps.participant import Participant
+    from pipros.ros2.rtps.qos import Qos
+
+    discovery, qos = Discovery(1, DiscoveryRange.SUBNET), Qos(depth=1000)
+
+    def measure_trip(send, arrived):
+        times = []
+        for _ in range(count):
+            began = time.perf_counter()
+            send()
+            times.append(arrived.get(timeout=10) - began)
+            time.sleep(0.002)
+        return f"{statistics.median(times) * 1e3:.2f} ms"
+
+    with gateway() as node, Participant(discovery) as here, Participant(discovery) as there:
+        blob = load_message_class("example_interfaces/Blob")
+        arrived = queue.SimpleQueue()
+        for size in (20, 1_000_000):
+            name = f"trip{size}"
+            here.add_reader(f"rt/{name}", MESSAGE, qos, lambda _: arrived.put(time.perf_counter()))
+            publisher = node.advertise(f"/{name}", blob, queue_size=0)
+            wait_until(lambda publisher=publisher: publisher.connection_count)
+            message = blob(1, bytes(size))
+            while arrived.empty():
+                publisher.publish(message)
+                time.sleep(0.05)
+            time.sleep(0.5)
+            while not arrived.empty():
+                arrived.get()
+            figure = measure_trip(functools.partial(publisher.publish, message), arrived)
+            yield f"median time of {size} B", "ROS 1 to ROS 2 through the gateway", figure
+            here.add_reader(f"rt/direct{size}", MESSAGE, qos, lambda _: arrived.put(time.perf_counter()))
+            writer = there.add_writer(f"rt/direct{size}", MESSAGE, qos)
+            assert writer.wait_for_readers()
+            yield (
+                f"median time of {size} B",
+                f"{OURS} to {OURS}, DDS alone",
+                measure_trip(lambda size=size, writer=writer: writer.write(bytes(size + 12)), arrived),
+            )
+
+
+def ends():
+    from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
+    from pipros.ros2.rtps.events import PeerChanged
+    from pipros.ros2.rtps.participant import Participant
+    from pipros.ros2.rtps.qos import Qos
+
+    discovery = Discovery(1, DiscoveryRange.SUBNET)
+    changes = queue.SimpleQueue()
+    seen = lambda event: changes.put(event.is_present) if isinstance(event, PeerChanged) else None  # noqa: E731
+    with Participant(discovery, on_event=seen):
+        ending = Participant(discovery)
+        for number in range(100):
+            ending.add_writer(f"rt/a{number}", "T", Qos())
+            ending.add_reader(f"rt/b{number}", "T", Qos(), print)
+        changes.get(timeout=10)
+        began = time.perf_counter()
+        ending.close()
+        closed = time.perf_counter()
+        changes.get(timeout=20)
+        yield "close of 200 endpoints", OURS, f"{closed - began:.2f} s"
+        yield "announced end, noticed by a peer", OURS, f"{time.perf_counter() - began:.2f} s"
+        for kind in (OURS, CYCLONE, FAST):
+            with running(kind, "sub", TOPIC, "reliable") as listener:
+                listener.wait_for("ready")
+                changes.get(timeout=10)
+                listener.process.kill()
+                began = time.perf_counter()
+                changes.get(timeout=30)
+                yield "SIGKILL, noticed after", f"{kind} by {OURS}", f"{time.perf_counter() - began:.1f} s"
+
+
+def wait_until(condition, timeout_s=20.0):
+    end = time.perf_counter() + timeout_s
+    while not condition():
+        if time.perf_counter() > end:
+            raise SystemExit("nothing connected in time")
+        time.sleep(0.005)
+
+
 def idle():
     shown = subprocess.run([sys.executable, "-c", IDLE], capture_output=True, text=True, check=True).stdout
     per_cent, megabytes = map(float, shown.split())
@@ -158,7 +343,7 @@ def measure(arguments):
         is_ours = OURS in (writer, reader)
         if "discovery" in wanted:
             times = [discovery(writer, reader) for _ in range(arguments.rounds)]
-            yield "start and discovery, worst", pair, max(times)
+            yield f"start and discovery, worst of {arguments.rounds}", pair, max(times)
         if "latched" in wanted:
             yield (
                 "start and latched message, worst",
@@ -190,8 +375,21 @@ def measure(arguments):
             lost, _ = rate(writer, reader, count=30, size=8_000_000, period_us=100_000)
             yield "30 x 8 MB at 10 Hz", pair, f"{lost} lost"
     if "service" in wanted:
-        for server, client in ((OURS, OURS), (FAST, OURS), (CYCLONE, OURS)):
+        for server, client in ((OURS, OURS), (FAST, OURS), (CYCLONE, OURS), (ZENOH, ZENOH)):
             yield "service call, mean", f"{server} serves {client}", service(server, client, count // 10)
+        yield "calls of 4 clients each of Fast and Cyclone", OURS, crowd(count // 10)
+    if "trip" in wanted:
+        yield from trips(count // 10)
+    if "gateway" in wanted:
+        for size, number in ((20, 2 * count), (1_000_000, 150)):
+            lost, flow = through_gateway(size, number)
+            yield (
+                f"{number} x {size} B through the gateway",
+                f"ROS 1 to {CYCLONE}",
+                f"{flow:,.0f}/s, {lost} lost",
+            )
+    if "end" in wanted:
+        yield from ends()
     if "idle" in wanted:
         yield "idle, two participants, 200 writers and readers", OURS, idle()
 
@@ -201,18 +399,19 @@ def main():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--only", default="discovery,latched,rate,flow,large,service,idle")
+    parser.add_argument("--only", default="discovery,latched,rate,flow,large,service,trip,gateway,end,idle")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if not arguments.inside:
         inside = [sys.executable, os.path.abspath(__file__), *sys.argv[1:], "--inside"]
         return subprocess.run(["unshare", "--net", *inside], check=False).returncode
-    for words in ("link set lo up", "link set lo multicast on", "route add 224.0.0.0/4 dev lo"):
-        subprocess.run(["ip", *words.split()], check=True)
+    enter_network()
+    router = zenoh_router()
     print("| workload | pair | figure |\n| --- | --- | ---: |")
     for row in measure(arguments):
         print("| " + " | ".join(row) + " |", flush=True)
+    router.close()
     return 0
 
 

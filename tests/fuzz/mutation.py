@@ -7,6 +7,7 @@ of processor time for an input. The current input is in a file, which is still t
 from __future__ import annotations
 
 import argparse
+import math
 import random
 import resource
 import signal
@@ -94,15 +95,16 @@ def bounded() -> Iterator[None]:
 
 
 def main(target: Target, name: str, words: Sequence[bytes] = (), longer: Sequence[int] = ()) -> int:
-    """Run a target on its corpus and on mutations of it until the time is up or it fails."""
+    """Run a target on its corpus and on mutations of it until it has had enough or fails."""
     parser = argparse.ArgumentParser(description=f"Fuzzes {name}.")
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--inputs", type=int, help="run so many mutations, however long it takes")
     parser.add_argument("--seed", type=int, default=time.time_ns() % 2**32)
     arguments = parser.parse_args()
     print(f"{name}: seed {arguments.seed}", flush=True)
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
     inputs = corpus(name)
-    end = time.monotonic() + arguments.seconds
+    end = time.monotonic() + (math.inf if arguments.inputs else arguments.seconds)
     count = 0
     for data in (*inputs, *inputs):
         with bounded():
@@ -110,7 +112,7 @@ def main(target: Target, name: str, words: Sequence[bytes] = (), longer: Sequenc
     failed = Path(f"failed-{name}-{arguments.seed}")
     with failed.open("wb", buffering=0) as present:
         for data in mutations(inputs, arguments.seed, words, longer):
-            if time.monotonic() > end:
+            if time.monotonic() > end or count == arguments.inputs:
                 break
             count += 1
             present.seek(0)

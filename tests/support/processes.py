@@ -128,6 +128,11 @@ class Process:
         self._popen.stdin.write(text + "\n")
         self._popen.stdin.flush()
 
+    def end_input(self) -> None:
+        """Close its standard input, which must be a pipe."""
+        assert self._popen.stdin is not None
+        self._popen.stdin.close()
+
     def press_ctrl_c(self) -> None:
         """Send SIGINT to every process of the session's foreground group, as a terminal does."""
         self._signal_group(signal.SIGINT)

@@ -2,6 +2,7 @@
 """A peer on the wheel of Cyclone DDS for tests; see cyclone_peer.c for its command line."""
 
 # Without postponed annotations, which cyclonedds does not resolve.
+import select
 import sys
 import time
 from collections.abc import Callable
@@ -57,6 +58,10 @@ def wait_until(condition: Callable[[], object]) -> None:
         time.sleep(0.002)
 
 
+def has_input_ended(timeout_s: float) -> bool:
+    return bool(select.select([sys.stdin], [], [], timeout_s)[0])
+
+
 def main(domain: str, mode: str, name: str, *words: str) -> None:
     participant = DomainParticipant(int(domain))
     service = qos_of("reliable", 10, b"serviceid=01.02.03.04.05.06.07.08.09.0a.0b.0c.0d.0e.0f.11;")
@@ -75,20 +80,19 @@ def main(domain: str, mode: str, name: str, *words: str) -> None:
     elif mode == "sub":
         reader = DataReader(participant, Topic(participant, name, Blob), qos_of(words[0]))
         print("ready", flush=True)
-        while True:
-            for blob in reader.take(100):
+        while not has_input_ended(0.002):
+            # The end of a writer is a sample, too, without data.
+            for blob in (each for each in reader.take(100) if isinstance(each, Blob)):
                 is_right = all(octet == blob.number % 256 for octet in blob.data)
                 print("got" if is_right else "wrong", blob.number, len(blob.data), flush=True)
-            time.sleep(0.002)
     elif mode == "server":
         replies = DataWriter(participant, Topic(participant, f"rr{name}Reply", Response), service)
         requests = DataReader(participant, Topic(participant, f"rq{name}Request", Request), service)
         print("ready", flush=True)
-        while True:
+        while not has_input_ended(0.0005):
             for request in requests.take(100):
                 total = request.a + request.b
                 replies.write(Response(request.client, request.sequence_number, total))
-            time.sleep(0.0005)
     elif mode == "client":
         answers = DataReader(participant, Topic(participant, f"rr{name}Reply", Response), caller)
         asking = DataWriter(participant, Topic(participant, f"rq{name}Request", Request), caller)

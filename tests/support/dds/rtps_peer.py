@@ -5,13 +5,15 @@ rtps_peer.py DOMAIN LOCALHOST|SUBNET[,loss=0.05] pub TOPIC TYPE COUNT SIZE PERIO
 
 from __future__ import annotations
 
+import os
 import random
+import socket
 import sys
 import threading
 import time
 from struct import Struct
 
-from pipros.basics.limits import process_limits
+from pipros.basics.limits import Limits, process_limits
 from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.outbox import Outgoing
 from pipros.ros2.rtps.participant import Participant
@@ -27,14 +29,33 @@ _SUM = Struct("<q")
 _ADD = Struct("<qq")
 
 
-class LossySockets(RtpsSockets):
-    """Drops a part of the datagrams that are sent."""
+class LossySocket(socket.socket):
+    """Drops a part of the datagrams that arrive."""
 
-    loss = 0.0
-    random = random.Random(1)  # noqa: S311
+    def recvfrom(self, *arguments: int) -> tuple[bytes, tuple[str, int]]:
+        while True:
+            received = super().recvfrom(*arguments)
+            if not is_lost():
+                return received
+
+
+class LossySockets(RtpsSockets):
+    """Drops a part of the datagrams that are sent, and of those that arrive."""
+
+    def __init__(self, where: Discovery, limits: Limits) -> None:
+        super().__init__(where, limits)
+        self.receiving = [LossySocket(fileno=os.dup(each.fileno())) for each in self.receiving]
 
     def send(self, datagrams: list[Outgoing]) -> None:  # type: ignore[override]
-        super().send(each for each in datagrams if self.random.random() >= self.loss)
+        super().send(each for each in datagrams if not is_lost())
+
+
+LOSS = random.Random(1)  # noqa: S311
+loss = 0.0
+
+
+def is_lost() -> bool:
+    return LOSS.random() < loss
 
 
 def qos_of(word: str) -> Qos:
@@ -58,10 +79,11 @@ def add(payload: bytes) -> bytes:
 
 
 def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
-    where, _, loss = options.partition(",loss=")
+    global loss
+    where, _, part = options.partition(",loss=")
+    loss = float(part or 0)
     discovery = Discovery(int(domain), DiscoveryRange(where))
-    sockets = LossySockets(discovery, process_limits())
-    sockets.loss = float(loss or 0)
+    sockets = (LossySockets if loss else RtpsSockets)(discovery, process_limits())
     with Participant(discovery, f"enclave=/;{PIPROS_MARK}=test;".encode(), sockets=sockets) as participant:
         if mode == "pub":
             type_name, count, size, period_us, kind = words
@@ -91,7 +113,7 @@ def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
             assert client.wait_for_server(20)
             right, began = 0, time.monotonic()
             for number in range(int(words[1])):
-                reply = client.call(CDR + _ADD.pack(number, 1000), 5.0)
+                reply = client.call(CDR + _ADD.pack(number, 1000), 20.0)
                 right += _SUM.unpack_from(reply, 4)[0] == number + 1000
             print("right", right, flush=True)
             print(f"{(time.monotonic() - began) / int(words[1]) * 1e6:.0f} us per call", flush=True)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
 
 from pipros.basics.errors import NotFound
@@ -25,14 +24,11 @@ from pipros.ros2.rtps.announcements import (
     read_participant,
     write_endpoint,
     write_key,
-    write_participant,
 )
-from pipros.ros2.rtps.encoding import data_head, datagram_head
+from pipros.ros2.rtps.connections import Connections, Local
 from pipros.ros2.rtps.events import (
     EndpointChanged,
     Event,
-    Matched,
-    Mismatched,
     OverLimit,
     PeerChanged,
     Received,
@@ -40,8 +36,6 @@ from pipros.ros2.rtps.events import (
 )
 from pipros.ros2.rtps.identity import (
     GUID_BYTES,
-    PARTICIPANT_ENTITY,
-    PARTICIPANT_READER,
     PARTICIPANT_WRITER,
     PUBLICATIONS_READER,
     PUBLICATIONS_WRITER,
@@ -52,7 +46,6 @@ from pipros.ros2.rtps.identity import (
 )
 from pipros.ros2.rtps.outbox import Outbox, Outgoing
 from pipros.ros2.rtps.parameters import (
-    Address,
     Parameter,
     SampleIdentity,
     ended,
@@ -60,7 +53,8 @@ from pipros.ros2.rtps.parameters import (
     related_sample,
 )
 from pipros.ros2.rtps.peers import Peer, Peers, cost_bytes
-from pipros.ros2.rtps.qos import Durability, Qos, Reliability, mismatch
+from pipros.ros2.rtps.presence import Presence
+from pipros.ros2.rtps.qos import Durability, Qos, Reliability
 from pipros.ros2.rtps.reader import Reader, Sample
 from pipros.ros2.rtps.submessages import (
     AckNack,
@@ -73,9 +67,8 @@ from pipros.ros2.rtps.submessages import (
     Submessage,
     read_datagram,
 )
-from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, REMOTE_FRAGMENT_BYTES, Writer
+from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, Writer
 
-_FIRST_ANNOUNCEMENTS_S: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 1.0)
 _LEASE_CHECK_S: Final = 0.5
 _ENDED_ENDPOINTS: Final = 256
 _MAX_NAME_CHARACTERS: Final = 255
@@ -84,15 +77,6 @@ _DISCOVERY: Final = (
     (PUBLICATIONS_WRITER, PUBLICATIONS_READER),
     (SUBSCRIPTIONS_WRITER, SUBSCRIPTIONS_READER),
 )
-
-
-@dataclass(slots=True, eq=False)
-class _Local:
-    """An endpoint of this participant, with the number of its announcement."""
-
-    data: EndpointData
-    end: Writer | Reader
-    announcement: int
 
 
 class Engine:
@@ -106,20 +90,15 @@ class Engine:
         self._limits = limits
         self._outbox = Outbox()
         self._events: list[Event] = []
-        self._announcements = 0
-        self._announce_at = now
+        self._presence = Presence(settings, self._outbox, now)
+        self._connections = Connections(settings.local_hosts, self._events)
         self._check_leases_at = now + _LEASE_CHECK_S
         self._entities = 0
         self._is_closed = False
-        self._locals: dict[bytes, _Local] = {}
-        self._by_topic: dict[str, list[_Local]] = {}
         self._ended: deque[tuple[Writer, int]] = deque()
-        self._writers: dict[bytes, Writer] = {}
-        self._readers: dict[bytes, list[Reader]] = {}  # by the GUID of the remote writer
-        self._busy: set[Writer | Reader] = set()
-        self._discovery_readers: list[tuple[bytes, Reader]] = []
+        self._discovery_readers: list[Reader] = []
         for writer, reader in _DISCOVERY:
-            self._writers[writer] = Writer(
+            self._connections.writers[writer] = Writer(
                 self.prefix, writer, _DISCOVERY_QOS, limits.ros2_discovery_bytes, self._outbox
             )
             end = Reader(
@@ -130,7 +109,7 @@ class Engine:
                 self._on_endpoint,
                 settings.request_bytes,
             )
-            self._discovery_readers.append((writer, end))
+            self._discovery_readers.append(end)
         self._handlers: dict[type, Callable[[Peer, Submessage, float], None]] = {
             Data: self._to_readers,
             DataFrag: self._to_readers,
@@ -148,7 +127,6 @@ class Engine:
         self._entities += 1
         entity = user_entity(self._entities, is_writer=True)
         writer = Writer(self.prefix, entity, qos, self._limits.ros2_history_bytes, self._outbox)
-        self._writers[entity] = writer
         self._add(EndpointData(self.prefix + entity, topic, type_name, qos, user_data), writer, now)
         return entity
 
@@ -173,40 +151,25 @@ class Engine:
 
     def _add(self, data: EndpointData, end: Writer | Reader, now: float) -> None:
         announcer = self._announcer(data)
-        local = _Local(data, end, announcer.write(write_endpoint(data), now))
-        self._busy.add(announcer)
-        self._locals[data.guid[12:]] = local
-        self._by_topic.setdefault(data.topic, []).append(local)
-        for peer in self.peers:
-            for remote in list(peer.endpoints.values()):
-                if remote.topic == data.topic:
-                    self._try_match(peer, local, remote, now)
+        local = Local(data, end, announcer.write(write_endpoint(data), now))
+        self._connections.busy.add(announcer)
+        self._connections.add(local)
+        self._connections.match_local(local, list(self.peers), now)
 
     def _announcer(self, data: EndpointData) -> Writer:
-        return self._writers[PUBLICATIONS_WRITER if data.is_writer else SUBSCRIPTIONS_WRITER]
+        return self._connections.writers[PUBLICATIONS_WRITER if data.is_writer else SUBSCRIPTIONS_WRITER]
 
     def remove(self, entity: bytes, now: float) -> None:
         """End a writer or reader. May be called repeatedly."""
-        local = self._locals.pop(entity, None)
+        local = self._connections.remove(entity)
         if local is None:
             return
         data = local.data
-        self._by_topic[data.topic].remove(local)
-        if not self._by_topic[data.topic]:
-            del self._by_topic[data.topic]
-        self._busy.discard(local.end)
-        if isinstance(local.end, Reader):
-            for guid in list(local.end.writers):
-                self._disconnect_reader(local.end, guid)
-        else:
-            del self._writers[entity]
-            for guid in list(local.end.readers):
-                local.end.unmatch(guid)
         announcer = self._announcer(data)
         announcer.forget(local.announcement)
         payload = write_key(Parameter.ENDPOINT_GUID, data.guid)
         self._ended.append((announcer, announcer.write(payload, now, ended(data.guid), is_key=True)))
-        self._busy.add(announcer)
+        self._connections.busy.add(announcer)
         while len(self._ended) > _ENDED_ENDPOINTS:
             earlier, number = self._ended.popleft()
             earlier.forget(number)
@@ -229,7 +192,7 @@ class Engine:
         inline = related_sample(related) if related else b""
         number = writer.write(payload, now, inline, recipients)
         if writer.readers:
-            self._busy.add(writer)
+            self._connections.busy.add(writer)
         return number
 
     def writer(self, entity: bytes) -> Writer:
@@ -238,9 +201,9 @@ class Engine:
         Raises:
             NotFound: it was removed.
         """
-        if entity not in self._writers:
+        if entity not in self._connections.writers:
             raise NotFound("the writer was closed")
-        return self._writers[entity]
+        return self._connections.writers[entity]
 
     def reader(self, entity: bytes) -> Reader:
         """Return the state of a local reader.
@@ -248,7 +211,7 @@ class Engine:
         Raises:
             NotFound: it was removed.
         """
-        local = self._locals.get(entity)
+        local = self._connections.local(entity)
         if local is None or not isinstance(local.end, Reader):
             raise NotFound("the reader was closed")
         return local.end
@@ -263,9 +226,7 @@ class Engine:
         if self._is_closed:
             return
         self._is_closed = True
-        guid = self.prefix + PARTICIPANT_ENTITY
-        payload = write_key(Parameter.PARTICIPANT_GUID, guid)
-        self._send_announcement(2, payload, ended(guid), is_key=True)
+        self._presence.end(self.peers)
 
     @property
     def has_transfers(self) -> bool:
@@ -278,7 +239,8 @@ class Engine:
 
     def take_events(self) -> list[Event]:
         """Return the events since the last call, in their order."""
-        events, self._events = self._events, []
+        events = self._events.copy()
+        self._events.clear()
         return events
 
     # The passage of time.
@@ -286,54 +248,33 @@ class Engine:
     @property
     def deadline(self) -> float:
         """When `poll` must be called at the latest."""
-        soonest = min(self._outbox.deadline, self._announce_at, self._check_leases_at)
-        return min(soonest, *(end.deadline for end in self._busy), math.inf)
+        soonest = min(self._outbox.deadline, self._presence.due, self._check_leases_at)
+        return min(soonest, *(end.deadline for end in self._connections.busy), math.inf)
 
     def poll(self, now: float, handled_until: float = math.inf) -> None:
         """Do what is due: announcements, heartbeats, repeated requests, bursts, and the end of leases.
 
         Args:
             handled_until: every datagram that arrived before this time has been passed to `receive`. So what
-                a peer has answered is not requested again, and a lease that it has renewed does not end.
+                a peer has answered in time is not requested again, and a lease that it has renewed goes on.
         """
         if self._is_closed:
             return
         handled_until = min(now, handled_until)
-        if now >= self._announce_at:
-            self._announce(now)
+        if now >= self._presence.due:
+            self._presence.announce(self.peers, now)
         if handled_until >= self._check_leases_at:
             self._check_leases_at = now + _LEASE_CHECK_S
             for peer in self.peers.expired(handled_until):
                 self._remove_peer(peer.data.prefix)
-        for end in list(self._busy):
+        for end in list(self._connections.busy):
             if isinstance(end, Reader):
                 end.poll(now, handled_until)
             else:
                 end.poll(now)
             if end.deadline == math.inf:
-                self._busy.discard(end)
+                self._connections.busy.discard(end)
         self._outbox.poll(now)
-
-    def _announce(self, now: float) -> None:
-        index = self._announcements
-        pauses = _FIRST_ANNOUNCEMENTS_S
-        pause_s = pauses[index] if index < len(pauses) else self.settings.me.lease_s / 3
-        self._announcements += 1
-        self._announce_at = now + pause_s
-        self._send_announcement(1, write_participant(self.settings.me))
-
-    def _send_announcement(
-        self, number: int, payload: bytes, inline: bytes = b"", *, is_key: bool = False
-    ) -> None:
-        addresses = dict.fromkeys(self.settings.announce_to)
-        addresses.update(dict.fromkeys(peer.discovery_address for peer in self.peers))
-        datagram = self._announcement(number, payload, inline, is_key=is_key)
-        for address in addresses:
-            self._outbox.send(address, datagram)
-
-    def _announcement(self, number: int, payload: bytes, inline: bytes = b"", *, is_key: bool) -> bytes:
-        head = data_head(PARTICIPANT_READER, PARTICIPANT_WRITER, number, len(payload), inline, is_key=is_key)
-        return datagram_head(self.prefix) + head + payload
 
     # What arrives.
 
@@ -355,7 +296,7 @@ class Engine:
 
     def _to_readers(self, peer: Peer, submessage: Submessage, now: float) -> None:
         guid = peer.data.prefix + submessage.writer
-        for reader in self._readers.get(guid, ()):
+        for reader in self._connections.readers.get(guid, ()):
             if submessage.reader != UNKNOWN_ENTITY and submessage.reader != reader.entity:
                 continue
             if isinstance(submessage, Data):
@@ -369,10 +310,10 @@ class Engine:
             elif isinstance(submessage, Gap):
                 reader.on_gap(guid, submessage)
             if reader.is_waiting:
-                self._busy.add(reader)
+                self._connections.busy.add(reader)
 
     def _to_writer(self, peer: Peer, submessage: Submessage, now: float) -> None:
-        writer = self._writers.get(submessage.writer)
+        writer = self._connections.writers.get(submessage.writer)
         if writer is None:
             return
         guid = peer.data.prefix + submessage.reader
@@ -380,7 +321,7 @@ class Engine:
             writer.on_acknack(guid, submessage, now)
         elif isinstance(submessage, NackFrag):
             writer.on_nack_frag(guid, submessage)
-        self._busy.add(writer)
+        self._connections.busy.add(writer)
 
     def _on_participant(self, prefix: bytes, data: Data, host: str, now: float) -> None:
         if is_ended(data.inline) or not data.has_payload:
@@ -389,29 +330,24 @@ class Engine:
         announced = read_participant(data.payload)
         if announced is None or announced.prefix != prefix:
             return
+        connections = self._connections
         peer = self.peers.get(prefix)
         if peer is not None:
             peer.data = announced
-            if not self._writers[PUBLICATIONS_WRITER].readers[prefix + PUBLICATIONS_READER].is_greeted:
-                self._answer(peer)  # it may have lost the first one
+            if not connections.writers[PUBLICATIONS_WRITER].readers[prefix + PUBLICATIONS_READER].is_greeted:
+                self._presence.answer(peer)  # it may have lost the first one
             return
-        payload = bytes(data.payload)
-        peer = self.peers.add(announced, cost_bytes(payload), host, now)
+        peer = self.peers.add(announced, cost_bytes(bytes(data.payload)), host, now)
         if peer is None:
             return
         address = peer.discovery_address
-        self._answer(peer)
-        for (writer, reader), (_, own_reader) in zip(_DISCOVERY, self._discovery_readers, strict=True):
-            own = self._writers[writer]
+        self._presence.answer(peer)
+        for (writer, reader), own_reader in zip(_DISCOVERY, self._discovery_readers, strict=True):
+            own = connections.writers[writer]
             own.match(prefix + reader, address, _DISCOVERY_QOS, LOCAL_FRAGMENT_BYTES, now)
-            self._connect_reader(own_reader, prefix + writer, address, peer, now, is_reliable=True)
-            self._busy.add(own)
+            connections.connect_reader(own_reader, prefix + writer, address, peer, now, is_reliable=True)
+            connections.busy.add(own)
         self._events.append(PeerChanged(announced, True))
-
-    def _answer(self, peer: Peer) -> None:
-        """Announce ourselves to one peer."""
-        announcement = self._announcement(1, write_participant(self.settings.me), is_key=False)
-        self._outbox.send(peer.discovery_address, announcement)
 
     def _remove_peer(self, prefix: bytes) -> None:
         peer = self.peers.get(prefix)
@@ -419,9 +355,9 @@ class Engine:
             return
         for remote in list(peer.endpoints.values()):
             self._remove_endpoint(peer, remote.guid)
-        for (writer, reader), (_, own_reader) in zip(_DISCOVERY, self._discovery_readers, strict=True):
-            self._writers[writer].unmatch(prefix + reader)
-            self._disconnect_reader(own_reader, prefix + writer)
+        for (writer, reader), own_reader in zip(_DISCOVERY, self._discovery_readers, strict=True):
+            self._connections.writers[writer].unmatch(prefix + reader)
+            self._connections.disconnect_reader(own_reader, prefix + writer)
         self.peers.remove(prefix)
         self._events.append(PeerChanged(peer.data, False))
 
@@ -450,64 +386,13 @@ class Engine:
                 self._events.append(OverLimit(prefix))
             return
         if known is not None and known != remote:
-            self._disconnect(known)
+            self._connections.disconnect(known)
         if known != remote:
             self._events.append(EndpointChanged(remote, True))
-            for local in self._by_topic.get(remote.topic, ()):
-                self._try_match(peer, local, remote, peer.heard_at)
+            self._connections.match_remote(peer, remote, peer.heard_at)
 
     def _remove_endpoint(self, peer: Peer, guid: bytes) -> None:
         remote = peer.forget(guid)
         if remote is not None:
-            self._disconnect(remote)
+            self._connections.disconnect(remote)
             self._events.append(EndpointChanged(remote, False))
-
-    def _try_match(self, peer: Peer, local: _Local, remote: EndpointData, now: float) -> None:
-        mine, end = local.data, local.end
-        if mine.is_writer is remote.is_writer:
-            return
-        entity = mine.guid[12:]
-        offered, requested = (mine, remote) if mine.is_writer else (remote, mine)
-        policy = mismatch(offered.qos, requested.qos)
-        if policy is not None or mine.type_name != remote.type_name:
-            found = policy if mine.type_name == remote.type_name else None
-            self._events.append(Mismatched(entity, remote, found))
-            return
-        address = peer.address_of(remote)
-        if isinstance(end, Writer):
-            is_local = address.host in self.settings.local_hosts or address.host.startswith("127.")
-            fragment_bytes = LOCAL_FRAGMENT_BYTES if is_local else REMOTE_FRAGMENT_BYTES
-            end.match(remote.guid, address, remote.qos, fragment_bytes, now)
-            self._busy.add(end)
-        else:
-            is_reliable = mine.qos.is_reliable and remote.qos.is_reliable
-            self._connect_reader(end, remote.guid, address, peer, now, is_reliable=is_reliable)
-        self._events.append(Matched(entity, remote, True))
-
-    def _disconnect(self, remote: EndpointData) -> None:
-        for local in self._by_topic.get(remote.topic, ()):
-            end = local.end
-            if isinstance(end, Writer) and remote.guid in end.readers:
-                end.unmatch(remote.guid)
-            elif isinstance(end, Reader) and remote.guid in end.writers:
-                self._disconnect_reader(end, remote.guid)
-            else:
-                continue
-            self._events.append(Matched(local.data.guid[12:], remote, False))
-
-    def _connect_reader(
-        self, reader: Reader, guid: bytes, address: Address, peer: Peer, now: float, *, is_reliable: bool
-    ) -> None:
-        connected = self._readers.setdefault(guid, [])
-        if reader not in connected:
-            connected.append(reader)
-        reader.match(guid, address, peer.incomplete, now, is_reliable=is_reliable)
-        self._busy.add(reader)
-
-    def _disconnect_reader(self, reader: Reader, guid: bytes) -> None:
-        reader.unmatch(guid)
-        connected = self._readers.get(guid, [])
-        if reader in connected:
-            connected.remove(reader)
-        if not connected:
-            self._readers.pop(guid, None)

@@ -320,8 +320,8 @@ class Reader:
     def _request(self, writer: WriterProxy, now: float, *, is_repeated: bool = False) -> None:
         """Acknowledge, and request the next missing samples or fragments, up to `request_bytes`.
 
-        If more were requested at once, the answers would displace each other in the receive buffer.
-        A repeated request asks for a heartbeat, too, which may reveal that the samples are no longer kept.
+        If more were requested at once, the answers would push each other out of the receive buffer. A
+        repeated request asks for a heartbeat, too, which may reveal that the samples are no longer kept.
         """
         whole: list[int] = []
         left_bytes = self.request_bytes

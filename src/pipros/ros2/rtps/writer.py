@@ -1,8 +1,9 @@
 """The writing end: a history of samples, and the state of each matched reader.
 
 Theory of operation. `write` sends a sample to each reader at once, followed by a heartbeat that need not be
-answered. A reliable reader gets new samples only after its first answer: until then it may not know the
-writer, and Cyclone DDS begins with the sample after those that the first heartbeat announces. While a
+answered. A reliable reader gets new samples only after it has answered a heartbeat that announces none:
+before, it may not know the writer, and Cyclone DDS begins with the sample after those that the first
+heartbeat announces. While a
 reliable reader has not acknowledged everything that it should have, heartbeats that must be answered follow,
 at intervals that double; the reader names what it lacks, and gets it again, or a GAP if it is no longer kept.
 Replies of services are for single readers: the others get a GAP for those numbers before their next sample.
@@ -27,6 +28,8 @@ FIRST_HEARTBEAT_S: Final = 0.02
 SLOWEST_HEARTBEAT_S: Final = 1.0
 SLOWEST_GREETING_S: Final = 10.0
 """The interval for readers that never answered: a flood of them must not cause much work."""
+ENOUGH_QUESTIONS: Final = 3
+"""A reader that asks so often for a heartbeat has seen one, even if it never says that it needs no more."""
 LOCAL_FRAGMENT_BYTES: Final = 60_000
 REMOTE_FRAGMENT_BYTES: Final = 1_344
 """What fits an Ethernet frame, as in Cyclone DDS: the loss of an IP fragment would lose them all."""
@@ -69,7 +72,8 @@ class ReaderProxy:
         sent: the last one that was sent to it, or that it must skip.
         wanted: the last one that is for it.
         acked: it has everything up to this one.
-        is_greeted: it has answered.
+        asked: how often it has asked for a heartbeat.
+        is_greeted: it has answered a heartbeat.
         due: when the next heartbeat is sent.
     """
 
@@ -82,6 +86,7 @@ class ReaderProxy:
     sent: int
     wanted: int
     acked: int
+    asked: int = 0
     is_greeted: bool = False
     due: float = math.inf
     interval_s: float = FIRST_HEARTBEAT_S
@@ -306,7 +311,9 @@ class Writer:
         if reader is None or not reader.is_reliable or acknack.number == reader.last_acknack:
             return
         reader.last_acknack = acknack.number
-        if not reader.is_greeted:
+        has_asked = not acknack.missing and not acknack.is_final
+        reader.asked += has_asked
+        if not reader.is_greeted and (not has_asked or reader.asked >= ENOUGH_QUESTIONS):
             reader.is_greeted = True
             self._send_held(reader)
         if reader.acked < acknack.base - 1:
@@ -322,8 +329,9 @@ class Writer:
             reader.due = math.inf
             self._behind.pop(guid, None)
             self._forget_acknowledged()
-        if not acknack.missing and not acknack.is_final:
-            self.outbox.send(reader.address, reader.head, self._heartbeat(reader, is_final=True))
+        if has_asked:
+            beat = self._heartbeat(reader, is_final=reader.is_greeted)
+            self.outbox.send(reader.address, reader.head, beat)
 
     def _send_held(self, reader: ReaderProxy) -> None:
         """Send the samples that were written before the first answer."""

@@ -81,6 +81,28 @@ def test_samples_wait_for_the_first_answer_of_a_reliable_reader() -> None:
     assert voice.writer.is_acknowledged
 
 
+def test_a_question_for_a_heartbeat_is_no_answer_to_one() -> None:
+    """Readers ask before they have seen a heartbeat; Cyclone DDS passes over what its first one announces."""
+    voice = Voice(Qos(depth=10), Qos())
+    voice.write(b"one.")
+    voice.sent()
+    voice.answer(1, is_final=False)
+    beats = [(each.first, each.last, each.is_final) for each in voice.sent() if isinstance(each, Heartbeat)]
+    assert beats == [(1, 0, False)]
+    voice.answer(1)
+
+    assert voice.numbers() == [1]
+
+
+def test_a_reader_that_only_asks_for_heartbeats_gets_samples_after_a_while() -> None:
+    voice = Voice(Qos(depth=10), Qos())
+    voice.write(b"one.")
+    for _ in range(3):
+        voice.answer(1, is_final=False)
+
+    assert voice.numbers() == [1]
+
+
 def test_a_reader_that_never_answers_gets_the_samples_that_are_kept_once_it_does() -> None:
     voice = Voice(Qos(depth=2), Qos())
     for number in range(5):

@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""A long run of a participant of RTPS whose peers start and end, to measure resources and lost messages.
+
+    benchmarks/rtps_soak.py [--minutes 30]
+
+This process has a writer at 50 Hz, of 100 bytes and every second of 1 MB, a latched writer, a reader, and a
+service. Eight peers on pipros, Fast DDS and Cyclone DDS subscribe, publish or call for 5 to 20 seconds; every
+third one is ended with SIGKILL. A line is printed every ten seconds. The exit status is 1 if this process
+uses more memory, threads or descriptors at the end than after the first minute, if a message was lost, or if
+a datagram revealed a defect. It needs root, and the peers of tests/dds.
+"""
+
+import argparse
+import os
+import random
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from struct import pack, unpack_from
+
+from ros2 import CYCLONE, FAST, MESSAGE, OURS, SERVICE, Program, enter_network
+from soak import held
+
+CDR = b"\0\1\0\0"
+COUNT = 8
+KINDS = [OURS, FAST, CYCLONE]
+JOBS = [
+    ("sub", "rt/beat", "reliable"),
+    ("sub", "rt/map", "latched"),
+    ("pub", "rt/back", 1_000_000, 100, 10_000, "reliable"),
+    ("pub", "rt/back", 1_000_000, 300_000, 200_000, "reliable"),
+    ("client", "/add", 100),
+]
+LIFE_S = 5.0, 20.0
+KILL_EVERY = 3
+LINE_EVERY_S = 10.0
+WARM_UP_S = 60.0
+LEASES_S = 15.0
+MEMORY_SLACK_MB = 20.0
+
+
+def message(number, size):
+    return CDR + pack("<II", number, size) + bytes([number % 256]) * size
+
+
+class Gaps:
+    """Counts what each remote writer's messages lack: from its first one on, none may be missing."""
+
+    def __init__(self):
+        self.received = self.lost = 0
+        self._last = {}
+
+    def take(self, sample):
+        (number,) = unpack_from("<I", sample.payload, 4)
+        last = self._last.get(sample.writer, number - 1)
+        self.lost += number - last - 1
+        self._last[sample.writer] = number
+        self.received += 1
+
+
+class Visitors:
+    """Keeps peers running, each for a while, and checks what those that subscribe have printed."""
+
+    def __init__(self):
+        self.started = self.killed = self.lost = self.wrong = 0
+        self.ended = Counter()
+        self._running = []
+
+    def look(self):
+        now = time.monotonic()
+        for program, job, end in list(self._running):
+            if now > end:
+                self._running.remove((program, job, end))
+                self._end(program, job)
+        if len(self._running) < COUNT:
+            self.started += 1
+            job, kind = random.choice(JOBS), KINDS[self.started % len(KINDS)]  # noqa: S311
+            end = now + random.uniform(*LIFE_S)  # noqa: S311
+            self._running.append((Program(kind, *job), job, end))
+
+    def _end(self, program, job):
+        self.ended[job[0]] += 1
+        if job[0] == "sub":
+            numbers = [int(each) for each in re.findall(r"(?m)^got (\d+) \d+$", program.text())]
+            if job[2] != "latched" and numbers:
+                self.lost += numbers[-1] - numbers[0] + 1 - len(numbers)
+            self.wrong += not numbers
+        self.wrong += "wrong" in program.text()
+        if self.ended.total() % KILL_EVERY == 0:
+            self.killed += 1
+            program.process.kill()
+        program.close()
+
+    def close(self):
+        for program, job, _ in self._running:
+            self._end(program, job)
+        self._running.clear()
+
+
+def soak(minutes):
+    from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
+    from pipros.ros2.rtps.participant import Participant
+    from pipros.ros2.rtps.qos import Durability, Qos
+    from pipros.ros2.rtps.services import Server
+
+    def add(request):
+        a, b = unpack_from("<qq", request, 4)
+        return CDR + pack("<q", a + b)
+
+    gaps, visitors = Gaps(), Visitors()
+    with Participant(Discovery(1, DiscoveryRange.SUBNET)) as participant:
+        beat = participant.add_writer("rt/beat", MESSAGE, Qos(depth=2000))
+        latched = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
+        participant.add_writer("rt/map", MESSAGE, latched).write(message(0, 100_000))
+        participant.add_reader("rt/back", MESSAGE, Qos(depth=2000), gaps.take)
+        Server(participant, "/add", SERVICE + "_Request_", SERVICE + "_Response_", add)
+        begin = time.monotonic()
+        number, next_look, next_line, warm = 0, begin, begin + LINE_EVERY_S, None
+        pause = threading.Event()
+        print(" minutes     MB threads  files peers so far killed   received  lost", flush=True)
+        while (now := time.monotonic()) < begin + minutes * 60:
+            beat.write(message(number, 1_000_000 if number % 50 == 0 else 100))
+            number += 1
+            if now >= next_look:
+                next_look = now + 0.5
+                visitors.look()
+            if warm is None and now > begin + WARM_UP_S:
+                warm = held()
+            if now >= next_line:
+                next_line += LINE_EVERY_S
+                megabytes, threads, files = held()
+                print(
+                    f"{(now - begin) / 60:8.1f} {megabytes:6.1f} {threads:7} {files:6} {visitors.started:12} "
+                    f"{visitors.killed:6} {gaps.received:10} {gaps.lost + visitors.lost:5}",
+                    flush=True,
+                )
+            pause.wait(max(0.0, begin + number * 0.02 - time.monotonic()))
+        visitors.close()
+        is_alone = participant.wait_for(lambda engine: len(engine.peers) == 0, LEASES_S)
+        after = held()
+        failures = participant.failures
+    if warm is None:
+        raise SystemExit("the run must take longer than the first minute")
+    print(f"after the first minute: {warm[0]:.1f} MB, {warm[1]} threads, {warm[2]} files")
+    print(f"without peers:          {after[0]:.1f} MB, {after[1]} threads, {after[2]} files")
+    print(f"defects: {failures}, subscribers with nothing or something wrong: {visitors.wrong}")
+    is_steady = after[0] <= warm[0] + MEMORY_SLACK_MB and after[1] <= warm[1] and after[2] <= warm[2]
+    is_whole = gaps.lost + visitors.lost + visitors.wrong + failures == 0
+    return 0 if is_steady and is_whole and is_alone else 1
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--minutes", type=float, default=30.0)
+    parser.add_argument("--inside", action="store_true", help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if not arguments.inside:
+        inside = [sys.executable, os.path.abspath(__file__), *sys.argv[1:], "--inside"]
+        return subprocess.run(["unshare", "--net", *inside], check=False).returncode
+    enter_network()
+    return soak(arguments.minutes)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,144 @@
+"""The local endpoints of a participant, and their connections with remote ones.
+
+A local and a remote endpoint with the same topic and type, and fitting quality of service, match. From then
+on the writer has a proxy of the reader, and the reader one of the writer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pipros.ros2.rtps.announcements import EndpointData
+from pipros.ros2.rtps.events import Event, Matched, Mismatched
+from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.peers import Peer
+from pipros.ros2.rtps.qos import mismatch
+from pipros.ros2.rtps.reader import Reader
+from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, REMOTE_FRAGMENT_BYTES, Writer
+
+
+@dataclass(slots=True, eq=False)
+class Local:
+    """An endpoint of this participant.
+
+    Attributes:
+        announcement: sequence number of its announcement.
+    """
+
+    data: EndpointData
+    end: Writer | Reader
+    announcement: int
+
+
+class Connections:
+    """See the module docstring. Not thread-safe.
+
+    Attributes:
+        writers: local writers by entity id, including those for discovery.
+        readers: local readers by the GUID of the remote writer.
+        busy: writers and readers that have a deadline.
+        events: matches and mismatches are added to it.
+    """
+
+    def __init__(self, local_hosts: frozenset[str], events: list[Event]) -> None:
+        self.writers: dict[bytes, Writer] = {}
+        self.readers: dict[bytes, list[Reader]] = {}
+        self.busy: set[Writer | Reader] = set()
+        self.events = events
+        self._local_hosts = local_hosts
+        self._locals: dict[bytes, Local] = {}
+        self._by_topic: dict[str, list[Local]] = {}
+
+    def local(self, entity: bytes) -> Local | None:
+        return self._locals.get(entity)
+
+    def add(self, local: Local) -> None:
+        """Add a local endpoint, without matching it."""
+        self._locals[local.data.guid[12:]] = local
+        self._by_topic.setdefault(local.data.topic, []).append(local)
+        if isinstance(local.end, Writer):
+            self.writers[local.end.entity] = local.end
+
+    def remove(self, entity: bytes) -> Local | None:
+        """Disconnect and return a local endpoint; None if it is unknown."""
+        local = self._locals.pop(entity, None)
+        if local is None:
+            return None
+        topic = local.data.topic
+        self._by_topic[topic].remove(local)
+        if not self._by_topic[topic]:
+            del self._by_topic[topic]
+        self.busy.discard(local.end)
+        if isinstance(local.end, Reader):
+            for guid in list(local.end.writers):
+                self.disconnect_reader(local.end, guid)
+        else:
+            del self.writers[entity]
+            for guid in list(local.end.readers):
+                local.end.unmatch(guid)
+        return local
+
+    def match_local(self, local: Local, peers: list[Peer], now: float) -> None:
+        """Match a new local endpoint with all remote ones."""
+        for peer in peers:
+            for remote in list(peer.endpoints.values()):
+                if remote.topic == local.data.topic:
+                    self._try_match(peer, local, remote, now)
+
+    def match_remote(self, peer: Peer, remote: EndpointData, now: float) -> None:
+        """Match a new remote endpoint with all local ones."""
+        for local in self._by_topic.get(remote.topic, ()):
+            self._try_match(peer, local, remote, now)
+
+    def _try_match(self, peer: Peer, local: Local, remote: EndpointData, now: float) -> None:
+        mine, end = local.data, local.end
+        if mine.is_writer is remote.is_writer:
+            return
+        entity = mine.guid[12:]
+        offered, requested = (mine, remote) if mine.is_writer else (remote, mine)
+        policy = mismatch(offered.qos, requested.qos)
+        if policy is not None or mine.type_name != remote.type_name:
+            found = policy if mine.type_name == remote.type_name else None
+            self.events.append(Mismatched(entity, remote, found))
+            return
+        address = peer.address_of(remote)
+        if isinstance(end, Writer):
+            is_local = address.host in self._local_hosts or address.host.startswith("127.")
+            fragment_bytes = LOCAL_FRAGMENT_BYTES if is_local else REMOTE_FRAGMENT_BYTES
+            end.match(remote.guid, address, remote.qos, fragment_bytes, now)
+            self.busy.add(end)
+        else:
+            is_reliable = mine.qos.is_reliable and remote.qos.is_reliable
+            self.connect_reader(end, remote.guid, address, peer, now, is_reliable=is_reliable)
+        self.events.append(Matched(entity, remote, True))
+
+    def disconnect(self, remote: EndpointData) -> None:
+        """End all connections of a remote endpoint."""
+        for local in self._by_topic.get(remote.topic, ()):
+            end = local.end
+            if isinstance(end, Writer) and remote.guid in end.readers:
+                end.unmatch(remote.guid)
+            elif isinstance(end, Reader) and remote.guid in end.writers:
+                self.disconnect_reader(end, remote.guid)
+            else:
+                continue
+            self.events.append(Matched(local.data.guid[12:], remote, False))
+
+    def connect_reader(
+        self, reader: Reader, guid: bytes, address: Address, peer: Peer, now: float, *, is_reliable: bool
+    ) -> None:
+        """Pass the samples of a remote writer to a local reader."""
+        connected = self.readers.setdefault(guid, [])
+        if reader not in connected:
+            connected.append(reader)
+        reader.match(guid, address, peer.incomplete, now, is_reliable=is_reliable)
+        self.busy.add(reader)
+
+    def disconnect_reader(self, reader: Reader, guid: bytes) -> None:
+        """Undo `connect_reader`. May be called repeatedly."""
+        reader.unmatch(guid)
+        connected = self.readers.get(guid, [])
+        if reader in connected:
+            connected.remove(reader)
+        if not connected:
+            self.readers.pop(guid, None)
