@@ -158,7 +158,9 @@ export class Scene {
   }
 
   addTransforms({ transforms }, isStatic, sender = "") {
-    for (const { header, child_frame_id: child, transform } of transforms) this.frames.insert(header.frame_id, child, header.stamp, poseOf(transform), sender, isStatic);
+    for (const { header, child_frame_id: child, transform } of transforms) {
+      this.frames.insert(header.frame_id, child, header.stamp, poseOf(transform), sender, isStatic);
+    }
   }
 
   // Returns the pose of a frame in the fixed frame. Throws a TransformError.
