@@ -121,7 +121,11 @@ export function open(view, argument, context) {
   }
 
   const noting = setInterval(noteAddress, ADDRESS_MS);
-  context.signal.addEventListener("abort", () => clearInterval(noting));
+  context.signal.addEventListener("abort", () => {
+    clearInterval(noting);
+    scene.hide();
+    scene.close();
+  });
 
   context.watch("scene_config", {}, (data) => {
     if (JSON.stringify(data) === JSON.stringify(file)) return; // the connection was lost meanwhile
