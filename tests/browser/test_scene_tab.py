@@ -458,3 +458,46 @@ def test_the_points_of_a_viewer_are_divided_among_its_clouds(
     tab.get_by_role("button", name="Displays").click()
     tab.get_by_label("Show A").uncheck()
     wait_until(lambda: tab.evaluate(limits) == [0, 20_000], 30.0, "one cloud")
+
+
+def test_a_link_shows_the_same_displays_and_view(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    file = tmp_path / "scene.rviz"
+    file.write_text(VIEW.format(displays=f"{ROBOT}, {{Class: my/Wind, Name: Wind, Force: 007}}"))
+    page = Page(system, "-d", file, command="rviz")
+    tab = open_tab(page, "scene", (1200, 900))
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    assert tab.url.endswith("#scene")
+    tab.get_by_role("button", name="Displays").click()
+    tab.get_by_label("Add a display").select_option(label="/map (Map)")
+    tab.get_by_label("Show Robot").uncheck()
+    tab.get_by_role("button", name="Displays").click()
+    tab.evaluate("document.querySelector('.tab-scene').scene.view.set('X', -2)")
+    shown = {(2, 2): GREY, (4, 2): GREY, (-1.5, 2.5): (193, 193, 193)}  # the origin is 2 m further right
+    wait_for_colours(tab, shown, tolerance=1)
+    wait_until(lambda: tab.evaluate("location.hash").startswith("#scene/"), 30.0, "the address")
+    tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    tab.get_by_role("button", name="Link").click()
+    expect(tab.get_by_title("Copy as Link")).to_have_text("copied")
+    link = str(tab.evaluate("navigator.clipboard.readText()"))
+    assert link == tab.evaluate("location.href")
+    place = link.partition("#")[2]
+    other = open_tab(page, place, (1200, 900))
+    wait_for_colours(other, shown, tolerance=1)
+    assert "Force" in other.evaluate("JSON.stringify(document.querySelector('.tab-scene').scene.file)")
+    damaged = open_tab(page, f"{place[:-9]}x", (1200, 900))
+    expect(damaged.get_by_role("alert").first).to_have_text(
+        "the link to the scene is damaged; the file is shown"
+    )
+    wait_for_colours(damaged, {(2, 2): (204, 102, 51)}, tolerance=1)
+
+
+def test_changes_survive_a_lost_connection(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    tab = scene_of(system, open_tab, tmp_path, ROBOT)
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    tab.evaluate("document.querySelector('.tab-scene').scene.view.set('X', -2)")
+    tab.evaluate("import('/live.js').then(({ live }) => live.socket.close())")
+    expect(tab.locator("#system")).to_contain_text("no connection")
+    expect(tab.locator("#system")).to_contain_text("read-only")
+    wait_for_colours(tab, {(4, 2): (204, 102, 51)}, tolerance=1)

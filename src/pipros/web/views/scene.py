@@ -140,6 +140,7 @@ class SceneViews:
                     "config": self._file.config,
                     "path": str(self._file.path or ""),
                     "fixed_frame": self._file.fixed_frame,
+                    "version": version,
                     "simulated": await self._system.questions.run(self._is_simulated),
                 }
             await asyncio.sleep(LOOK_INTERVAL_S / 2)

@@ -7,6 +7,7 @@ import { Properties, truth } from "./properties.js";
 
 const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
 const MOST_SENDERS = 20; // with a status each
+const LONGEST_TEXT = 1000; // of a status
 export const LEVELS = ["ok", "warning", "error"];
 
 export class Display {
@@ -37,6 +38,7 @@ export class Display {
   }
 
   setStatus(name, level, text) {
+    text = text.length > LONGEST_TEXT ? `${text.slice(0, LONGEST_TEXT)} …` : text;
     const old = this.statuses.get(name);
     if (old?.level === level && old.text === text) return;
     this.statuses.set(name, { level, text });

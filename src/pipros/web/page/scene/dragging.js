@@ -48,8 +48,7 @@ export class Drag {
     return [...this.position.toArray(), ...this.orientation.toArray()].some((value, i) => value !== before[i]);
   }
 
-  // Returns where rviz's cursor would be.
-  /** @returns {[number, number]} */
+  /** Returns where the cursor of rviz would be. @param {number[]} mouse @returns {[number, number]} */
   cursor([x, y]) {
     return [x - this.moved[0], y - this.moved[1]];
   }

@@ -134,8 +134,7 @@ export class Frames {
   insert(parent, child, stamp, pose, authority = "", isStatic = false) {
     parent = withoutSlash(parent);
     child = withoutSlash(child);
-    const norm = pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2 + pose[6] ** 2;
-    if (!(Math.abs(norm - 1) < TOLERANCE) || pose.some(Number.isNaN) || parent === child || !parent || !child || stamp < 0n) return false;
+    if (this.problemOf(parent, child, stamp, pose)) return false;
     let frame = this.frames.get(child);
     if (!frame) {
       if (this.frames.size >= MOST_FRAMES) return false;
@@ -147,6 +146,16 @@ export class Frames {
     frame.authority = authority;
     this.version += 1;
     return true;
+  }
+
+  // Returns why a transform is not accepted, or an empty text.
+  problemOf(parent, child, stamp, pose) {
+    const norm = pose[3] ** 2 + pose[4] ** 2 + pose[5] ** 2 + pose[6] ** 2;
+    if (!pose.every(Number.isFinite)) return "it contains invalid floating point values (nans or infs)";
+    if (!(Math.abs(norm - 1) < TOLERANCE)) return "its quaternion does not have the length 1";
+    if (!parent || !child) return "a frame has no name";
+    if (parent === child) return "a frame cannot be its own parent";
+    return stamp < 0n ? "its time is negative" : "";
   }
 
   // Removes all transforms except static ones.
@@ -273,14 +282,10 @@ export class Frames {
     throw this.loop();
   }
 
-  // Returns the newest links {child, parent, stamp} from a frame up to the root of its tree.
+  // Returns the newest links {child, parent, stamp} from a frame up to the root of its tree. Throws a TransformError.
   linksAbove(name) {
     const links = [];
-    try {
-      for (const [stamp, parent] of this.ancestors(name)) links.push({ child: links.at(-1)?.parent ?? name, parent, stamp });
-    } catch {
-      return []; // a loop has no root
-    }
+    for (const [stamp, parent] of this.ancestors(name)) links.push({ child: links.at(-1)?.parent ?? name, parent, stamp });
     return links;
   }
 

@@ -1,6 +1,7 @@
 // Meshes and textures of packages, loaded once per URI over the page's connection.
 
 import * as THREE from "three";
+import { live } from "../live.js";
 import { ColladaLoader } from "three/addons/loaders/ColladaLoader.js";
 import { MTLLoader } from "three/addons/loaders/MTLLoader.js";
 import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
@@ -43,7 +44,11 @@ export class Meshes {
     else if (extension === "dae") group.add(await this.collada(uri, TEXT.decode(bytes)));
     else if (extension === "obj") group.add(await this.wavefront(uri, TEXT.decode(bytes)));
     else throw new Error(`${extension} meshes are not supported: use STL, DAE or OBJ`);
-    group.traverse((each) => { if (each.geometry) each.geometry.userData.isShared = true; });
+    group.traverse(({ geometry }) => {
+      if (!geometry) return;
+      if (!geometry.getAttribute("position")?.array.every(Number.isFinite)) throw new Error("it contains invalid floating point values (nans or infs)");
+      geometry.userData.isShared = true;
+    });
     return group;
   }
 
@@ -52,7 +57,9 @@ export class Meshes {
     const blobs = await this.blobs(uri, names.filter((name) => /\.(png|jpe?g|bmp)$/i.test(name)));
     const manager = new THREE.LoadingManager();
     manager.setURLModifier((url) => blobs.get(url.split("/").at(-1)) ?? "data:,");
-    const { scene } = new ColladaLoader(manager).parse(text, "");
+    const parsed = new ColladaLoader(manager).parse(text, "");
+    if (!parsed) throw new Error("it is not a COLLADA file");
+    const { scene } = parsed;
     scene.rotation.set(0, 0, 0); // rviz ignores up_axis
     const unwanted = [];
     scene.traverse((each) => {
@@ -120,6 +127,19 @@ export class Meshes {
     texture.userData.isShared = true;
     return texture;
   }
+}
+
+// Returns a promise of the bytes of a mesh or texture.
+export function resourceOf(uri) {
+  return new Promise((resolve, reject) => {
+    const stop = live.watch("scene_resource", { uri }, (data) => {
+      stop();
+      resolve(new Uint8Array(data.buffer, data.byteOffset, data.byteLength));
+    }, (text) => {
+      stop();
+      reject(new Error(text));
+    });
+  });
 }
 
 const beside = (uri, name) => `${uri.slice(0, uri.lastIndexOf("/") + 1)}${name.replaceAll("\\", "/").replace(/^\.\//, "")}`;

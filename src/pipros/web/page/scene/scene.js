@@ -2,18 +2,17 @@
 
 import * as THREE from "three";
 import { playback } from "../bags/playback.js";
-import { live } from "../live.js";
 import { messagesOf, unpacked } from "./batches.js";
 import { Frames } from "./frames.js";
 import { decoderOf } from "./layout.js";
-import { Meshes } from "./meshes.js";
+import { Meshes, resourceOf } from "./meshes.js";
 import { poseOf } from "./pose.js";
 import { Properties } from "./properties.js";
 import { GLOBAL } from "./schema.js";
 import { colourOf } from "./shapes.js";
 import { viewOf } from "./views.js";
 import { makeDisplay } from "./registry.js";
-import { explanation, otherRoots, whyNot } from "./transform_texts.js";
+import { explanation, fixedFrameStatus, otherRoots, whyNot } from "./transform_texts.js";
 
 THREE.ColorManagement.enabled = false;
 
@@ -27,7 +26,7 @@ export class Scene {
     this.canvas = canvas;
     this.onStatus = onStatus;
     this.frames = new Frames();
-    this.meshes = new Meshes((uri) => this.resource(uri));
+    this.meshes = new Meshes(resourceOf);
     this.displays = [];
     this.objects = new THREE.Group();
     this.tools = new THREE.Group(); // what tools draw
@@ -47,6 +46,7 @@ export class Scene {
     this.last = { time: 0, version: -1 };
     this.figures = { pictures: 0, ms: 0, bytes: 0 };
     this.isLost = false;
+    this.frameProblem = ""; // why the newest refused transform was
     this.hasNewClouds = false; // whether the points must be divided anew
     this.mostPoints = innerWidth < 700 ? 50000 : 200000; // of all clouds together
     this.isInteracting = false; // whether the tool Interact is chosen
@@ -118,6 +118,7 @@ export class Scene {
 
   // Removes everything that came from messages: for another fixed frame, after a jump of time, and by the button.
   reset() {
+    this.frameProblem = "";
     for (const display of this.all()) display.reset();
     this.invalidate();
   }
@@ -125,6 +126,7 @@ export class Scene {
   // Forgets everything that came from messages: they come from a bag now, from another moment of it, or no longer.
   restart() {
     this.frames = new Frames();
+    this.frameProblem = "";
     this.followClock();
     for (const display of this.all()) display.restart();
     this.invalidate();
@@ -133,6 +135,7 @@ export class Scene {
   close() {
     for (const display of this.displays) display.close();
     for (const stop of this.stops) stop();
+    this.stopClock?.();
     this.renderer.dispose();
   }
 
@@ -160,7 +163,10 @@ export class Scene {
 
   addTransforms({ transforms }, isStatic, sender = "") {
     for (const { header, child_frame_id: child, transform } of transforms) {
-      this.frames.insert(header.frame_id, child, header.stamp, poseOf(transform), sender, isStatic);
+      const pose = poseOf(transform);
+      const problem = this.frames.problemOf(header.frame_id, child, header.stamp, pose);
+      if (problem) this.frameProblem = `The transform from [${child}] to [${header.frame_id}] of [${sender}] is ignored: ${problem}`;
+      else this.frames.insert(header.frame_id, child, header.stamp, pose, sender, isStatic);
     }
   }
 
@@ -178,11 +184,8 @@ export class Scene {
     return explanation(this.frames, this.fixedFrame, frame, this.now());
   }
 
-  // Returns the status of the fixed frame: [level, text].
   fixedFrameStatus() {
-    if (this.frames.has(this.fixedFrame)) return ["ok", "OK"];
-    if (!this.frames.names().length) return ["warning", "No TF data"];
-    return ["error", `Unknown frame ${this.fixedFrame}`];
+    return fixedFrameStatus(this.frames, this.fixedFrame, this.frameProblem);
   }
 
   otherRoots() {
@@ -229,19 +232,6 @@ export class Scene {
       isOver = true;
       stop();
     };
-  }
-
-  // Returns a promise of the bytes of a mesh or texture.
-  resource(uri) {
-    return new Promise((resolve, reject) => {
-      const stop = live.watch("scene_resource", { uri }, (data) => {
-        stop();
-        resolve(new Uint8Array(data.buffer, data.byteOffset, data.byteLength));
-      }, (text) => {
-        stop();
-        reject(new Error(text));
-      });
-    });
   }
 
   // Divides the points of this viewer among its clouds.

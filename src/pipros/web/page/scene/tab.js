@@ -1,15 +1,20 @@
 // The Scene tab: a tree of displays, a toolbar, and the picture.
 
+import { copyButton } from "../copy.js";
 import { download, h, replace } from "../dom.js";
+import { placeOf } from "../place.js";
 import { budgetLine } from "./budget.js";
+import { packed, stateText, withLink } from "./link.js";
 import { Scene } from "./scene.js";
 import { Tools } from "./tools.js";
 import { TreePanel } from "./tree_panel.js";
 import { VIEWS } from "./schema.js";
 
 const STATUS_MS = 500;
+const ADDRESS_MS = 1000;
+const DEFAULT = [{ Class: "rviz/Grid", Name: "Grid", Enabled: "true" }, { Class: "rviz/TF", Name: "TF", Enabled: "true" }];
 
-export function open(view, _argument, context) {
+export function open(view, argument, context) {
   const canvas = h("canvas", { class: "scene-canvas", tabindex: 0, role: "img", "aria-label": "Scene" });
   const error = h("div", { class: "error", role: "alert" });
   const status = h("div", { class: "scene-status", role: "status" });
@@ -40,7 +45,8 @@ export function open(view, _argument, context) {
     h("div", { class: "bar scene-bar" }, dock, tools.element, h("span", { class: "spring" }), kinds,
       h("button", { onclick: () => scene.view.home() }, "Zero"),
       h("button", { onclick: () => scene.reset() }, "Reset"),
-      h("button", { onclick: () => picture() }, "Save PNG"), save),
+      h("button", { onclick: () => picture() }, "Save PNG"),
+      copyButton("Link", address, (text) => replace(error, text)), save),
     error,
     h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, images, lost, status, budgetLine(scene, context.signal)))));
   if (innerWidth < 700) dock.click();
@@ -52,8 +58,9 @@ export function open(view, _argument, context) {
 
   async function keep() {
     try {
-      const file = await context.act("scene_save", { config: scene.file });
-      tools.say(`saved as ${file}`);
+      const saved = structuredClone(scene.file);
+      tools.say(`saved as ${await context.act("scene_save", { config: saved })}`);
+      file.config = saved;
     } catch (problem) {
       replace(error, problem.message);
     }
@@ -68,22 +75,76 @@ export function open(view, _argument, context) {
     }, STATUS_MS);
   }
 
-  context.watch("scene_config", {}, (data) => {
-    replace(error);
-    path = data.path;
-    save.title = context.control ? `Save as ${path}` : "Saving needs --control";
-    const config = Object.keys(data.config).length ? data.config : { "Visualization Manager": { Displays: [{ Class: "rviz/Grid", Name: "Grid", Enabled: "true" }, { Class: "rviz/TF", Name: "TF", Enabled: "true" }] } };
-    scene.load(config, data.fixed_frame, data.simulated);
+  // The address contains what differs from the file. A file that is loaded later replaces it.
+  let file = null; // as the server sent it
+  let link = argument;
+  let shownState = "";
+
+  function load(config, fixedFrame) {
+    scene.load(config, fixedFrame, file.simulated);
+    shownState = stateText(scene.file);
     kinds.value = Object.keys(VIEWS).find((kind) => kind.slice(5) === (scene.config.Views.Current.Class ?? "").split("/").at(-1)) ?? "rviz/Orbit";
     tools.load();
     tree.load();
     const geometry = config["Window Geometry"];
     if (geometry?.["Hide Left Dock"] === "true" && !tree.element.hidden) dock.click();
+  }
+
+  async function loadFile() {
+    replace(error);
+    const config = structuredClone(Object.keys(file.config).length ? file.config : { "Visualization Manager": { Displays: DEFAULT } });
+    if (link) {
+      try {
+        load(await withLink(config, link), "");
+        return;
+      } catch (problem) {
+        replace(error, problem.message);
+      }
+    }
+    load(config, file.fixed_frame);
+  }
+
+  async function noteAddress() {
+    if (!file || !scene.file) return;
+    const state = stateText(scene.file);
+    if (state === shownState) return;
+    shownState = state;
+    link = await packed(state) ?? "";
+    context.remember(link, { isReplacing: true });
+  }
+
+  async function address() {
+    await noteAddress();
+    const text = await packed(stateText(scene.file));
+    if (text === null) throw new Error("the scene is too large for a link");
+    return `${location.href.split("#")[0]}${placeOf("scene", text)}`;
+  }
+
+  const noting = setInterval(noteAddress, ADDRESS_MS);
+  context.signal.addEventListener("abort", () => {
+    clearInterval(noting);
+    scene.hide();
+    scene.close();
+  });
+
+  context.watch("scene_config", {}, (data) => {
+    if (JSON.stringify(data) === JSON.stringify(file)) return; // the connection was lost meanwhile
+    if (file) {
+      link = "";
+      context.remember("", { isReplacing: true });
+    }
+    file = data;
+    path = data.path;
+    save.title = context.control ? `Save as ${path}` : "Saving needs --control";
+    loadFile();
   }, (problem) => replace(error, problem), { always: true });
 
   const seen = new IntersectionObserver(([entry]) => (entry.isIntersecting ? scene.show() : scene.hide()));
   seen.observe(canvas);
   new ResizeObserver(() => scene.invalidate()).observe(canvas);
   view.scene = scene; // for tests
-  return { go() {} };
+  return { go: (next) => {
+    link = next;
+    if (file) loadFile();
+  } };
 }

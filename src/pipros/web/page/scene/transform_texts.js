@@ -9,10 +9,25 @@ export function whyNot(frames, fixedFrame, frame, error) {
   return `For frame [${frame}]: No transform to fixed frame [${fixedFrame}].  TF error: [${error.message}]`;
 }
 
+// Returns the status of the fixed frame: [level, text]. `problem` says why a transform was refused.
+export function fixedFrameStatus(frames, fixedFrame, problem) {
+  if (frames.has(fixedFrame)) return problem ? ["warning", problem] : ["ok", "OK"];
+  if (!frames.names().length) return ["warning", problem || "No TF data"];
+  return ["error", `Unknown frame ${fixedFrame}`];
+}
+
 // Returns what keeps a frame from having a pose in the fixed frame: it is in another tree, or a link is old. Empty if
 // nothing is known.
 export function explanation(frames, fixedFrame, frame, now) {
   if (!frames.has(frame)) return "";
+  try {
+    return explained(frames, fixedFrame, frame, now);
+  } catch (error) {
+    return error.message; // a loop
+  }
+}
+
+function explained(frames, fixedFrame, frame, now) {
   const [links, others] = [frame, fixedFrame].map((name) => frames.linksAbove(name));
   const root = links.at(-1)?.parent ?? frame;
   if (root !== (others.at(-1)?.parent ?? fixedFrame)) return `[${frame}] is in the tree of [${root}], which the fixed frame is not in; with [${root}] as the fixed frame it would be shown.`;
@@ -24,11 +39,20 @@ export function explanation(frames, fixedFrame, frame, now) {
   return `The transform from [${oldest.child}] to [${oldest.parent}]${sender ? `, sent by [${sender}],` : ""} is ${age.toFixed(0)} s old; its sender may have stopped.`;
 }
 
+function rootOf(frames, name) {
+  try {
+    return frames.linksAbove(name).at(-1)?.parent ?? name;
+  } catch {
+    return null; // a loop
+  }
+}
+
 // Returns the frames that would show something as the fixed frame, the largest tree first: roots of trees without it.
 export function otherRoots(frames, fixedFrame) {
   const sizes = new Map();
   for (const name of frames.names()) {
-    const root = frames.linksAbove(name).at(-1)?.parent ?? name;
+    const root = rootOf(frames, name);
+    if (root === null) continue;
     sizes.set(root, (sizes.get(root) ?? 0) + 1);
     if (name === fixedFrame) sizes.set(root, -Infinity);
   }

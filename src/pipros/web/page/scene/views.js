@@ -79,8 +79,8 @@ class Orbit extends View {
   aim(width, height) {
     const [distance, yaw, pitch] = [Math.max(0.01, this.get("Distance")), this.get("Yaw") + this.turn, this.get("Pitch")];
     const focus = this.focus();
-    const level = Math.cos(pitch);
-    const back = new THREE.Vector3(Math.cos(yaw) * level, this.sign * Math.sin(yaw) * level, this.sign * Math.sin(pitch));
+    const { sign } = this;
+    const back = new THREE.Vector3(Math.cos(yaw) * Math.cos(pitch), sign * Math.sin(yaw) * Math.cos(pitch), sign * Math.sin(pitch));
     this.camera.up.set(0, 0, this.sign);
     this.camera.fov = (this.get("Field of View") * 180) / Math.PI;
     this.camera.aspect = width / height;

@@ -46,6 +46,12 @@ export class Placed extends Display {
     return null;
   }
 
+  // Warns if a pose has no rotation.
+  noteRotations(poses) {
+    if (poses.some((pose) => pose.slice(3).every((part) => part === 0))) this.setStatus("Message", "warning", "Uninitialized quaternion, assuming identity.");
+    else this.dropStatus("Message");
+  }
+
   // Returns an arrow or axes, by the display's properties.
   poseShape(prefix = []) {
     const get = (name) => this.get(...prefix, name);
@@ -84,7 +90,7 @@ export class Pose extends Placed {
   draw({ pose }) {
     const own = poseOf(pose);
     if (!isFinitePose(own)) return this.refuse();
-    this.dropStatus("Message");
+    this.noteRotations([own]);
     const shape = this.poseShape();
     place(shape, normalized(own));
     return shape;
@@ -94,8 +100,8 @@ export class Pose extends Placed {
 export class PoseWithCovariance extends Placed {
   draw({ pose: { pose, covariance } }) {
     const own = poseOf(pose);
-    if (!isFinitePose(own)) return this.refuse();
-    this.dropStatus("Message");
+    if (!isFinitePose(own) || !covariance.every(Number.isFinite)) return this.refuse();
+    this.noteRotations([own]);
     return withCovariance(this, this.poseShape(), normalized(own), covariance);
   }
 }
@@ -129,8 +135,8 @@ export class Odometry extends Placed {
 
   draw({ pose: { pose, covariance } }) {
     const own = poseOf(pose);
-    if (!isFinitePose(own)) return this.refuse();
-    this.dropStatus("Message");
+    if (!isFinitePose(own) || !covariance.every(Number.isFinite)) return this.refuse();
+    this.noteRotations([own]);
     const here = normalized(own);
     if (this.last && !this.hasMoved(here)) return null;
     this.last = here;
@@ -152,7 +158,7 @@ export class PoseArray extends Placed {
   draw({ poses }) {
     const own = poses.slice(0, MOST_POSES).map((pose) => poseOf(pose));
     if (!own.every(isFinitePose)) return this.refuse();
-    this.dropStatus("Message");
+    this.noteRotations(own);
     const [kind, rgb, alpha] = [this.get("Shape"), this.get("Color"), this.get("Alpha")];
     if (kind === "Arrow (Flat)") return thinLines(flatArrows(own, this.get("Arrow Length")), rgb, alpha);
     const group = new THREE.Group();
@@ -198,11 +204,11 @@ export class PointStamped extends Placed {
 
 export class GridCells extends Placed {
   draw({ cells, cell_width: width, cell_height: height }) {
-    if (!width || !height) {
+    if (width === 0 || height === 0) {
       this.setStatus("Topic", "error", width ? "Cell height is zero, cells will be invisible." : "Cell width is zero, cells will be invisible.");
       return null;
     }
-    if (!cells.every(({ x, y, z }) => Number.isFinite(x + y + z))) return this.refuse();
+    if (![width, height, ...cells.map(({ x, y, z }) => x + y + z)].every(Number.isFinite)) return this.refuse();
     this.dropStatus("Message");
     const corners = [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]];
     const points = cells.flatMap(({ x, y, z }) => corners.flatMap(([u, v]) => [x + (u * width) / 2, y + (v * height) / 2, z]));
@@ -218,6 +224,8 @@ export class Range extends Placed {
   }
 
   draw(message) {
+    if (Number.isNaN(message.range) || !Number.isFinite(message.field_of_view)) return this.refuse();
+    this.dropStatus("Message");
     const length = shownRange(message);
     const mesh = new THREE.Mesh(CONE, lit(this.get("Color"), this.get("Alpha")));
     const width = 2 * length * Math.tan(message.field_of_view / 2);

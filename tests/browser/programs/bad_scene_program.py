@@ -1,0 +1,157 @@
+"""Messages, transforms and meshes that no display can show, below /bad. Argument: a folder for meshes."""
+
+from __future__ import annotations
+
+import math
+import struct
+import sys
+from pathlib import Path
+from typing import Any
+
+from geometry_msgs.msg import (
+    Point,
+    Point32,
+    PointStamped,
+    PolygonStamped,
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    WrenchStamped,
+)
+from nav_msgs.msg import GridCells, OccupancyGrid, Odometry
+from nav_msgs.msg import Path as Way
+from sensor_msgs.msg import CameraInfo, Image, Imu, PointCloud2, Range
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerInit, Marker, MarkerArray
+
+import rospy
+
+NAN, INF = math.nan, math.inf
+MESHES = {
+    "many.stl": bytes(80) + struct.pack("<I", 0xFFFFFFFF),
+    "cut.stl": b"solid a\nfacet normal 0 0",
+    "bomb.dae": b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "bbbbbbbb"><!ENTITY c "'
+    + b"&b;" * 1000
+    + b'"><!ENTITY d "'
+    + b"&c;" * 1000
+    + b'">]><COLLADA><x>&d;</x></COLLADA>',
+    "text.dae": b"no XML",
+    "holes.obj": b"v nan inf 1e999\nf 1 2 4294967295\nf -9 -8 -7\n",
+}
+URIS = (
+    "file:///etc/passwd",
+    "file:///dev/zero.stl",
+    "package://rviz/../../../etc/passwd.stl",
+    "http://localhost/a.stl",
+    f"package://{'a' * 3000}/a.stl",
+    "javascript:alert(1)",
+)
+
+
+def robot(folder: Path) -> str:
+    """Return a robot whose links are the meshes."""
+    for name, content in MESHES.items():
+        (folder / name).write_bytes(content)
+    names = [f"file://{folder / name}" for name in MESHES]
+    parts = [
+        f'<link name="{Path(name).name}"><visual><geometry><mesh filename="{name}"/></geometry></visual>'
+        "</link>"
+        for name in names
+    ]
+    for number, name in enumerate(list(MESHES)[1:]):
+        ends = f'<parent link="many.stl"/><child link="{name}"/>'
+        parts.append(f'<joint name="{number}" type="fixed">{ends}</joint>')
+    return f'<robot name="bad">{"".join(parts)}</robot>'
+
+
+def pose(x: float = NAN, w: float = 1.0) -> Pose:
+    made = Pose(position=Point(x, 0, 0))
+    made.orientation.w = w
+    return made
+
+
+def markers() -> MarkerArray:
+    found = []
+    for number, uri in enumerate(URIS):
+        each = Marker(header=Header(frame_id="map"), ns="mesh", id=number, type=Marker.MESH_RESOURCE)
+        each.pose.orientation.w = each.scale.x = each.scale.y = each.scale.z = 1.0
+        each.mesh_resource, each.color.a = uri, 1.0
+        found.append(each)
+    return MarkerArray(found)
+
+
+def messages() -> dict[str, Any]:
+    header = Header(frame_id="map")
+    way = Way(header=header, poses=[PoseStamped(pose=pose())])
+    odometry, covariance = Odometry(header=header), PoseWithCovarianceStamped(header=header)
+    odometry.pose.pose, covariance.pose.pose = pose(INF), pose(0.0)
+    covariance.pose.covariance = [NAN] * 36
+    polygon = PolygonStamped(header=header)
+    polygon.polygon.points = [Point32(NAN, 0, 0)]
+    wrench, imu = WrenchStamped(header=header), Imu(header=header)
+    wrench.wrench.force.x = imu.linear_acceleration.x = NAN
+    maps = [OccupancyGrid(header=header) for _ in range(2)]
+    maps[1].info.width = maps[1].info.height = 4_000_000_000
+    cloud = PointCloud2(header=header, width=4_000_000_000, height=4_000_000_000, point_step=16)
+    marker = InteractiveMarker(header=header, name="bad", pose=pose())
+    return {
+        "path": way,
+        "pose": PoseStamped(header=header, pose=pose(0.0, NAN)),
+        "zero": PoseStamped(header=header, pose=pose(0.0, 0.0)),
+        "poses": PoseArray(header=header, poses=[pose(-INF)]),
+        "odom": odometry,
+        "covariance": covariance,
+        "polygon": polygon,
+        "point": PointStamped(header=header, point=Point(NAN, 0, 0)),
+        "cells": GridCells(header=header, cell_width=NAN, cell_height=1.0, cells=[Point(0, 0, 0)]),
+        "range": Range(header=header, field_of_view=NAN, max_range=INF, range=NAN),
+        "wrench": wrench,
+        "imu": imu,
+        "empty_map": maps[0],
+        "huge_map": maps[1],
+        "cloud": cloud,
+        "lost": PointStamped(header=Header(frame_id="nowhere")),
+        "meshes": markers(),
+        "image": Image(header=header, width=4_000_000_000, height=4_000_000_000, encoding="rgb8", step=1),
+        "camera_info": CameraInfo(header=header, P=[NAN] * 12),
+        "controls/update_full": InteractiveMarkerInit(server_id="bad", markers=[marker]),
+    }
+
+
+def transforms() -> TFMessage:
+    """Return a transform with a zero quaternion, one with NaN, and a loop."""
+    found = []
+    for parent, child, x, w in (
+        ("map", "flat", 0.0, 0.0),
+        ("map", "nan", NAN, 1.0),
+        ("one", "two", 0.0, 1.0),
+        ("two", "one", 0.0, 1.0),
+    ):
+        each = TransformStamped(header=Header(frame_id=parent, stamp=rospy.Time.now()), child_frame_id=child)
+        each.transform.translation.x, each.transform.rotation.w = x, w
+        found.append(each)
+    return TFMessage(found)
+
+
+def main() -> None:
+    rospy.init_node("bad_scene_program")
+    rospy.set_param("/bad_robot", robot(Path(sys.argv[1])))
+    found = messages()
+    publishers = {
+        name: rospy.Publisher(f"/bad/{name}", type(message), queue_size=1, latch=True)
+        for name, message in found.items()
+    }
+    frames = rospy.Publisher("/tf", TFMessage, queue_size=1)
+    for name, message in found.items():
+        publishers[name].publish(message)
+    rate = rospy.Rate(5)
+    while not rospy.is_shutdown():
+        frames.publish(transforms())
+        rate.sleep()
+
+
+if __name__ == "__main__":
+    main()
