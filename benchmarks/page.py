@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Costs of rqt_graph's page, with many browsers that show fast topics and large images.
 
-    benchmarks/page.py [--browsers 20] [--seconds 10] [--quick]
+    benchmarks/page.py [--browsers 20] [--seconds 10] [--heap 5,30] [--quick]
 
 A publisher sends a number 1,000 times and images of 1 MB 30 times a second. There are four runs: without a
 page; with a page but no browser; with browsers that show the number, its curve, the image and the graph; and
@@ -11,7 +11,8 @@ number of images that each browser received, and the server's processor time and
 Before that, if Chromium and Playwright are installed, it measures the page's first paint, the time to draw a
 graph of 300 nodes and 1,000 topics, and its frame times during panning and zooming; then the frame times of
 four panels that show the curve of the number, the image, the topic and the log, and how many samples of the
-curve were lost. `--quick` takes 3 seconds per run. Nothing else should be running.
+curve were lost. `--heap 5,30` also measures the browser's heap after garbage collection, 5 and 30 minutes
+after these panels were opened. `--quick` takes 3 seconds per run. Nothing else should be running.
 """
 
 import argparse
@@ -25,6 +26,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from urllib.parse import urlsplit
 
@@ -132,6 +134,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--browsers", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--heap", metavar="MINUTES", help="measure the browser's heap at these, such as 5,30")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--no-drawing", action="store_true", help="leave the graph in Chromium out")
     parser.add_argument("--json", help="also write the rows to this file")
@@ -140,6 +143,8 @@ def main():
     if not options.no_drawing and shutil.which("chromium"):
         print(drawing(3 if options.quick else 9), flush=True)
         print(four_panels(seconds), flush=True)
+        if options.heap:
+            print(heap([float(minutes) for minutes in options.heap.split(",")]), flush=True)
     titles = f"{'publisher':>9} {'its CPU':>8} {'images each':>12} {'server CPU':>11} {'server memory':>14}"
     print(f"{'':28} {titles}")
     with tempfile.TemporaryDirectory() as home:
@@ -203,8 +208,9 @@ def drawing(rounds):
     return "\n".join(lines)
 
 
-def four_panels(seconds):
-    """Return the frame times of four panels, and the samples of 1,000 Hz that their curve lost."""
+@contextlib.contextmanager
+def four_panels_page(script=""):
+    """Yield a page with four panels in a browser that runs `script` first."""
     from playwright.sync_api import sync_playwright
 
     with tempfile.TemporaryDirectory() as home:
@@ -218,37 +224,66 @@ def four_panels(seconds):
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
         started = []
 
-        def start(*argv):
-            started.append(subprocess.Popen(argv, env=environment, text=True, **pipes))
+        def start(*argv, **more):
+            started.append(subprocess.Popen(argv, env=environment, text=True, **{**pipes, **more}))
             return started[-1]
 
         try:
             start(os.path.join(SCRIPTS, "rosmaster"), "-p", str(port))
-            start(sys.executable, "-c", PUBLISHER).stdout.readline()
-            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser")
-            url = re.search(r"http\S+", server.stdout.readline())[0]
+            publisher = start(sys.executable, "-c", PUBLISHER)
+            publisher.stdout.readline()
+            drain(publisher.stdout)
+            server = start(os.path.join(SCRIPTS, "rqt_graph"), "--no-browser", stderr=subprocess.PIPE)
+            url = re.search(r"http\S+", server.stderr.readline())[0]
             with sync_playwright() as playwright:
                 browser = playwright.chromium.launch(
                     executable_path=shutil.which("chromium"), args=["--no-sandbox"]
                 )
                 page = browser.new_page(viewport={"width": 1600, "height": 900}, bypass_csp=True)
-                page.add_init_script(NOTE_SAMPLES)
+                page.add_init_script(script)
                 page.goto(f"{url.rpartition('/')[0]}/{PANELS}")
-                page.wait_for_function("window.samples.length > 1000")
                 page.locator(".picture canvas:visible").wait_for()
-                frames = page.evaluate(MEASURE_FRAMES, seconds)
-                samples, lost = page.evaluate("[window.samples, window.lost]")
+                yield page
                 browser.close()
         finally:
             for process in reversed(started):
                 process.terminate()
                 process.wait()
+
+
+def drain(stream):
+    """Read a stream in a thread, so that its program does not wait for a reader."""
+    threading.Thread(target=lambda: [None for _ in stream], daemon=True).start()
+
+
+def four_panels(seconds):
+    """Return the frame times of four panels, and the samples of 1,000 Hz that their curve lost."""
+    with four_panels_page(NOTE_SAMPLES) as page:
+        page.wait_for_function("window.samples.length > 1000")
+        frames = page.evaluate(MEASURE_FRAMES, seconds)
+        samples, lost = page.evaluate("[window.samples, window.lost]")
     gaps = sum((after - before) % 100 != 1 for before, after in itertools.pairwise(samples))
     middle, most = frames[len(frames) // 2], frames[int(len(frames) * 0.99)]
     return (
         f"four panels: frames median {middle:.0f} ms, 99 % within {most:.0f} ms; "
         f"{len(samples)} samples of a curve, {lost + gaps} lost"
     )
+
+
+def heap(moments):
+    """Return the sizes of the browser's heap, after garbage collection, at these minutes."""
+    found = []
+    with four_panels_page() as page:
+        session = page.context.new_cdp_session(page)
+        begin = time.monotonic()
+        for minutes in moments:
+            page.wait_for_timeout(max(0.0, begin + minutes * 60 - time.monotonic()) * 1000)
+            session.send("HeapProfiler.collectGarbage")
+            found.append(session.send("Runtime.getHeapUsage")["usedSize"] / 1e6)
+    sizes = ", ".join(
+        f"{size:.2f} MB after {minutes:g} min" for minutes, size in zip(moments, found, strict=True)
+    )
+    return f"heap with four panels: {sizes} ({100 * (found[-1] / found[0] - 1):+.0f} %)"
 
 
 def first_paint(browser, url):

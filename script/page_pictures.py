@@ -45,6 +45,7 @@ PICTURES = (
     ("reconfigure", "reconfigure/%2Fdrive", "light", "text=Wheels", ""),
     ("images", "images/%2Ffront%2Fimage_raw", "dark", ".bar >> text=rgb8", ""),
     ("tf", "tf", "light", "td >> text=wheel_left", ""),
+    ("bags", "bags/run.bag", "light", ".timeline .thumbnail >> nth=5", ".timeline .area"),
     ("diagnostics", "diagnostics/%2FMotors%2Fright", "light", ".history .diagnostic-2", ""),
     ("panels", PANELS, "light", ".panel .entry >> nth=5", ""),
     ("teleop", "teleop", "dark", ".figures >> text=no subscribers", "text=Start"),
@@ -52,6 +53,7 @@ PICTURES = (
 BATTERY_PICTURE = ("battery", "graph/topic:%2Fbattery_state", "light", "[role=meter]", "")
 FILLING_S = 40
 """How long curves, logs and histories collect data before their pictures are taken."""
+RECORDED_S = 20
 COLOURS = 160
 LARGEST_BYTES = 150_000
 
@@ -116,7 +118,14 @@ def small(file: Path) -> None:
 
 def take(ros: RosSystem, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:
     """Take pictures of a running system once all tabs have received data."""
-    page = Page(ros, "--control")
+    with tempfile.TemporaryDirectory() as bags:
+        if any(name == "bags" for name, *_ in pictures):
+            bag = Path(bags) / "run.bag"
+            ros.pipros.run("rosbag", "record", "-a", f"--duration={RECORDED_S}", "-O", bag, timeout_s=60)
+        _take(Page(ros, "--control", "--bags", bags), pictures, browser)
+
+
+def _take(page: Page, pictures: Sequence[tuple[str, str, str, str, str]], browser: Browser) -> None:
     tabs = {name: open_tab(browser, page, place, scheme) for name, place, scheme, *_ in pictures}
     next(iter(tabs.values())).wait_for_timeout(FILLING_S * 1000)
     for name, _, _, sight, click in pictures:

@@ -15,6 +15,7 @@ from pipros.bag import BagReader, BagWriter
 from pipros.bag.connection import Connection
 from pipros.msg import load_message_class
 from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.test_plot_tab import COLUMNS, FIRST
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -130,6 +131,13 @@ def test_a_plot_follows_the_bag(ros: RosSystem, open_tab: OpenTab, tmp_path: Pat
     tab.get_by_label("Topic and field").press("Enter")
     expect(tab.locator(".legend")).to_contain_text("/number/data: 4")
     tab.get_by_role("button", name="Play the bag").click()
+    expect(tab.locator(".legend")).to_contain_text(re.compile(r"data: [5-9]"))
+    tab.get_by_role("button", name="Pause the bag").click()
+    tab.get_by_label("Whole bag").check()
+    expect(tab.locator(".legend")).to_contain_text("/number/data: 20")
+    wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.9, 30, "the curve of 20 s")
+    keep_screenshots(tab, "plot-bag")
+    tab.get_by_label("Whole bag").uncheck()
     expect(tab.locator(".legend")).to_contain_text(re.compile(r"data: [5-9]"))
 
 

@@ -7,25 +7,30 @@ import sys
 
 from playwright.sync_api import expect
 
-from tests.browser.conftest import OpenTab
+from tests.browser.conftest import OpenTab, keep_screenshots
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 CURVES = """
 import math, rospy
-from geometry_msgs.msg import Vector3
+from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import Float64
 rospy.init_node("curves")
 fast = rospy.Publisher("/fast", Float64, queue_size=10)
 gaps = rospy.Publisher("/gaps", Float64, queue_size=10)
 vector = rospy.Publisher("/vector", Vector3, queue_size=10)
+circle = rospy.Publisher("/circle", Point, queue_size=10)
+begin = rospy.get_time()
 rate, count = rospy.Rate(50), 0
 while not rospy.is_shutdown():
     fast.publish(1.0)
+    circle.publish(3.0 * math.cos(count / 10), math.sin(count / 10), rospy.get_time() - begin)
     if count % 10 == 0:
         gaps.publish(5.0 if count % 20 else math.nan)
         vector.publish(1.0, 2.0, 3.0)
+    if count % 50 == 0:
+        rospy.logerr("turn %d", count // 50)
     count += 1
     rate.sleep()
 """
@@ -43,6 +48,7 @@ COLUMNS = """([red, green, blue]) => {
   return columns.size / width;
 }"""
 FIRST, SECOND, THIRD = (0x2F, 0x6F, 0xB3), (0xC0, 0x39, 0x2B), (0x1A, 0x7F, 0x37)
+MARK = (0xB3, 0x26, 0x1E)
 
 
 def test_a_topic_without_a_field_offers_its_numbers(ros: RosSystem, open_tab: OpenTab) -> None:
@@ -95,8 +101,71 @@ def test_the_keys_move_the_time_axis_and_follow_again(ros: RosSystem, open_tab: 
     expect(tab.locator(".chart canvas")).to_be_visible()
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.02, 30, "the curve")
     chart = tab.get_by_role("application", name="Curves")
-    for _ in range(8):
-        chart.press("ArrowRight")
+    for key in ("-", "ArrowRight"):
+        for _ in range(8):
+            chart.press(key)
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) == 0.0, 30, "the time after the newest sample")
     chart.press("0")
     wait_until(lambda: tab.evaluate(COLUMNS, FIRST) > 0.02, 30, "the curve again")
+
+
+def test_expressions_and_derivatives_on_a_second_axis(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", CURVES)
+    ros.wait_for_publisher("/circle")
+    tab = open_tab(Page(ros), "plot//circle/z;d")
+    legend = tab.locator(".legend")
+    tab.get_by_label("Topic and field").fill("/vector=hypot(m.x, m.y, m.z)")
+    tab.get_by_label("Topic and field").press("Enter")
+    expect(legend).to_contain_text(re.compile(r"/circle/z d/dt: (0\.[89]|1(\.[012])?)"))
+    expect(legend).to_contain_text("/vector=hypot(m.x, m.y, m.z): 3.741657")
+    expect(tab.locator(".u-axis")).to_have_count(2)
+    tab.get_by_role("button", name="Right axis of /vector").click()
+    expect(tab.locator(".u-axis")).to_have_count(3)
+    keep_screenshots(tab, "plot-axes")
+    tab.reload()
+    expect(tab.locator(".u-axis")).to_have_count(3)
+    expect(legend).to_contain_text("hypot(m.x, m.y, m.z): 3.741657")
+    tab.get_by_label("Topic and field").fill("/vector=m.w")
+    tab.get_by_label("Topic and field").press("Enter")
+    expect(legend).to_contain_text("Vector3 has no field [w]")
+
+
+def test_curves_over_another_curve(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", CURVES)
+    ros.wait_for_publisher("/circle")
+    tab = open_tab(Page(ros), "plot//circle/x")
+    tab.get_by_label("X axis").select_option("first curve (x-y)")
+    expect(tab.locator(".error")).to_contain_text("needs two curves")
+    tab.get_by_label("Topic and field").fill("/circle/y")
+    tab.get_by_label("Topic and field").press("Enter")
+    # A circle fills the width of the chart; over time, its curve would grow from the right edge.
+    wait_until(lambda: tab.evaluate(COLUMNS, SECOND) > 0.8, 30, "the circle")
+    keep_screenshots(tab, "plot-xy")
+    assert "axis:xy" in tab.url
+
+
+def test_log_entries_are_marks_that_the_cursor_names(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, "-c", CURVES)
+    ros.wait_for_publisher("/circle")
+    tab = open_tab(Page(ros), "plot//fast")
+    tab.get_by_label("Time span").select_option("10 s")
+    tab.get_by_label("Log").check()
+    wait_until(lambda: tab.evaluate(COLUMNS, MARK) > 0.0005, 30, "a mark")
+    tab.get_by_role("button", name="Pause").click()
+    keep_screenshots(tab, "plot-marks")
+    chart = tab.locator(".u-over").bounding_box()
+    assert chart is not None
+    at = tab.locator(".legend .at")
+
+    def finds_a_mark() -> bool:
+        for part in range(0, int(chart["width"]), 8):
+            tab.mouse.move(chart["x"] + chart["width"] - 2 - part, chart["y"] + 20)
+            if "turn" in at.inner_text():
+                return True
+        return False
+
+    assert finds_a_mark()
+    assert re.search(r"Error /\S+: turn \d+", at.inner_text())

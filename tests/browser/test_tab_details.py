@@ -180,6 +180,30 @@ def test_the_user_chooses_an_image_unless_there_is_only_one(ros: RosSystem, open
     expect(tab.locator(".note")).to_be_hidden()
 
 
+INKED = """() => {
+  const canvas = document.querySelector(".topic-picture");
+  const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  return data.some((value, at) => at % 4 === 3 && value > 0);
+}"""
+
+
+def test_scans_are_pictures_and_other_messages_curves_of_what_changes(
+    robot: RosSystem, open_tab: OpenTab
+) -> None:
+    scan = "{angle_increment: 0.1, range_max: 9, ranges: [1, 1.2, 1.4, 1.6, 1.8, 2, 2.2]}"
+    robot.pipros.start("rostopic", "pub", "-r", "10", "/scan", "sensor_msgs/LaserScan", scan)
+    robot.wait_for_publisher("/scan")
+    tab = open_tab(Page(robot), "topics//scan")
+    expect(tab.get_by_role("img", name="Picture of the newest message")).to_be_visible()
+    assert tab.evaluate(INKED)
+    curve = tab.get_by_label("Field of the curve")
+    expect(curve).to_be_hidden()
+    keep_screenshots(tab, "topic-scan")
+    tab.evaluate("location.hash = 'topics//imu'")
+    expect(curve).to_have_value(re.compile("angular_velocity"))
+    expect(tab.locator(".topic-picture")).to_be_hidden()
+
+
 def test_frames_without_updates_are_shown_as_old(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start_master()
     robot = ros.pipros.start(sys.executable, PROGRAMS / "robot_program.py", "robot")

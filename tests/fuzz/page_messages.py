@@ -21,6 +21,7 @@ from pipros.msg import load_message_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import DefinitionError
 from pipros.node.any_msg import AnyMsg
+from pipros.web.curve_samples import Field, number_in
 from pipros.web.known_topic import KnownTopic
 from pipros.web.message_tree import message_tree
 from pipros.web.topic_watch import TopicWatch
@@ -28,7 +29,6 @@ from pipros.web.views.console import Log
 from pipros.web.views.diagnostics import Statuses
 from pipros.web.views.frames import FrameTree
 from pipros.web.views.images import decoded_image
-from pipros.web.views.plot import Field, number_in
 from pipros.web.views.topics import percentage
 from tests.fuzz import mutation
 from tests.fuzz.definitions import LIMITS

@@ -48,6 +48,52 @@ def test_a_curve_waits_for_its_topic_and_names_fields_that_are_not_numbers(robot
         assert "/imu/header must be a number" in data["error"]
 
 
+STAMPED = """
+import rospy
+from geometry_msgs.msg import PointStamped
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Header
+rospy.init_node("stamped", log_level=rospy.FATAL)
+clock = rospy.Publisher("/clock", Clock, queue_size=1)
+points = rospy.Publisher("/point", PointStamped, queue_size=10)
+count = 0
+while not rospy.is_shutdown():
+    count += 1
+    clock.publish(rospy.Time(500))
+    point = PointStamped(header=Header(stamp=rospy.Time(100 + count)))
+    point.point.x = count
+    points.publish(point)
+    rospy.rostime.wallsleep(0.02)
+"""
+
+
+def test_the_time_axis_of_curves(ros: RosSystem) -> None:
+    ros.pipros.start_bare_master()
+    ros.pipros.start(sys.executable, "-c", STAMPED)
+    ros.wait_for_publisher("/point")
+    page = Page(ros)
+    with page.connect() as browser:
+        stamped = first(
+            browser.watch("plot", field="/point/point/x", axis="stamp"), lambda data: data.get("samples")
+        )
+        assert all(time == 100 + value for time, value in stamped["samples"])
+        in_ros_time = browser.watch("plot", field="/point=m.point.x * 2", axis="ros")
+        data = first(in_ros_time, lambda data: any(time == 500 for time, _ in data.get("samples", [])))
+        assert all(value % 2 == 0 for _, value in data["samples"])
+        refused = first(
+            browser.watch("plot", field="/clock/clock", axis="stamp"), lambda data: data.get("error")
+        )
+        assert "have no header; choose another x axis" in refused["error"]
+        assert "axis must be one of" in next(browser.watch("plot", field="/point", axis="moon"))["error"]
+
+
+def test_warnings_and_errors_are_marks_of_curves(robot: RosSystem) -> None:
+    with Page(robot).connect() as browser:
+        marks = next(browser.watch("log_marks"))["marks"]
+        assert all(level >= 4 for _, level, _ in marks)
+        assert marks[0][2].startswith("/robot: ")
+
+
 def test_the_log_with_levels_and_places(robot: RosSystem) -> None:
     with Page(robot).connect() as browser:
         data = first(browser.watch("console"), lambda value: any(row[0] == 4 for row in value["entries"]))

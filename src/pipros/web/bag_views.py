@@ -23,6 +23,7 @@ _VIEWS: Final = (
     "diagnostics",
     "frames",
     "image",
+    "log_marks",
     "measured",
     "plot",
     "scene_cloud",
@@ -69,13 +70,15 @@ class ShownBags:
 
 def _services_of(system: WatchedSystem) -> Services:
     frames, topics, scene = FrameViews(system), TopicViews(system), SceneViews(system, None)
+    plot = PlotViews(system)
     views: Mapping[str, View] = {
         "console": ConsoleViews(system).console,
         "diagnostics": DiagnosticViews(system).diagnostics,
         "frames": frames.frames,
         "image": ImageViews(system).image,
+        "log_marks": plot.log_marks,
         "measured": topics.measured,
-        "plot": PlotViews(system).plot,
+        "plot": plot.plot,
         "scene_cloud": scene.cloud,
         "scene_messages": scene.messages,
         "topic": topics.topic,

@@ -204,13 +204,15 @@ def services(
     layouts = LayoutActions(system, may_save=saves_layouts)
     open_bags = OpenBags()
     bag_views, shown = BagViews(system, bags, open_bags), ShownBags(open_bags)
-    recordings = RecordingViews(system, recording)
+    recordings, plot = RecordingViews(system, recording), PlotViews(system)
     goals, teleop = ActionViews(system), TeleopViews(system)
     views: Mapping[str, View] = {
         "action": goals.action,
         "actions": goals.actions,
         "bag": bag_views.bag,
+        "bag_curve": bag_views.bag_curve,
         "bag_export": bag_views.bag_export,
+        "bag_marks": bag_views.bag_marks,
         "bag_thumbnails": bag_views.bag_thumbnails,
         "bags": bag_views.bags,
         "console": console.console,
@@ -219,11 +221,12 @@ def services(
         "frames": frames.frames,
         "graph": graph.graph,
         "image": ImageViews(system).image,
+        "log_marks": plot.log_marks,
         "master": graph.master,
         "measured": topics.measured,
         "node": graph.node,
         "params": parameters.params,
-        "plot": PlotViews(system).plot,
+        "plot": plot.plot,
         "processes": ProcessViews(system).processes,
         "publishing": calls.publishing,
         "recording": recordings.recording,

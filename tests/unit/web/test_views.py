@@ -17,13 +17,13 @@ from tf2_msgs.msg import TFMessage
 
 from genpy import Time
 from pipros.graph.drawing.layered_layout import Box
+from pipros.web.curve_samples import NotANumber, expand, find_field, number_in, numeric_fields
+from pipros.web.image_pixels import LARGEST_BYTES, packed
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import NewSamples
 from pipros.web.views import console
 from pipros.web.views.diagnostics import Statuses
 from pipros.web.views.frames import FrameTree, pose_values
-from pipros.web.views.images import LARGEST_BYTES, packed
-from pipros.web.views.plot import NotANumber, expand, find_field, number_in, numeric_fields
 from pipros.web.views.topics import plain_values
 
 TOPICS = {"/imu": "sensor_msgs/Imu", "/imu/raw": "sensor_msgs/Imu", "/joints": "sensor_msgs/JointState"}

@@ -4,12 +4,14 @@ import { copiesValues, copyButton } from "./copy.js";
 import { bandwidth, bytes, h, hertz, morph, panelHead, replace, s } from "./dom.js";
 import { tree } from "./message_values.js";
 import { smallCurve } from "./small_curve.js";
+import { topicPicture } from "./topic_picture.js";
 
 // Fills `side`; returns a function that stops the updates.
 export function topicPanel(side, name, context, onClose) {
   const figures = h("div", {}, h("dl", {}));
   const gauge = h("div", {});
   const curve = smallCurve();
+  const picture = topicPicture();
   const error = h("p", { class: "error", role: "alert" });
   const showError = (text) => replace(error, text);
   const message = copiesValues(h("div", { class: "message" }, h("div", {})), showError);
@@ -29,7 +31,7 @@ export function topicPanel(side, name, context, onClose) {
     }
   }
 
-  side.append(panelHead(name, onClose), figures, error, gauge, curve.element, definition,
+  side.append(panelHead(name, onClose), figures, error, gauge, picture.element, curve.element, definition,
     h("div", { class: "panel-head" }, h("h3", {}, "Newest message"), h("span", { class: "buttons" }, copy("YAML"), copy("JSON"))), message);
 
   return context.watch("topic", { name }, (topic) => {
@@ -46,7 +48,9 @@ export function topicPanel(side, name, context, onClose) {
     const percent = topic.gauge ?? null;
     if (percent === null) replace(gauge); // the gauge of an older message would be wrong
     else drawGauge(gauge, percent);
-    curve.take(topic.message, percent);
+    picture.take(topic.picture);
+    if (topic.picture) curve.element.hidden = true; // it says more than a curve of the first number
+    else curve.take(topic.message, percent);
   }, showError);
 }
 

@@ -21,14 +21,17 @@ from pipros.basics.limits import limit_text, process_limits
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.web.bag_curve import BagSamples, Take
 from pipros.web.bag_export import FORMATS, export
 from pipros.web.bag_folder import BagFolder
-from pipros.web.bag_playback import BagPlayback, newest_before
+from pipros.web.bag_playback import LOG_TOPICS, BagPlayback, newest_before
 from pipros.web.bag_tracks import BINS, tracks
 from pipros.web.bounded_list import bounded_list
+from pipros.web.curve_samples import find_field, mark_of, sample_of
+from pipros.web.image_pixels import packed
 from pipros.web.open_bags import OpenBags
 from pipros.web.server import RequestRefused
-from pipros.web.views.images import packed
+from pipros.web.views.plot import axis_of, field_text
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -151,6 +154,49 @@ class BagViews:
             if found is not None:
                 yield found
 
+    async def bag_curve(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the samples of a curve over the whole bag of this browser, in pieces."""
+        text, axis = field_text(arguments), axis_of(arguments)
+        field = find_field(text, self._playback().system.observation.types)
+        if field is None:
+            raise RequestRefused(f"the bag does not have the topic of {text}")
+        chosen = field
+
+        def take(message: Any, time_s: float) -> list[float | None]:
+            return sample_of(message, chosen, axis, time_s, time_s)
+
+        async for piece in self._samples(arguments, {field.topic}, take):
+            yield piece
+
+    async def bag_marks(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the warnings and errors in the log of the whole bag, as `PlotViews.log_marks`."""
+        axis = axis_of(arguments)
+        topics = {each for each in LOG_TOPICS if each in self._playback().system.observation.types}
+        topics = topics if len(topics) == 1 else topics - {LOG_TOPICS[1]}
+
+        def take(entry: Any, time_s: float) -> list[Any] | None:
+            return mark_of(entry, axis, time_s, time_s) if hasattr(entry, "level") else None
+
+        async for piece in self._samples(arguments, topics, take):
+            yield {"marks": piece["samples"], "lost": piece["lost"]}
+
+    async def _samples(
+        self, arguments: Mapping[str, Any], topics: set[str], take: Take
+    ) -> AsyncIterator[Mapping[str, Any]]:
+        path, layout = self._path(arguments.get("name")), self._playback().layout
+        work = self._system.computations.run
+        reader = await work(_reader, path, layout)
+        try:
+            connections = [each for each in reader.connections if each.topic in topics]
+            samples = BagSamples(reader, connections, take)
+            yield {"samples": [], "lost": samples.left_out, "error": ""}
+            while (piece := await work(samples.next_piece)) is not None:
+                yield {"samples": piece[0], "lost": 0, "error": piece[1]}
+        except (BagError, OSError) as error:
+            raise RequestRefused(str(error)) from None
+        finally:
+            reader.close()
+
     async def bag_export(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield part of a bag as the chunks of a file, then `{"done": true}`."""
         path, form, topics = (
@@ -222,6 +268,10 @@ def _number(arguments: Mapping[str, Any], key: str) -> float:
     return float(value)
 
 
+def _reader(path: Path, layout: BagLayout | None) -> BagReader:
+    return open_bag(path) if layout is None else BagReader(path, layout=layout)
+
+
 def _export(
     path: Path,
     layout: BagLayout | None,
@@ -230,7 +280,7 @@ def _export(
     form: str,
     file: IO[bytes],
 ) -> None:
-    with open_bag(path) if layout is None else BagReader(path, layout=layout) as reader:
+    with _reader(path, layout) as reader:
         try:
             export(reader, topics, range_ns, form, file, process_limits().page_export_bytes)
         except PiprosError as error:
@@ -238,8 +288,8 @@ def _export(
 
 
 def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:
-    """Return a small image from a topic at a time, or None if there is no image that can be shown."""
-    with open_bag(path) if layout is None else BagReader(path, layout=layout) as reader:
+    """Return a small image of a topic at a moment, or None if there is none that can be shown."""
+    with _reader(path, layout) as reader:
         connections = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
         found = newest_before(reader, connections, moment_ns)
         if found is None or len(found.data) > process_limits().page_message_bytes:

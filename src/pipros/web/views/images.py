@@ -4,30 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import json
-import math
-import struct
 from collections.abc import AsyncIterator, Mapping
 from typing import Any
 
 from pipros.basics.printable import printable
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
-from pipros.pictures.encodings import Color
-from pipros.pictures.errors import PictureError
-from pipros.pictures.image_message import IMAGE_TYPES, encoding_of
-from pipros.web.known_topic import LONGEST_NAME
+from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.web.image_pixels import packed
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 0.1
-LARGEST_BYTES = 2_000_000
-"""Size in bytes above which raw images are subsampled to every second, third, … row and column."""
-
-_DEPTH_HEADER = struct.Struct("<iff")
-"""Header of a compressed depth image: format, quotient and offset of the quantised inverse depths."""
-_PNG = b"\x89PNG\r\n\x1a\n"
 
 
 class ImageViews:
@@ -58,75 +48,3 @@ def decoded_image(watch: TopicWatch, message: AnyMsg) -> tuple[Mapping[str, Any]
     if kind not in IMAGE_TYPES:
         raise RequestRefused(f"topic type must be {' or '.join(IMAGE_TYPES)}, got {printable(kind)}")
     return packed(watch.decode_as(message, load_message_class(kind)))
-
-
-def packed(message: Any, largest_bytes: int = LARGEST_BYTES) -> tuple[Mapping[str, Any], bytes]:
-    """Encode a `sensor_msgs/Image` or `CompressedImage` for the browser: a header, and the pixels.
-
-    Raises:
-        RequestRefused: the encoding is unknown, or pixels are missing.
-    """
-    if message._type == "sensor_msgs/CompressedImage":
-        return _compressed(message)
-    try:
-        encoding = encoding_of(message)
-    except PictureError as error:
-        raise RequestRefused(str(error)) from None
-    is_grey = encoding.color is Color.GRAY
-    if encoding.depth not in ("8U", "16U") and not (is_grey and encoding.depth == "32F"):
-        raise RequestRefused(f"the page cannot show images with the encoding [{message.encoding}]")
-    width, height, step = message.width, message.height, message.step
-    depth, size, plane = encoding.depth, encoding.channels * encoding.bits // 8, slice(None)
-    row = width * size
-    if depth == "16U" and not is_grey:  # screens have 8 bits per channel, so use the more significant byte
-        depth, size, plane = "8U", size // 2, slice(0 if message.is_bigendian else 1, None, 2)
-    every = _step(message.encoding, width * height * size, largest_bytes)
-    data = memoryview(message.data)
-    tops = range(0, height * step, step * every) if width else ()
-    pixels = b"".join(_thinned(data[top : top + row][plane], size, every) for top in tops)
-    head = {
-        "encoding": message.encoding,
-        "color": encoding.color and encoding.color.value,
-        "depth": depth,
-        "big": bool(message.is_bigendian),
-        "width": len(range(0, width, every)),
-        "height": len(range(0, height, every)),
-        "full": [width, height],
-        "frame": message.header.frame_id[:LONGEST_NAME],
-    }
-    return head, pixels
-
-
-def _compressed(message: Any) -> tuple[Mapping[str, Any], bytes]:
-    """Return the header and data of an image that the browser decodes: PNG, JPEG, or depth as PNG."""
-    name, _, how = message.format[:LONGEST_NAME].partition(";")
-    data = bytes(message.data)
-    head = {"compressed": "png" if "png" in how.lower() or "png" in name.lower() else "jpeg"}
-    if "compressedDepth" not in how:
-        return {**head, "format": message.format[:LONGEST_NAME]}, data
-    if len(data) < _DEPTH_HEADER.size or name not in ("16UC1", "32FC1"):
-        raise RequestRefused(f"a compressed depth image must be 16UC1 or 32FC1, got [{printable(name)}]")
-    if not data.startswith(_PNG, _DEPTH_HEADER.size):
-        raise RequestRefused("the page can only show compressed depth images in PNG format, not RVL")
-    _, quotient, offset = _DEPTH_HEADER.unpack_from(data)
-    values = {"encoding": name, "quantised": [quotient, offset] if name == "32FC1" else None}
-    if not math.isfinite(quotient) or not math.isfinite(offset):
-        raise RequestRefused("the depth quantisation of a compressed depth image must be finite")
-    return {"compressed": "depth", **values}, data[_DEPTH_HEADER.size :]
-
-
-def _step(encoding: str, size: int, largest_bytes: int) -> int:
-    if encoding.startswith(("bayer", "yuv")):  # keep whole groups of neighbouring pixels
-        return 1
-    every = 1
-    while size // every**2 > largest_bytes:
-        every += 1
-    return every
-
-
-def _thinned(row: memoryview, size: int, every: int) -> bytes:
-    if every == 1:
-        return bytes(row)
-    if size == 1:
-        return bytes(row[::every])
-    return b"".join(row[left : left + size] for left in range(0, len(row), size * every))

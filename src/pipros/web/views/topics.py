@@ -19,6 +19,7 @@ from pipros.msg.time import TVal
 from pipros.node.any_msg import AnyMsg
 from pipros.web.bounded_list import bounded_list
 from pipros.web.known_topic import LONGEST_NAME
+from pipros.web.message_picture import message_picture
 from pipros.web.message_tree import message_tree
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import Newest, TopicWatch
@@ -141,7 +142,8 @@ def _shown(watch: TopicWatch, newest: Newest) -> dict[str, Any]:
         message = watch.decode(newest.message)
     except PiprosError as error:
         return {**values, "error": str(error)}
-    return {**values, "message": message_tree(message), "gauge": percentage(message)}
+    shown = {"message": message_tree(message), "gauge": percentage(message)}
+    return {**values, **shown, "picture": message_picture(message)}
 
 
 def _text_of(watch: TopicWatch, message: AnyMsg, form: str) -> str:

@@ -1,0 +1,179 @@
+"""Samples of curves: numbers in messages, or expressions over messages, with the time that the axis shows."""
+
+from __future__ import annotations
+
+import enum
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from pipros.bag.filter_expression import MessageExpression
+from pipros.graph.message_path import PathStep, extract, parse_path
+from pipros.msg.time import Time, TVal
+
+MOST_FIELDS = 100
+"""Maximum number of fields suggested for a topic."""
+MOST_ELEMENTS = 10
+"""Maximum number of elements of one array among the suggested fields."""
+LOWEST_MARKED_LEVEL: Final = 4
+"""Lowest level of the log entries that a plot marks: warnings."""
+_LONGEST_MARK: Final = 200
+
+
+class Axis(enum.Enum):
+    """What the time axis of a plot shows.
+
+    Attributes:
+        RECEIVED: when the message arrived, by this machine's clock; in a bag, when it was recorded.
+        STAMP: the stamp in the message's header.
+        ROS: when the message arrived, in ROS time, which `/clock` may simulate.
+    """
+
+    RECEIVED = "received"
+    STAMP = "stamp"
+    ROS = "ros"
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """Numeric field in the messages of a topic, such as `/imu/linear_acceleration/x`, or an expression.
+
+    Attributes:
+        expression: computes the number; None for a plain field.
+    """
+
+    topic: str
+    path: Sequence[PathStep]
+    text: str
+    expression: MessageExpression | None = None
+
+
+def expand(text: str) -> Iterator[str]:
+    """Yield the fields in one argument of `rqt_plot`: `/a/pose/x:y:z` names three.
+
+    >>> list(expand("/a/pose/x:y")), list(expand("/b/data"))
+    (['/a/pose/x', '/a/pose/y'], ['/b/data'])
+    """
+    first, *others = text.split(":") if "[" not in text and "=" not in text else [text]
+    yield first
+    for other in others:
+        yield f"{first.rpartition('/')[0]}/{other}"
+
+
+def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
+    """Return the field that `text` denotes, for the longest topic name with which it begins, or None.
+
+    `/cmd_vel=hypot(m.linear.x, m.linear.y)` is an expression over the message `m` of the topic before `=`.
+
+    Raises:
+        InvalidIndex: the brackets are malformed.
+        ExpressionError: the expression is malformed.
+    """
+    topic, equals, expression = text.partition("=")
+    if equals:
+        return Field(topic, (), text, MessageExpression(expression)) if topic in topics else None
+    words = text.split("/")
+    for end in range(len(words), 1, -1):
+        topic = "/".join(words[:end])
+        if topic in topics:
+            return Field(topic, parse_path("/".join(words[end:])), text)
+    return None
+
+
+class NotANumber(ValueError):
+    """The field is not a number.
+
+    Attributes:
+        fields: paths of the numbers inside the field, relative to it.
+    """
+
+    def __init__(self, text: str, fields: Sequence[str]) -> None:
+        super().__init__(text)
+        self.fields = fields
+
+
+def sample_of(message: Any, field: Field, axis: Axis, received_s: float, ros_s: float) -> list[float | None]:
+    """Return the time and the value of a sample.
+
+    Raises:
+        ValueError: as `number_in`, or the message has no stamp.
+    """
+    return [time_of(message, field.topic, axis, received_s, ros_s), number_in(message, field)]
+
+
+def time_of(message: Any, topic: str, axis: Axis, received_s: float, ros_s: float) -> float:
+    """Return where a message is on a time axis, in seconds. Raise `ValueError` if it has no stamp."""
+    if axis is Axis.STAMP:
+        stamp = getattr(getattr(message, "header", None), "stamp", None)
+        if not isinstance(stamp, Time):
+            raise ValueError(f"the messages of {topic} have no header; choose another x axis")
+        return round(stamp.to_sec(), 6)
+    return round(ros_s if axis is Axis.ROS else received_s, 4)
+
+
+def mark_of(entry: Any, axis: Axis, received_s: float, ros_s: float) -> list[Any] | None:
+    """Return the time, level and text of a log entry that a plot marks; None for lower levels."""
+    if entry.level < LOWEST_MARKED_LEVEL:
+        return None
+    time_s = time_of(entry, "/rosout", axis, received_s, ros_s)
+    return [time_s, entry.level, f"{entry.name}: {entry.msg}"[:_LONGEST_MARK]]
+
+
+def _number_of(expression: MessageExpression, message: Any, field: Field) -> float | None:
+    value = expression.value(field.topic, message, Time())
+    if not isinstance(value, (bool, int, float)):
+        raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", ())
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def number_in(message: Any, field: Field) -> float | None:
+    """Return the value of a field, or None for NaN and infinity, which interrupt the curve.
+
+    Raises:
+        NotANumber: the field is not a number.
+        ExpressionError: an expression cannot be evaluated.
+        ValueError: an index is out of range.
+    """
+    from pipros.web.views.topics import percentage
+
+    if field.expression is not None:
+        return _number_of(field.expression, message, field)
+    try:
+        value = extract(message, field.path).value
+    except (IndexError, TypeError):  # an index that is out of range, or on a field that is not an array
+        raise ValueError(f"the message has no element {field.text}") from None
+    if isinstance(value, bool):
+        return float(value)
+    if isinstance(value, TVal):
+        return float(value.to_sec())
+    if not field.path or isinstance(value, str):
+        level = percentage(message)
+        if level is not None:
+            return level
+        slots: Sequence[str] = getattr(value, "__slots__", ())
+        if len(slots) == 1:  # std_msgs/Float64 and similar types
+            value = getattr(value, slots[0])
+    if not isinstance(value, (int, float)):
+        found = list(itertools.islice(numeric_fields(value), MOST_FIELDS))
+        raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", found)
+    number = float(value)
+    return number if number - number == 0.0 else None
+
+
+def numeric_fields(value: Any, path: str = "") -> Iterator[str]:
+    """Yield the paths of the numbers in a message or array: `orientation/x`, `ranges[0]`."""
+    if isinstance(value, (int, float, TVal)):
+        yield path
+    elif hasattr(value, "_slot_types"):
+        for name in value.__slots__:
+            yield from numeric_fields(getattr(value, name), f"{path}/{name}" if path else name)
+    elif isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
+        for index in range(min(len(value), MOST_ELEMENTS)):
+            item = value[index]
+            yield from numeric_fields(item.item() if hasattr(item, "item") else item, f"{path}[{index}]")

@@ -1,0 +1,151 @@
+// The chart of curves: options and hooks for uPlot.
+
+import uPlot from "../vendor/uPlot.js";
+import { pairs } from "./curve.js";
+
+const JOINED = [0, 2]; // of times and values: a missing number is a gap, also beside the samples of another curve
+const EPOCH = 1e8; // smaller times are simulated, and shown in seconds
+const MARGIN = 0.05;
+const LEVELS = { 4: "--warn", 8: "--bad", 16: "--bad" };
+
+const colourOf = (name) => getComputedStyle(document.body).getPropertyValue(name);
+const spread = (low, high) => (high > low ? (high - low) * MARGIN : Math.abs(high) * MARGIN || 1);
+
+// A time of day, or simulated seconds.
+export function timeText(time) {
+  if (time < EPOCH) return `${Number(time.toFixed(2))} s`;
+  return new Date(time * 1000).toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 2 });
+}
+
+// Labels of the time axis: 24 hours, as in logs; seconds, with the minute once.
+function timeLabels(_own, splits, _axis, _space, step) {
+  let last = "";
+  return splits.map((time) => {
+    if (splits.at(-1) < EPOCH) return `${Number(time.toFixed(3))} s`;
+    const date = new Date(time * 1000);
+    const minute = date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
+    if (step >= 60) return minute;
+    const seconds = `:${String(date.getSeconds()).padStart(2, "0")}${step < 1 ? `.${String(date.getMilliseconds()).padStart(3, "0")}` : ""}`;
+    if (minute === last) return seconds;
+    last = minute;
+    return `${seconds}\n${minute}`;
+  });
+}
+
+// The range of a vertical axis; `limits` has null where it follows the values.
+const rangeOf = (limits) => (_own, low, high) => [limits[0] ?? low - spread(low, high), limits[1] ?? high + spread(low, high)];
+
+// Creates a chart in `place`. `settings` has `curves`, `limits`, `isXy`, `marks()`, `moment()` and `span()`; `on` has `zoom` and `point`.
+export function createChart(place, size, settings, on) {
+  const { curves, isXy } = settings;
+  const axis = { stroke: colourOf("--ink"), grid: { stroke: colourOf("--line"), width: 1 }, ticks: { stroke: colourOf("--line"), width: 1 } };
+  const hasRight = curves.some((curve) => curve.isRight);
+  const series = curves.map((curve) => ({
+    label: curve.text, stroke: curve.colour, width: 1.5, spanGaps: false, scale: curve.isRight ? "right" : "y",
+    ...(isXy ? { paths: () => null, points: { show: false } } : {}),
+  }));
+  const drawMore = isXy ? drawPairs : drawMarks;
+  const hooks = { setSelect: [on.zoom], setCursor: [on.point], draw: [(own) => drawMore(own, settings)] };
+  const timeScales = { x: { time: true }, y: { range: rangeOf(settings.limits) }, right: { range: rangeOf([null, null]) } };
+  return new /** @type {any} */ (uPlot)({
+    ...size,
+    series: [{}, ...series],
+    axes: [{ ...axis, values: isXy ? undefined : timeLabels }, { ...axis, scale: "y", size: 64 },
+      ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: 64, grid: { show: false } }] : [])],
+    scales: isXy ? xyScales(settings) : timeScales,
+    legend: { show: false },
+    cursor: { drag: { x: !isXy, y: false }, points: { show: !isXy } },
+    hooks,
+  }, dataOf(settings), place);
+}
+
+// What uPlot draws; of x-y curves only their extent, because it would sort them by x.
+export function dataOf(settings) {
+  const { curves, isXy } = settings;
+  if (isXy) return [xExtent(settings), ...curves.map(() => [0, 1])];
+  if (curves.length === 1) return [curves[0].times, curves[0].values];
+  return uPlot.join(curves.map((curve) => [curve.times, curve.values]), curves.map(() => JOINED));
+}
+
+// The curves over the first, as {curve, points}.
+const pairedCurves = ({ curves, span }) => curves.slice(1).map((curve) => ({ curve, points: pairs(curves[0], curve, span()) }));
+
+function extent(numbers) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const number of numbers) {
+    low = Math.min(low, number);
+    high = Math.max(high, number);
+  }
+  return low > high ? [0, 1] : [low, high];
+}
+
+const coordinates = (paired, at) => extent(paired.flatMap(({ points }) => points.filter(Boolean).map((point) => point[at])));
+const xExtent = (settings) => coordinates(pairedCurves(settings), 0);
+
+function xyScales(settings) {
+  const of = (isRight) => coordinates(pairedCurves(settings).filter(({ curve }) => curve.isRight === isRight), 1);
+  return {
+    x: { time: false, range: () => rangeOf([null, null])(null, ...xExtent(settings)) },
+    y: { range: () => rangeOf(settings.limits)(null, ...of(false)) },
+    right: { range: () => rangeOf([null, null])(null, ...of(true)) },
+  };
+}
+
+function clipped(own, draw) {
+  const { left, top, width, height } = own.bbox;
+  own.ctx.save();
+  own.ctx.beginPath();
+  own.ctx.rect(left, top, width, height);
+  own.ctx.clip();
+  draw(own.ctx, { top, bottom: top + height });
+  own.ctx.restore();
+}
+
+function drawPairs(own, settings) {
+  clipped(own, (drawing) => {
+    for (const { curve, points } of pairedCurves(settings)) {
+      drawing.beginPath();
+      drawing.strokeStyle = curve.colour;
+      drawing.lineWidth = 1.5 * devicePixelRatio;
+      let isDown = false;
+      for (const point of points) {
+        if (point) {
+          const place = [own.valToPos(point[0], "x", true), own.valToPos(point[1], curve.isRight ? "right" : "y", true)];
+          if (isDown) drawing.lineTo(place[0], place[1]);
+          else drawing.moveTo(place[0], place[1]);
+        }
+        isDown = Boolean(point);
+      }
+      drawing.stroke();
+    }
+  });
+}
+
+// Log entries as dashed lines, and the moment of a bag.
+function drawMarks(own, { marks, moment }) {
+  const line = (drawing, { top, bottom }, time, colour, dash) => {
+    const at = Math.round(own.valToPos(time, "x", true)) + 0.5;
+    drawing.beginPath();
+    drawing.strokeStyle = colour;
+    drawing.lineWidth = devicePixelRatio;
+    drawing.setLineDash(dash);
+    drawing.moveTo(at, top);
+    drawing.lineTo(at, bottom);
+    drawing.stroke();
+  };
+  clipped(own, (drawing, edges) => {
+    for (const [time, level] of marks()) line(drawing, edges, time, colourOf(LEVELS[level] ?? "--pale"), [4, 3]);
+    if (moment() !== null) line(drawing, edges, moment(), colourOf("--accent"), []);
+  });
+}
+
+// The mark next to the cursor, at most some pixels away.
+export function markNear(own, marks, left) {
+  const NEAR = 6;
+  let [found, nearest] = [null, NEAR];
+  for (const mark of marks) {
+    const distance = Math.abs(own.valToPos(mark[0], "x") - left);
+    if (distance < nearest) [found, nearest] = [mark, distance];
+  }
+  return found;
+}

@@ -1,0 +1,97 @@
+// One curve: its samples, which come from the running system, the moment of a bag, or a whole bag.
+
+import { parsedCurve } from "./curve_text.js";
+
+const KEPT_POINTS = 50000;
+const LIGHT = ["#2f6fb3", "#c0392b", "#1a7f37", "#9a6700", "#7d4cdb", "#00838f", "#ad1457", "#5d6d7e"];
+const DARK = ["#6ba7e8", "#f2867b", "#62c283", "#dcae4a", "#b394f4", "#4dc4d0", "#f28ab8", "#a9b6c3"];
+export const HUES = LIGHT.length;
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+export class Curve {
+  // `hue` is a number below HUES.
+  constructor(text, hue) {
+    const { field, isRate, isRight } = parsedCurve(text);
+    this.field = field;
+    this.isRate = isRate;
+    this.isRight = isRight;
+    this.text = text;
+    this.hue = hue;
+    this.problem = "";
+    this.close = () => {};
+    this.forget();
+  }
+
+  get colour() {
+    return (dark.matches ? DARK : LIGHT)[this.hue];
+  }
+
+  forget() {
+    this.times = [];
+    this.values = [];
+    this.lost = 0;
+    this.last = null; // the last time and number, from which the derivative is computed
+  }
+
+  // Adds samples as the server sends them.
+  take({ samples = [], lost = 0, error = "" }) {
+    this.problem = error;
+    this.lost += lost;
+    for (const [time, number] of samples) {
+      if (this.times.length && time < this.times.at(-1)) continue;
+      const value = this.isRate ? this.rate(time, number) : number;
+      if (value === undefined) continue;
+      this.times.push(time);
+      this.values.push(value);
+    }
+    if (this.times.length > KEPT_POINTS * 1.2) {
+      this.times = this.times.slice(-KEPT_POINTS);
+      this.values = this.values.slice(-KEPT_POINTS);
+    }
+  }
+
+  // The derivative since the last sample: null beside a gap, undefined if no time has passed.
+  rate(time, number) {
+    const { last } = this;
+    if (last && time <= last.time) return undefined;
+    this.last = { time, number };
+    if (!last) return undefined;
+    return last.number === null || number === null ? null : (number - last.number) / (time - last.time);
+  }
+
+  // The newest value at a time or before; null without a time: the newest of all.
+  at(time) {
+    return this.values[time === null ? this.values.length - 1 : indexAt(this.times, time)];
+  }
+}
+
+// The index of the newest sample at a time or before.
+export function indexAt(times, time) {
+  let [low, high] = [0, times.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
+}
+
+// The value of a curve at a time, interpolated; null beside a gap, undefined outside of its samples.
+function between({ times, values }, time) {
+  const index = indexAt(times, time);
+  if (times[index] === time) return values[index];
+  if (index < 0 || index === times.length - 1) return undefined;
+  if (values[index] === null || values[index + 1] === null) return null;
+  const part = (time - times[index]) / (times[index + 1] - times[index]);
+  return values[index] + part * (values[index + 1] - values[index]);
+}
+
+// The values of a curve over those of another, between two times: [[x, y], …] with null at gaps.
+export function pairs(over, curve, [begin, end]) {
+  const found = [];
+  for (let index = Math.max(0, indexAt(curve.times, begin)); index < curve.times.length && curve.times[index] <= end; index += 1) {
+    const x = between(over, curve.times[index]);
+    if (x !== undefined) found.push(x === null || curve.values[index] === null ? null : [x, curve.values[index]]);
+  }
+  return found;
+}

@@ -1,0 +1,93 @@
+"""Samples of curves: expressions, times, marks, and curves of whole bags."""
+
+from __future__ import annotations
+
+import math
+import struct
+from pathlib import Path
+
+import pytest
+from geometry_msgs.msg import PointStamped, Vector3
+from rosgraph_msgs.msg import Log
+from std_msgs.msg import Float64, Header
+
+from pipros.bag import BagReader, BagWriter
+from pipros.msg.time import Time
+from pipros.safe.expr import ExpressionError
+from pipros.web.bag_curve import MOST_SAMPLES, BagSamples
+from pipros.web.curve_samples import Axis, Field, NotANumber, expand, find_field, mark_of, sample_of
+
+
+def field_of(text: str) -> Field:
+    found = find_field(text, {"/vector": "geometry_msgs/Vector3", "/point": "geometry_msgs/PointStamped"})
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("expression", "value"),
+    [("m.x + m.y", 3.0), ("hypot(m.x, m.y) > 2", 1.0), ("m.x * inf", None), ("10 ** 400", None)],
+)
+def test_expressions_over_messages_are_numbers(expression: str, value: float | None) -> None:
+    sample = sample_of(Vector3(1, 2, 3), field_of(f"/vector={expression}"), Axis.RECEIVED, 7.0, 8.0)
+    assert sample == [7.0, value]
+
+
+def test_expressions_that_are_not_numbers_are_refused() -> None:
+    with pytest.raises(NotANumber, match="must be a number, got str"):
+        sample_of(Vector3(), field_of("/vector=str(m.x)"), Axis.RECEIVED, 0.0, 0.0)
+    with pytest.raises(ExpressionError, match=r"no field \[w\]"):
+        sample_of(Vector3(), field_of("/vector=m.w"), Axis.RECEIVED, 0.0, 0.0)
+    with pytest.raises(ExpressionError):
+        field_of("/vector=m.x +")
+    assert find_field("/nothing=m.x", {"/vector": "geometry_msgs/Vector3"}) is None
+    assert list(expand("/vector={1: 2}[1]")) == ["/vector={1: 2}[1]"]
+
+
+def test_samples_are_on_the_chosen_time_axis() -> None:
+    point = PointStamped(header=Header(stamp=Time(5, 250_000_000)))
+    times = [sample_of(point, field_of("/point/point/x"), axis, 7.0, 8.0)[0] for axis in Axis]
+    assert times == [7.0, 5.25, 8.0]
+    with pytest.raises(ValueError, match="have no header"):
+        sample_of(Vector3(), field_of("/vector/x"), Axis.STAMP, 7.0, 8.0)
+
+
+def test_only_warnings_and_errors_are_marked() -> None:
+    assert mark_of(Log(level=Log.INFO), Axis.RECEIVED, 1.0, 2.0) is None
+    entry = Log(level=Log.ERROR, name="/arm", msg="x" * 1000)
+    mark = mark_of(entry, Axis.ROS, 1.0, 2.0)
+    assert mark is not None
+    assert (mark[:2], mark[2][:10], len(mark[2])) == ([2.0, 8], "/arm: xxxx", 200)
+
+
+def test_a_long_bag_has_evenly_spaced_samples(tmp_path: Path) -> None:
+    count = 2 * MOST_SAMPLES + 10
+    with (tmp_path / "a.bag").open("wb") as file:
+        bag = BagWriter(file)
+        fields = {"type": Float64._type, "md5sum": Float64._md5sum, "message_definition": Float64._full_text}
+        header = {"topic": b"/a", **{name: text.encode() for name, text in fields.items()}}
+        added = bag.add_connection("/a", header)
+        for number in range(count):
+            bag.write(added, 1000 + number, 0, struct.pack("<d", number))
+        bag.finish()
+    with BagReader(tmp_path / "a.bag") as reader:
+        curve = BagSamples(reader, reader.connections, lambda message, time_s: [time_s, message.data])
+        samples = []
+        while (piece := curve.next_piece()) is not None:
+            samples += piece[0]
+    assert samples[:3] == [[1000.0, 0.0], [1003.0, 3.0], [1006.0, 6.0]]
+    assert len(samples) == math.ceil(count / 3)
+    assert curve.left_out == count - len(samples)
+
+
+def test_messages_that_cannot_be_shown_are_named(tmp_path: Path) -> None:
+    with (tmp_path / "a.bag").open("wb") as file:
+        bag = BagWriter(file)
+        kind = {"type": b"std_msgs/Float64", "md5sum": b"0" * 32, "message_definition": b"%"}
+        bag.write(bag.add_connection("/a", {"topic": b"/a", **kind}), 1, 0, b"")
+        bag.finish()
+    with BagReader(tmp_path / "a.bag") as reader:
+        piece = BagSamples(reader, reader.connections, lambda *_: None).next_piece()
+    assert piece is not None
+    assert piece[0] == []
+    assert piece[1]
