@@ -4,10 +4,11 @@
     benchmarks/client.py [--only flow,trip] [--rounds 3] [--seconds 2] [--quick]
 
 Every workload is one script that uses the public rospy API and is run with each implementation in turn; the
-median of the rounds counts. "tuned" is genuine rospy with an allocator that keeps freed memory. The
-ratio is the factor by which pipros is better. A "window" limits the number of messages in transit, to
-measure the sustained rate without loss. Nothing else should be running. The load from other programs is
-printed; above some 5 %, the figures mean little. If genuine ROS is not installed, only pipros is measured.
+median of the rounds counts. "tuned" is genuine rospy with an allocator that keeps freed memory. "roscpp" is
+the same workload in C++ (benchmarks/roscpp), if it has an equivalent. The ratio is the factor by which pipros
+is better. A "window" limits the number of messages in transit, to measure the sustained rate without loss.
+Nothing else should be running. The load from other programs is printed; above some 5 %, the figures mean
+little. If genuine ROS is not installed, only pipros is measured.
 """
 
 import argparse
@@ -295,6 +296,10 @@ class World:
             [self.python, os.path.join(HERE, "client.py"), "--worker", json.dumps([role, *arguments])]
         )
 
+    def has(self, _measure, _arguments):
+        """Return whether this implementation has an equivalent of a workload."""
+        return True
+
     def close(self):
         self.master.send_signal(signal.SIGINT)
         self.master.communicate()
@@ -302,10 +307,39 @@ class World:
         self.home.cleanup()
 
 
+class CppWorld(World):
+    """roscpp, with the genuine master. The program is built by genuine catkin, once per environment."""
+
+    def __init__(self):
+        workspace = os.path.join(sys.prefix, "roscpp_workspace")
+        package = os.path.join(workspace, "src", "roscpp")
+        os.makedirs(os.path.dirname(package), exist_ok=True)
+        if not os.path.islink(package):
+            os.symlink(os.path.join(HERE, "roscpp"), package)
+        built = subprocess.run(
+            ["/usr/bin/catkin_make", "-C", workspace, "-DCMAKE_BUILD_TYPE=Release"],
+            env={"PATH": "/usr/bin:/bin", "HOME": workspace, "CMAKE_PREFIX_PATH": "/usr"},
+            capture_output=True,
+            text=True,
+        )
+        if built.returncode:
+            raise SystemExit(f"{built.stdout}{built.stderr}\ncatkin_make failed in {workspace}")
+        self.program = os.path.join(workspace, "devel", "lib", "pipros_benchmarks", "client")
+        super().__init__("roscpp", GENUINE_PYTHON)
+
+    def has(self, _measure, _arguments):
+        """A queue of None stands for rospy's synchronous publishing, which roscpp lacks."""
+        return _measure in (flow, trip, service) and None not in _arguments
+
+    def work(self, role, *arguments):
+        words = [str(each).lower() for each in arguments]
+        return self.spawn([self.program, role, *words])
+
+
 @contextlib.contextmanager
-def open_worlds(tuned=True):
-    """Open genuine rospy, genuine rospy with a tuned allocator, and pipros; only pipros if genuine rospy is
-    not installed.
+def open_worlds(tuned=True, roscpp=False):
+    """Open genuine rospy, genuine rospy with a tuned allocator, roscpp, and pipros; only pipros if genuine
+    ROS is not installed.
     """
     worlds = []
     try:
@@ -313,6 +347,8 @@ def open_worlds(tuned=True):
             worlds.append(World("genuine", GENUINE_PYTHON))
             if tuned:
                 worlds.append(World("tuned", GENUINE_PYTHON, TUNED))
+        if roscpp and os.path.exists("/usr/share/roscpp") and os.path.exists("/usr/bin/catkin_make"):
+            worlds.append(CppWorld())
         worlds.append(World("pipros", sys.executable))
         yield worlds
     finally:
@@ -495,11 +531,12 @@ def main():
     if options.quick:
         chosen = [row for row in chosen if row[1] in QUICK]
     rows = []
-    with open_worlds() as worlds:
+    with open_worlds(roscpp=True) as worlds:
         for _, label, measure, arguments, more_is_better, goal in chosen:
-            values = {world.name: [] for world in worlds}
+            able = [world for world in worlds if world.has(measure, arguments)]
+            values = {world.name: [] for world in able}
             for _ in range(options.rounds):
-                for world in worlds:
+                for world in able:
                     values[world.name].append(measure(world, options.seconds, *arguments))
             rows.append(Row(label, values, more_is_better, goal))
             print(".", end="", flush=True)

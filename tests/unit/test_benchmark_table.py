@@ -38,6 +38,18 @@ def test_a_measurement_can_prefer_more_and_count_the_best_round(table: ModuleTyp
     assert table.Row("us", values, best=True).ratio() == pytest.approx(1 / 3)
 
 
+def test_a_row_may_lack_an_implementation_of_another_row(table: ModuleType) -> None:
+    rows = [
+        table.Row("flow: messages/s", {"roscpp": [50.0], "pipros": [100.0]}, more_is_better=True),
+        table.Row("import: ms", {"genuine": [30.0], "pipros": [10.0]}),
+    ]
+
+    assert table.markdown(rows).splitlines()[2:] == [
+        "| flow: messages/s |  | 50 | 100 |  |  | 2.00 x |",
+        "| import: ms | 30 |  | 10 | 3.00 x | 3.00..3.00 |  |",
+    ]
+
+
 def test_columns_are_the_measured_implementations(table: ModuleType) -> None:
     rows = [
         table.Row("one: us", {"genuine": [20.0], "tuned": [15.0], "pipros": [10.0]}),

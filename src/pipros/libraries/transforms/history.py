@@ -40,7 +40,7 @@ class FrameHistory(Protocol):
         """Return the pose at `time`. `number` is the result of `locate(time)`."""
 
     def pose_at(self, time: int) -> Pose:
-        """Return the pose at `time`, which `locate` finds."""
+        """Return the pose of a frame with only one parent at `time`, for which `locate` finds a pose."""
 
     def why_not(self, time: int) -> str:
         """Return the reason why no pose is available for `time`."""
@@ -137,12 +137,10 @@ class MovingFrame:
         return interpolate(self.poses[number], self.poses[after], ratio)
 
     def pose_at(self, time: int) -> Pose:
-        """Return the pose at `time`, which `locate` finds."""
+        """Return the pose of a frame with only one parent at `time`, for which `locate` finds a pose."""
         stamps = self.stamps
-        if time == stamps[-1]:
+        if time == stamps[-1] or time == 0:
             return self.poses[-1]
-        if self.only_parent is None or time == 0:
-            return self.pose(self.locate(time), time)
         after = bisect_right(stamps, time)
         older = stamps[after - 1]
         ratio = (time - older) / (stamps[after] - older)

@@ -101,6 +101,18 @@ def test_a_root_that_gets_a_parent_joins_two_trees(buffer: TransformBuffer) -> N
     assert buffer.lookup("building", "base", 0) == (2 * S, at(1512))
 
 
+def test_static_frames_below_a_moving_one_are_connected_at_any_time() -> None:
+    buffer = TransformBuffer()
+    for stamp in (0, 5 * S):
+        buffer.insert("map", "base", stamp, at(stamp), "me")
+    buffer.insert("base", "left", 0, at(1), "me", is_static=True)
+    buffer.insert("base", "right", 0, at(-1), "me", is_static=True)
+
+    assert buffer.lookup("right", "left", 0) == (0, at(2))
+    assert buffer.lookup("right", "left", 2 * S) == (2 * S, at(2))
+    assert buffer.can_transform("right", "left", 6 * S) is None
+
+
 def test_unavailable_times_have_the_same_reason_as_before(buffer: TransformBuffer) -> None:
     reason = (
         "Lookup would require extrapolation 1.000000000s into the future.  Requested time 3.000000000 but "
