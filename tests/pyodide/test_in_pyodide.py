@@ -45,6 +45,5 @@ def test_the_page_prints_its_results(results: dict[str, Any]) -> None:
     page = results["page"]
     assert page["error"] == ""
     assert "9f195f881246fdfa2798d1d3eebca84a" in page["printed"]
-    assert "base [('shoulder', 'revolute')]" in page["printed"]
     assert "example.bag 5 messages" in page["printed"]
     assert 'data: "hello 1"' in page["printed"]

@@ -71,7 +71,7 @@ def test_programs_work_in_a_browser(work: str, empty_folder: Path) -> None:
 def test_the_blocks_of_the_page_for_browsers_work_in_a_browser(empty_folder: Path) -> None:
     text = (REPOSITORY / "docs/browser.md").read_text()
     blocks = re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
-    assert len(blocks) == 5
+    assert len(blocks) == 4
     printed = run_without_posix("\n".join(blocks), in_browser=True)
     assert "example.bag 5 messages\n  /chatter std_msgs/String\nfirst:\n/chatter\n" in printed
 

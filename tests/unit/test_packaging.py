@@ -8,6 +8,7 @@ import importlib.metadata
 import importlib.util
 import os
 import re
+import shutil
 import stat
 import subprocess
 import sys
@@ -78,10 +79,10 @@ def test_every_interpreter_of_the_environment_has_the_import_hook() -> None:
     assert ended.stdout == "True\n"
 
 
-def build_wheel(folder: Path) -> Path:
+def build_wheel(folder: Path, source: Path = REPOSITORY) -> Path:
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", folder],
-        cwd=REPOSITORY,
+        cwd=source,
         check=True,
         capture_output=True,
     )
@@ -94,8 +95,23 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build_wheel(tmp_path_factory.mktemp("wheel"))
 
 
-def test_two_builds_are_the_same_bytes(wheel: Path, tmp_path: Path) -> None:
-    assert build_wheel(tmp_path).read_bytes() == wheel.read_bytes()
+def copy_for_owner(source: str, target: str) -> None:
+    """Copy a file as a checkout with umask 077 would write it, with the present time."""
+    shutil.copyfile(source, target)
+    os.chmod(target, os.stat(source).st_mode & 0o700)
+
+
+def test_builds_in_other_folders_times_and_umasks_are_the_same_bytes(wheel: Path, tmp_path: Path) -> None:
+    source = tmp_path / "checkout"
+    source.mkdir(0o700)
+    for name in ("facades", "script", "src"):
+        leave_out = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(REPOSITORY / name, source / name, ignore=leave_out, copy_function=copy_for_owner)
+    for file in REPOSITORY.glob("*.*"):
+        if file.is_file():
+            copy_for_owner(str(file), str(source / file.name))
+    copy_for_owner(str(REPOSITORY / "LICENSE"), str(source / "LICENSE"))
+    assert build_wheel(tmp_path, source).read_bytes() == wheel.read_bytes()
 
 
 def test_the_newest_release_of_the_changelog_is_this_version() -> None:

@@ -61,8 +61,8 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
     cmake = shutil.which("cmake", path=path)
     if cmake is None:
         raise MissingTools(
-            "cmake is not in PATH. Install CMake, a C++ compiler and genuine catkin "
-            "(Debian: apt install cmake g++ catkin ros-core-dev), or put a file CATKIN_IGNORE into its folder"
+            "cmake is not in PATH. Install CMake, a C++ compiler and genuine catkin (Debian: "
+            "apt install cmake make g++ catkin ros-core-dev), or put a file CATKIN_IGNORE into its folder"
         )
     if shutil.which("make", path=path) is None or shutil.which("c++", path=path) is None:
         raise MissingTools("make or c++ is not in PATH. Install them (Debian: apt install make g++)")

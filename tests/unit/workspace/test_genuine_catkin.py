@@ -85,7 +85,7 @@ def programs(folder: Path, *names: str, code: int = 0) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("names", "advice"),
     [
-        ((), "apt install cmake g++ catkin ros-core-dev"),
+        ((), "apt install cmake make g++ catkin ros-core-dev"),
         (("cmake", "make"), "apt install make g++"),
         (("cmake", "c++"), "apt install make g++"),
         (("cmake", "make", "c++"), "apt install catkin ros-core-dev"),
