@@ -120,9 +120,7 @@ def unreachable_publishers(system: SystemReport) -> Findings:
 
 
 def connections(system: SystemReport) -> Findings:
-    """Find pairs of nodes that should be connected, but are not, or are connected according to only one of
-    them.
-    """
+    """Find pairs of nodes that should be connected but are not, or that do not both report the connection."""
     for topic, publisher, subscriber in system.pairs():
         by_publisher, by_subscriber = system.is_connected(topic, publisher, subscriber)
         if by_publisher and by_subscriber:
@@ -216,7 +214,7 @@ def type_mismatches(system: SystemReport) -> Findings:
 def _types_differ(
     system: SystemReport, topic: str, publisher: str, subscriber: str
 ) -> tuple[str, str] | None:
-    """Return the publisher's and subscriber's types if they are known and differ."""
+    """Return the publisher's and the subscriber's types if they are known and differ."""
     report = system.publishers.get((topic, publisher))
     sent = (report.type if report else "") or system.nodes[publisher].publications.get(topic, "")
     wanted = system.nodes[subscriber].subscriptions.get(topic, "")
@@ -262,7 +260,8 @@ def topics_without_publishers(system: SystemReport) -> Findings:
         alive = [
             node
             for node in subscribers
-            if system.is_alive(node) and not node.startswith(FLEET_AGENT_PREFIX)  # it offers, and waits
+            if system.is_alive(node)
+            and not node.startswith(FLEET_AGENT_PREFIX)  # subscribes only to offer the topic
         ]
         if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
             continue
@@ -284,11 +283,11 @@ def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[
     publishers = system.state.publishers
     if topic in ("/rosout", "/clock"):  # `clocks` reports a missing /clock
         return True
-    # listeners subscribe to both topics, and many systems need only one of them
+    # TF listeners subscribe to both topics, and many systems need only one of them
     if topic in ("/tf", "/tf_static"):
         return bool(publishers.get("/tf") or publishers.get("/tf_static"))
     action, _, part = topic.rpartition("/")
-    # These are the topics of an action server that has no client.
+    # the topics of an action server without a client
     return part in ("goal", "cancel") and any(
         node in publishers.get(f"{action}/status", ()) for node in subscribers
     )
