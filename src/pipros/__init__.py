@@ -74,7 +74,7 @@ def __getattr__(name: str) -> object:
     from importlib import import_module
 
     value: object = getattr(import_module(module), name)
-    globals()[name] = value  # so that further uses do not call this function
+    globals()[name] = value  # so that later uses do not call this function
     return value
 
 

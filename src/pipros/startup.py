@@ -38,7 +38,7 @@ class _DistributionFinder:
 
 
 class _CompletingFinder:
-    """Finds the modules of rospkg and setuptools that must find pipros's packages, and adapts them."""
+    """Adapts modules of rospkg and setuptools on import, so that they find pipros's packages."""
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, _target: ModuleType | None = None

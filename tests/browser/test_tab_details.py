@@ -166,7 +166,7 @@ def test_the_user_chooses_an_image_unless_there_is_only_one(ros: RosSystem, open
     ros.pipros.start(*pub, "/a", "sensor_msgs/Image", "{encoding: unknown9, width: 1, height: 1}")
     ros.wait_for_publisher("/a")
     tab = open_tab(Page(ros), "images")
-    expect(tab.locator(".error")).to_have_text("cannot show images of the encoding [unknown9]")
+    expect(tab.locator(".error")).to_have_text("cannot show images with the encoding [unknown9]")
     expect(tab.locator(".note")).to_be_hidden()
     ros.pipros.start(
         *pub, "/b", "sensor_msgs/Image", "{encoding: mono8, width: 1, height: 1, step: 1, data: [7]}"

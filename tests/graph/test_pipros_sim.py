@@ -150,7 +150,7 @@ def test_simulated_time_is_on_the_clock_and_the_same_seed_repeats_the_scans(
     [
         ("_robots:=0", "robots must be a number from 1 to 100, or a list, got 0"),
         ("_robots:=[{size: 3}]", "each robot must be a mapping with name, x, y and yaw"),
-        ("_robots:=[{name: a b}]", r"the name of a robot must be letters, digits and _, got 'a b'"),
+        ("_robots:=[{name: a b}]", r"a robot's name may contain only letters, digits and _, got 'a b'"),
         ("_robots:=[]", "robots must be a list of 1 to 100 robots, got 0"),
         ("_laser:={rays: 0}", "laser/rays must be > 0, got 0|laser/rays must be 1 to 10000, got 0"),
         ("_speed:=2.0", r"speed 2\.0 needs simulated time: set /use_sim_time to true first"),
@@ -311,4 +311,4 @@ def test_without_numpy_one_line_names_the_command_that_installs_it(
     ended = ros.pipros.run("rosrun", *program, PYTHONPATH=str(tmp_path))
     assert ended.returncode == 1
     (line,) = ended.output.splitlines()
-    assert line.startswith("ERROR: the simulator of robots needs numpy, which is not installed. Try: ")
+    assert line.startswith("ERROR: the robot simulator needs numpy, which is not installed. Try: ")

@@ -26,7 +26,7 @@ _POLL_S = 0.01
 
 
 def get_name_of_constant(C: Any, n: int) -> str:
-    """Return the name of the constant with the value `n` in class `C`, or else `NO_SUCH_STATE_<n>`."""
+    """Return the name of the constant in class `C` with the value `n`, or `NO_SUCH_STATE_<n>`."""
     for name, value in C.__dict__.items():
         if isinstance(value, int) and value == n:
             return str(name)
@@ -155,7 +155,7 @@ class CommStateMachine:
         while True:
             with self.mutex:
                 if self._is_notifying or not self._unreported:
-                    return  # the thread that is notifying will report the rest
+                    return  # another thread is notifying, and will report this transition, too
                 self._is_notifying = True
                 self._reported = self._unreported.popleft()
             try:
@@ -331,7 +331,7 @@ class ActionClient:
         return self.wait_for_server(timeout)
 
     def wait_for_server(self, timeout: Any = rospy.Duration(0.0)) -> bool:  # noqa: B008
-        """Wait until a server is connected on all topics. If `timeout` is zero, wait without a limit.
+        """Wait until a server is connected on all topics. If `timeout` is zero, wait indefinitely.
 
         Return False if the timeout expires or the node is shut down first.
         """

@@ -1,4 +1,4 @@
-"""Generation of unique goal IDs."""
+"""Generate unique goal IDs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _numbers = count(1)
 
 
 class GoalIDGenerator:
-    """Generator of goal IDs, which consist of the node name, a process-wide counter and the time."""
+    """Generates goal IDs from the node name, a process-wide counter and the time."""
 
     def __init__(self, name: str | None = None) -> None:
         self.set_name(rospy.get_name() if name is None else name)

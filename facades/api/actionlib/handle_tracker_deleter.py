@@ -1,4 +1,4 @@
-"""Notification that the last handle of a goal was deleted."""
+"""Note when the last handle of a goal is deleted."""
 
 from __future__ import annotations
 

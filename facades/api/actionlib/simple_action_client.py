@@ -46,7 +46,7 @@ class SimpleActionClient:
         self._number = 0
 
     def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait until a server is connected on all topics. If `timeout` is zero, wait without a limit.
+        """Wait until a server is connected on all topics. If `timeout` is zero, wait indefinitely.
 
         Return False if the timeout expires or the node is shut down first.
         """
@@ -96,7 +96,7 @@ class SimpleActionClient:
         return self.get_state()
 
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait until the goal has ended. If `timeout` is zero, wait without a limit.
+        """Wait until the goal has ended. If `timeout` is zero, wait indefinitely.
 
         Return whether the goal has ended.
         """

@@ -56,7 +56,7 @@ class SimpleActionServer:
         self.action_server = ActionServer(
             name, ActionSpec, self.internal_goal_callback, self.internal_preempt_callback, False
         )
-        # Both servers share one lock, so there is no lock order to violate.
+        # Both servers share one lock, so the order of acquiring locks does not matter.
         self.lock = self.action_server.lock
         self.execute_condition = Condition(self.lock)
         self.execute_thread: Thread | None = None
@@ -107,7 +107,7 @@ class SimpleActionServer:
         return self.new_goal
 
     def is_preempt_requested(self) -> bool:
-        """Return whether the current goal should end: it was cancelled, or a new goal is pending."""
+        """Return whether the current goal should end, because it was cancelled or a new goal is pending."""
         return self.preempt_request
 
     def is_active(self) -> bool:
@@ -119,7 +119,7 @@ class SimpleActionServer:
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
         """End the current goal as SUCCEEDED."""
-        with self.lock:  # prevents `accept_new_goal` from replacing the goal in the meantime
+        with self.lock:  # keep `accept_new_goal` from replacing the goal in the meantime
             self.current_goal.set_succeeded(result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:

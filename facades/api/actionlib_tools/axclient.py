@@ -53,7 +53,7 @@ class Client:
         self._ended.set()
 
     def wait_for_server(self) -> bool:
-        """Wait for the server without a limit. Return False if the node is shut down first."""
+        """Wait indefinitely for the server. Return False if the node is shut down first."""
         if not self._client.wait_for_server(rospy.Duration(2)):
             print("Waiting for the action server …", file=sys.stderr)
             return self._client.wait_for_server()

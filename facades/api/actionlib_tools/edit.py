@@ -1,4 +1,4 @@
-"""Text editing in the user's editor."""
+"""Edit text in the user's editor."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conversion of messages from and to YAML."""
+"""Convert messages from and to YAML."""
 
 from __future__ import annotations
 

@@ -12,9 +12,7 @@ from rospy.core import is_shutdown_requested
 
 
 class Prompt:
-    """Reader of lines from the terminal.
-
-    Use it in the main thread, after `init_node(..., disable_signals=True)`.
+    """Reads lines from the terminal. Use it in the main thread, after `init_node(..., disable_signals=True)`.
 
     If rospy's signal handlers were installed, Ctrl-C would shut down the node but not interrupt the read.
     """

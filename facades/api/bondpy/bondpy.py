@@ -70,12 +70,12 @@ def _accessors(event: Event, meaning: str) -> tuple[Getter, Setter, property]:
 class Bond:
     """One side of a bond between two processes with the same topic and ID.
 
-    The bond is formed when the sides have received a message from each other, and broken when one side breaks
+    The bond is formed when each side has received a message from the other, and broken when one side breaks
     the bond or stops publishing. Callbacks are called without arguments in a thread of the bond or of its
     subscriber, and may call any method. All methods may be called from any thread.
 
     Attributes:
-        topic, id: the arguments.
+        topic, id: the constructor's arguments.
         instance_id: ID of this side.
         sm: the state machine; `sm.getState().getName()` is the name of the state.
     """
@@ -204,14 +204,14 @@ class Bond:
         return self._side.state is State.DEAD
 
     def wait_until_formed(self, timeout: Seconds | None = None) -> bool:
-        """Wait until the bond is formed or broken. If `timeout` is None, wait without a limit.
+        """Wait until the bond is formed or broken. If `timeout` is None, wait indefinitely.
 
         Return False if the timeout expires or the node is shut down first.
         """
         return self._wait(lambda state: state is not State.WAITING, timeout)
 
     def wait_until_broken(self, timeout: Seconds | None = None) -> bool:
-        """Wait until the bond is broken. If `timeout` is None, wait without a limit.
+        """Wait until the bond is broken. If `timeout` is None, wait indefinitely.
 
         Return False if the timeout expires or the node is shut down first.
         """

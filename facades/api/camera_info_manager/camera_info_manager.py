@@ -133,7 +133,7 @@ def resolveURL(url: str, cname: str) -> str:
 
 
 def parseURL(url: str) -> int:
-    """Classify a resolved URL: return URL_empty, URL_file, URL_package or URL_invalid."""
+    """Return the kind of a resolved URL: URL_empty, URL_file, URL_package or URL_invalid."""
     if not url:
         return URL_empty
     if url[: len(FILE) + 1].lower() == f"{FILE}/":

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's cv_bridge, with numpy: conversion between image messages and arrays."""
+"""Drop-in replacement for Noetic's cv_bridge, with numpy: convert between image messages and arrays."""
 
 from cv_bridge.boost.cv_bridge_boost import cvtColor2 as cvtColor2
 from cv_bridge.boost.cv_bridge_boost import cvtColorForDisplay as cvtColorForDisplay

@@ -1,1 +1,1 @@
-"""diagnostic_analysis: export of recorded diagnostics to CSV files."""
+"""diagnostic_analysis: exports recorded diagnostics to CSV files."""

@@ -19,7 +19,7 @@ _TOPIC = "/diagnostics"
 
 
 class LogExporter:
-    """Exporter that writes one file for each status name on `/diagnostics`.
+    """Writes one file for each status name on `/diagnostics`.
 
     Attributes:
         logfile: path to the bag.

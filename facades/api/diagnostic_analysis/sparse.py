@@ -1,4 +1,4 @@
-"""Reduction of CSV files to fewer rows, for spreadsheets."""
+"""Reduce the number of rows in CSV files, for spreadsheets."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnostics of topics: message frequency and delay."""
+"""Report the frequency and delay of a topic's messages."""
 
 from __future__ import annotations
 

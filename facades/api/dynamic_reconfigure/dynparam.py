@@ -128,6 +128,6 @@ def _as_yaml(config: Any) -> str:
             text = {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}.get(repr(value), repr(value))
             if "." not in text:
                 text = text.replace("e", ".0e")
-        key = name if load(name) == name else json.dumps(name)  # `on` alone is a bool in YAML
+        key = name if load(name) == name else json.dumps(name)  # an unquoted `on` is a bool in YAML
         lines.append(f"{key}: {text}\n")
     return "".join(lines)

@@ -1,4 +1,4 @@
-"""Conversion of configurations and descriptions to messages and back."""
+"""Convert configurations and descriptions to messages and back."""
 
 from __future__ import annotations
 

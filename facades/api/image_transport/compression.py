@@ -1,4 +1,7 @@
-"""Conversion between raw and compressed image messages. Failures are logged and the image is dropped."""
+"""Convert between raw and compressed image messages.
+
+An image that cannot be converted is logged and dropped.
+"""
 
 from __future__ import annotations
 

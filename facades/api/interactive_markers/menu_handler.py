@@ -11,7 +11,7 @@ from visualization_msgs.msg import InteractiveMarkerFeedback, MenuEntry
 import rospy
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
 
-_CHECKBOX = {1: "[x] ", 2: "[ ] "}  # the check state is the index: CHECKED, UNCHECKED
+_CHECKBOX = {1: "[x] ", 2: "[ ] "}  # indexed by check state: CHECKED, UNCHECKED
 
 
 @dataclass(slots=True)

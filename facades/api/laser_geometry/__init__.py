@@ -1,3 +1,3 @@
-"""Drop-in replacement for Noetic's laser_geometry, with numpy: conversion of laser scans to point clouds."""
+"""Drop-in replacement for Noetic's laser_geometry, with numpy: convert laser scans to point clouds."""
 
 from laser_geometry.laser_geometry import LaserProjection as LaserProjection

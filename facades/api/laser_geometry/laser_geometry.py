@@ -13,7 +13,7 @@ _star_names(__name__, "pc2=sensor_msgs.point_cloud2 rospy")
 
 
 class LaserProjection:
-    """Converter of laser scans to point clouds in the frame of the scanner.
+    """Converts laser scans to point clouds in the frame of the scanner.
 
     The ray directions are cached for scans with the same geometry.
     """

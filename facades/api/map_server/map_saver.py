@@ -79,7 +79,7 @@ def save_map(message: Any, name: str, occupied: int, free: int) -> None:
 
 @exits_after_ctrl_c(1)
 def main() -> int:
-    """Wait without a limit for a map, and save it. Return the exit code."""
+    """Wait indefinitely for a map, and save it. Return the exit code."""
     arguments = rospy.myargv()[1:]
     if arguments[:1] == ["-h"]:
         print(USAGE)

@@ -36,7 +36,7 @@ class RobotStatePublisher:
         frequency: maximum rate in Hz. If `use_tf_static` is false, also the rate for fixed joints.
         use_tf_static: whether to publish fixed joints on `/tf_static`.
         ignore_timestamp: whether to publish for every message, instead of limiting the rate by timestamp.
-        tf_prefix: prefix of all frame IDs, to which a slash is appended.
+        tf_prefix: prefix of all frame IDs; a slash is added after it.
     """
 
     def __init__(

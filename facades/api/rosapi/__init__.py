@@ -1,1 +1,1 @@
-"""The node of the package rosapi, whose services describe the running system to clients of rosbridge."""
+"""The node of the package rosapi. Its services describe the running system to rosbridge clients."""

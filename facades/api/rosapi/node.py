@@ -1,4 +1,4 @@
-"""`rosrun rosapi rosapi_node`: services about the running system, for the clients of rosbridge.
+"""`rosrun rosapi rosapi_node`: services that describe the running system to rosbridge clients.
 
 Parameters: `~topics_glob`, `~services_glob`, `~params_glob` (patterns of the names that clients may use).
 """

@@ -67,7 +67,7 @@ class Bag(IndexAccess):
         mode: `r`, `w` or `a`.
         compression: compression of written chunks: `none`, `bz2` or `lz4`.
         chunk_threshold: uncompressed size of written chunks, in bytes.
-        allow_unindexed: whether to open a bag without an index as an empty one, for `reindex`.
+        allow_unindexed: whether to open a bag without an index as an empty bag, for `reindex`.
         options: a dictionary with `compression` and `chunk_threshold`, which override the arguments.
         skip_index: whether to skip reading the chunk indexes. The topic frequencies are then unknown.
 
@@ -146,7 +146,7 @@ class Bag(IndexAccess):
 
     @property
     def filename(self) -> str | None:
-        """Path of the file, or None if the bag was opened from a file object."""
+        """Path of the file, or None if the bag was opened with a file object."""
         return self._filename
 
     @property

@@ -23,7 +23,7 @@ class BagContents(ABC):
 
     @abstractmethod
     def _view(self) -> BagReader:
-        """Return a reader of the bag."""
+        """Return a reader for the bag."""
 
     def __str__(self) -> str:
         with translated():

@@ -24,8 +24,8 @@ class Capability:
         """Check the arguments of an operation.
 
         Args:
-            types_info: tuples of whether the argument is required, its name and, optionally, its type or
-                types.
+            types_info: a tuple for each argument: whether it is required, its name and, optionally, its type
+                or types.
 
         Raises:
             MissingArgumentException, InvalidArgumentException: an argument is missing, or has another type.

@@ -20,7 +20,7 @@ Deferred = Callable[[Node], object]
 
 
 class BeforeInit:
-    """State of a process without a node, including remappings that replace those on the command line.
+    """The state of a process without a node. Its remappings can replace those on the command line.
 
     Attributes:
         clock: the process's clock.

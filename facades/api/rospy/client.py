@@ -55,7 +55,7 @@ T = TypeVar("T")
 
 
 def _interruptible(function: Callable[P, T]) -> Callable[P, T]:
-    """Raise rospy's exception if the node's shutdown interrupts a call to the master."""
+    """Raise `ROSInterruptException` if the node's shutdown interrupts a call to the master."""
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -139,7 +139,10 @@ def myargv(argv: Sequence[str] | None = None) -> list[str]:
 
 
 def load_command_line_node_params(argv: Sequence[str]) -> dict[str, Any]:
-    """Return the private parameters that a command line sets with `_name:=value`, whose values are YAML."""
+    """Return the private parameters that a command line sets with `_name:=value`.
+
+    Values are parsed as YAML.
+    """
     from pipros.safe import yaml
 
     return {name: yaml.load(text) for name, text in parse_arguments(argv).params.items()}

@@ -64,7 +64,7 @@ rospyerr = _rospy_logger.error
 
 
 def deprecated(func: Callable[P, T]) -> Callable[P, T]:
-    """Return the function wrapped so that each call warns that it is deprecated."""
+    """Wrap a function so that each call issues a DeprecationWarning."""
 
     @functools.wraps(func)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:

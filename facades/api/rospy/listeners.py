@@ -37,7 +37,7 @@ class RegistrationListeners:
         self.lock = threading.Lock()
 
     def add_listener(self, l: RegistrationListener) -> None:  # noqa: E741  # rospy's name for it
-        """Notify a listener of further registrations."""
+        """Notify a listener of all later registrations."""
         with self.lock:
             self.listeners.append(l)
 

@@ -46,7 +46,7 @@ class Family(NamedTuple):
 
 
 class LoggingThrottle:
-    """Filter that lets through one line from each caller per period.
+    """Lets through one line per period from each caller.
 
     Attributes:
         last_logging_time_table: time at which each caller last logged a line, in seconds on the node's clock.
@@ -68,7 +68,7 @@ class LoggingThrottle:
 
 
 class LoggingIdentical:
-    """Filter that lets a caller's line through if it differs from the caller's previous line.
+    """Lets a caller's line through if it differs from the caller's previous line.
 
     Attributes:
         last_logging_msg_table: the last line of each caller.
@@ -78,14 +78,14 @@ class LoggingIdentical:
         self.last_logging_msg_table: dict[Hashable, str] = {}
 
     def __call__(self, caller_id: Hashable, msg: str) -> bool:
-        """Return True if the caller's previous line was different, or if there is none."""
+        """Return True if the caller's previous line was different, or if this is its first."""
         is_new = self.last_logging_msg_table.get(caller_id) != msg
         self.last_logging_msg_table[caller_id] = msg
         return is_new
 
 
 class LoggingOnce:
-    """Filter that lets one line per caller through.
+    """Lets one line per caller through.
 
     Attributes:
         called_caller_ids: IDs of the callers that have already logged a line.

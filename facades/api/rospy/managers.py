@@ -148,7 +148,7 @@ class ServiceManager:
 
     Attributes:
         map: the services by name.
-        registration_listeners: listeners that are notified of services registered here.
+        registration_listeners: listeners that are notified of the services registered with this manager.
     """
 
     def __init__(self, registration_listeners: RegistrationListeners | None = None) -> None:

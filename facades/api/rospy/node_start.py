@@ -1,4 +1,4 @@
-"""Starting the node, as done by `init_node`."""
+"""Start the node, as `init_node` does."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from pipros.node import Node
 
 
 class OwnerOfNode(Protocol):
-    """The part of the session that the variables expose."""
+    """The part of the session that these variables reflect."""
 
     node: Node | None
     has_time: bool
@@ -38,7 +38,7 @@ class NoeticGlobals:
 
     @property
     def is_initialized(self) -> bool:
-        """The assigned value, or else whether `init_node` has returned."""
+        """The assigned value; by default, whether `init_node` has returned."""
         if self._is_initialized is not None:
             return self._is_initialized
         return self._session.node is not None and self._session.has_time
@@ -70,7 +70,7 @@ class NoeticGlobals:
 
     @property
     def node_uri(self) -> str | None:
-        """The assigned URI, or else the URI of the node's slave API; None before `init_node`."""
+        """The assigned URI; by default, the URI of the node's slave API, or None before `init_node`."""
         node = self._session.node
         return self._node_uri if self._node_uri is not None or node is None else node.uri
 

@@ -1,4 +1,4 @@
-"""The command `rosconsole` for Python code. Facade of `pipros.cli.rosconsole`."""
+"""The command `rosconsole` as a function. Facade of `pipros.cli.rosconsole`."""
 
 from __future__ import annotations
 

@@ -295,7 +295,7 @@ def wait_for_service(service: str, timeout: float | msg_time.Duration | None = N
 
 
 class _AnyService:
-    """A placeholder for the service class, which a probe does not need."""
+    """Stands in for the service class, which a probe does not need."""
 
     _type = _md5sum = "*"
     _request_class = _response_class = Message

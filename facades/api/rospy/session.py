@@ -49,7 +49,7 @@ class Session:
         self.logger = ros_logger("rosout")
         self.has_time = False
         self.init_arguments: tuple[Any, ...] | None = None
-        self.publishers: WeakSet[Closable] = WeakSet()  # contains every rospy.Publisher
+        self.publishers: WeakSet[Closable] = WeakSet()  # every rospy.Publisher
         self.before = BeforeInit()
         self.logs = NodeLogs(self.logger)
         self.globals = NoeticGlobals(self)
@@ -184,7 +184,7 @@ class Session:
             action(node)
 
     def follow_simulated_time(self) -> None:
-        """Use `/clock` if `/use_sim_time` is set.
+        """Use `/clock` if `/use_sim_time` is true.
 
         Raises:
             ROSInitException: init_node has not been called.

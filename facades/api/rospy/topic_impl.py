@@ -93,7 +93,7 @@ class PublisherImpl(TopicImpl):
         return self._publication.listeners
 
     def add_subscriber_listener(self, listener: PeerListener) -> None:
-        """Notify `listener` of further subscribers."""
+        """Notify `listener` of all later subscribers."""
         self._publication.listeners.append(listener)
 
 

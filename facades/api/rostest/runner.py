@@ -1,4 +1,4 @@
-"""Creation of unittest classes from launch files with tests, and access to their results."""
+"""Create unittest classes from launch files with tests, and provide the results."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class _Made:
 _made = _Made()
 
 
-def createUnitTest(  # this is Noetic's name
+def createUnitTest(  # Noetic's name
     pkg: str,
     test_file: str,
     reuse_master: bool = False,

@@ -1,4 +1,4 @@
-"""Test results in Noetic's classes. They are read from result files and written as XML."""
+"""Read test results from result files into Noetic's classes, and write them as XML."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _DASHES = "-" * 80
 
 
 class TestInfo:
-    """Reason why a case did not pass: the type and text of the exception."""
+    """The reason why a test case did not pass: the type and text of the exception."""
 
     __test__ = False  # not for pytest
     tag = ""

@@ -63,7 +63,7 @@ class Arcball(_Ball):
         self.axes = None if axes and axes[0] is None else [unit_vector(axis) for axis in axes]
 
     def setconstrain(self, constrain: bool) -> None:
-        """Enable or disable the constraint to the axes set with `setaxes`."""
+        """Set whether rotations are constrained to the axes set with `setaxes`."""
         self.is_constrained = constrain is True
 
     def getconstrain(self) -> bool:

@@ -139,7 +139,7 @@ class Transformer:
     def lookupTwist(
         self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
     ) -> tuple[Vector, Vector]:
-        """Return the linear (m/s) and angular (rad/s) velocity of a frame relative to another at `time`."""
+        """Return the linear (m/s) and angular (rad/s) velocity of one frame relative to another at `time`."""
         return self.lookupTwistFull(
             tracking_frame,
             observation_frame,

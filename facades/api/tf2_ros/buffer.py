@@ -90,7 +90,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: Any = _NO_TIME,
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Wait up to `timeout`, and return 1 if `lookup_transform` would succeed, otherwise 0.
+        """Wait up to `timeout`. Return 1 if `lookup_transform` would succeed, otherwise 0.
 
         If `return_debug_tuple` is true, return a tuple of this number and the reason for the failure.
         """
@@ -113,7 +113,7 @@ class Buffer(BufferCore, BufferInterface):
         return result if return_debug_tuple else result[0]
 
     def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
-        """Call `ask` again after each new transform until it succeeds or time is up.
+        """Call `ask` again after each new transform until it succeeds or the timeout expires.
 
         Return its last result.
         """

@@ -52,7 +52,7 @@ class BufferClient(BufferInterface):
             rospy.logwarn("check_frequency of BufferClient is deprecated and ignored: remove it.")
 
     def wait_for_server(self, timeout: Any = _NO_TIME) -> bool:
-        """Wait until the server is connected. If `timeout` is zero, wait without a limit.
+        """Wait until the server is connected. If `timeout` is zero, wait indefinitely.
 
         Return whether the server is connected.
         """

@@ -26,8 +26,7 @@ def do_transform_cloud(cloud: PointCloud2, transform: Any) -> PointCloud2:
     `create_cloud`.
     """
     frame = pose_of_transform(transform.transform)
-    # The columns of the matrix are derived from the transformed origin and the transformed unit points on the
-    # axes.
+    # The transformed origin and the transformed unit points on the axes give the columns of the matrix.
     origin, *ends = (transform_point(frame, at) for at in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)))
     ox, oy, oz = origin
     (a, d, g), (b, e, h), (c, f, i) = ((end[0] - ox, end[1] - oy, end[2] - oz) for end in ends)

@@ -1,1 +1,1 @@
-"""The node of tf2_web_republisher, which sends chosen transforms to clients of rosbridge."""
+"""The node of tf2_web_republisher, which sends requested transforms to rosbridge clients."""

@@ -1,7 +1,7 @@
-"""`rosrun tf2_web_republisher tf2_web_republisher`: sends clients the transforms that change.
+"""`rosrun tf2_web_republisher tf2_web_republisher`: sends the transforms that change to clients.
 
-A goal of the action named after the node lists frames; the changed transforms are its feedback. The service
-`republish_tfs` publishes them on a topic `tf_repub_N` instead.
+Clients list frames in a goal of the action named after the node, and receive the changed transforms as
+feedback. The service `republish_tfs` publishes them on a topic `tf_repub_N` instead.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ DEFAULT_TIMEOUT_S = 10.0
 
 
 class Watched:
-    """The frames that one request (a goal or a service call) lists."""
+    """The frames listed in one request (a goal or a service call)."""
 
     def __init__(self, request: Any, buffer: Any) -> None:
         """`request` has the fields of a goal."""
@@ -56,7 +56,7 @@ class Watched:
         self.period_s = 1.0 / min(rate_hz, HIGHEST_RATE_HZ)
 
     def changed(self) -> list[TransformStamped]:
-        """Return the transforms that have changed since they were returned last."""
+        """Return the transforms that have changed since this method last returned them."""
         return list(self._changed())
 
     def _changed(self) -> Iterator[TransformStamped]:
@@ -71,7 +71,7 @@ class Watched:
 
 
 class Republisher:
-    """Serves the action and the service. Each request has a thread."""
+    """Serves the action and the service, with one thread per request."""
 
     def __init__(self) -> None:
         self._buffer = tf2_ros.Buffer()

@@ -27,7 +27,7 @@ def _kdl() -> Any:
 
 
 def __getattr__(name: str) -> Any:
-    """Raise ImportError for the names of PyKDL if it is not installed."""
+    """Return a name from PyKDL. Raise ImportError if PyKDL is not installed."""
     if name.startswith("_"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(_kdl(), name)

@@ -19,7 +19,7 @@ class LazyTransport(rospy.SubscribeListener):
     def __init__(self) -> None:
         super().__init__()
         self._publishers: list[rospy.Publisher[Any]] = []
-        self._connection_status: bool | None = None  # this is None before the first call to `subscribe`
+        self._connection_status: bool | None = None  # None before the first call to `subscribe`
         rospy.Timer(_WARN_AFTER, self._warn_never_subscribed_cb, oneshot=True)
 
     def _post_init(self) -> None:

@@ -53,7 +53,7 @@ class UsbCam:
         )
 
     def run(self) -> None:
-        """Publish images until the node is shut down or the camera stops delivering images."""
+        """Publish images until the node is shut down or the camera stops providing images."""
         due_s = time.monotonic()
         while not self._ended.is_set():
             if self._is_capturing.wait(0.1):

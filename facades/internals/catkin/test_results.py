@@ -1,4 +1,4 @@
-"""`catkin.test_results`: reading and summarizing test result files."""
+"""`catkin.test_results`: reads and summarizes test result files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`catkin.tidy_xml`: removal of characters that XML does not allow."""
+"""`catkin.tidy_xml`: replaces characters that XML does not allow."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def default_value(msg_context: MsgContext, field_type: str, default_package: str
 
 
 def make_python_safe(spec: MsgSpec) -> MsgSpec:
-    """Return a copy in which an underscore is appended to names that are Python keywords."""
+    """Return a copy of a specification with an underscore appended to names that are Python keywords."""
     safe: MsgSpec = _parts.without_keywords(spec)
     return safe
 

@@ -1,4 +1,4 @@
-"""`genpy.message`: finding message classes by name, formatting messages, and filling them from YAML."""
+"""`genpy.message`: finds message classes by name, formats messages, and fills them from YAML."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ class LoggingException(Exception):  # this is Noetic's name
     """Logging could not be configured."""
 
 
-# the base class is the current logger class, because another module may have set it
+# derived from the current logger class, because another module may have set it
 class RospyLogger(RosLogger, logging.getLoggerClass()):  # type: ignore[misc]
     """Class of the loggers created after this module was imported, as in Noetic."""
 

@@ -76,7 +76,7 @@ class RLTestTimeoutException(RLException):
 
 
 class ROSLaunchListener:
-    """Base class of listeners, which are called when one of a launch's processes exits."""
+    """Base class of listeners for the exit of a launch's processes."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
         """Handle the exit of a process. Called after the exit was printed."""
@@ -113,9 +113,7 @@ def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -
 
 
 class ROSLaunchRunner:
-    """Runner of a configuration.
-
-    It ensures that a master is running, sets parameters, and starts and monitors nodes.
+    """Runs a configuration: ensures that a master is running, sets parameters, and starts and monitors nodes.
 
     `launch` starts everything; `stop` ends everything. `ROSLaunchParent.runner` is an instance.
 

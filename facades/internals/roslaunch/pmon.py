@@ -67,7 +67,7 @@ class FatalProcessLaunch(RLException):
 
 
 class ProcessListener:
-    """Base class of listeners, which are called when a process exits."""
+    """Base class of listeners for the exit of processes."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
         """Handle the exit of a process. Called after the exit was printed, but not during a shutdown."""
@@ -124,7 +124,7 @@ class Process:
         self.spawn_count += 1
 
     def is_alive(self) -> bool:
-        """Return whether the process is running. Subclasses call this method if it is not."""
+        """Return whether the process is running. Subclasses return this method's result if it is not."""
         if self.time_of_death is None:
             self.time_of_death = time.time()
         return False
@@ -347,10 +347,7 @@ class ProcessMonitor(threading.Thread):
         return process is not None
 
     def shutdown(self) -> None:
-        """Tell the thread to stop all processes, and then to end.
-
-        Returns immediately; `join` waits for the end.
-        """
+        """Make the thread stop all processes and then end. Does not block; `join` waits for the end."""
         self.is_shutdown = True
         self._changed.set()
 

@@ -46,7 +46,7 @@ def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
 
 
 def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
-    """Return the given run ID, or else the running master's, or else a new ID.
+    """Return the given run ID; without one, the running master's, or a new ID.
 
     Args:
         options_wait_for_master: whether to wait for a master with a run ID instead of generating an ID.

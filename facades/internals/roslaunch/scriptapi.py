@@ -36,7 +36,7 @@ class ROSLaunch:
         self._files.append(f)
 
     def load_str(self, s: str) -> None:
-        """Add the text of a launch file. Call this method before `start`."""
+        """Add a launch file, given as a string. Call this method before `start`."""
         self._texts.append(s)
 
     def start(self) -> None:

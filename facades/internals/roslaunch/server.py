@@ -163,7 +163,7 @@ class ROSLaunchParentNode(ROSLaunchNode):
         return node
 
     def add_child(self, name: str, p: Any) -> None:
-        """Add a launch child, which will register under that name."""
+        """Add a launch child, which will register under this name."""
         self.child_processes[name] = p
 
     def add_process_listener(self, l: ProcessListener) -> None:  # noqa: E741  # Noetic's name

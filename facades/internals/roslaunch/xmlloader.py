@@ -211,7 +211,7 @@ class XmlLoader(Loader):
         self._read(ros_config, words, filename, lambda reader: reader.load_file(filename), core, verbose)
 
     def load_string(self, xml_text: str, ros_config: Any, core: bool = False, verbose: bool = True) -> None:
-        """Read the text of a launch file. Raises the same errors as `load`."""
+        """Read a launch file that is given as a string. Raises the same errors as `load`."""
         if verbose:
             print("... loading XML")
         self._read(ros_config, sys.argv, None, lambda reader: reader.load_text(xml_text), core, verbose)

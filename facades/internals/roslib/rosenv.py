@@ -46,7 +46,7 @@ def get_ros_package_path(required: bool = False, env: Mapping[str, str] | None =
 def get_master_uri(
     required: bool = True, env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None
 ) -> str | None:
-    """Return the master's URI from `__master:=` in `argv`, or else from `ROS_MASTER_URI`.
+    """Return the master's URI from `__master:=` in `argv` or, without it, from `ROS_MASTER_URI`.
 
     Raises:
         ROSEnvException: `required` is true and neither is set, or the value of `__master:=` is empty or
@@ -62,7 +62,7 @@ def get_master_uri(
 
 
 def get_ros_home(env: Mapping[str, str] | None = None) -> str:
-    """Return `ROS_HOME`, or else `~/.ros`."""
+    """Return `ROS_HOME`, by default `~/.ros`."""
     return str(Environment.from_os(env).ros_home)
 
 

@@ -59,7 +59,7 @@ def publisher_update_task(api: str, topic: str, pub_uris: Sequence[str]) -> Any:
 
 
 def service_update_task(api: str, service: str, uri: str) -> Any:
-    """Notify a node of a service. Current nodes no longer provide the method that this calls."""
+    """Notify a node of a service. Current nodes no longer provide the method that this function calls."""
     return xmlrpcapi(api).serviceUpdate("/master", service, uri)  # type: ignore[union-attr]
 
 

@@ -118,7 +118,7 @@ def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> li
 
 def _list_types(path: str, subdir: str, ext: str) -> list[str]:
     """Return the names of the types in the folder `path` with the file extension `ext`, sorted."""
-    del subdir  # `subdir` is part of the path
+    del subdir  # `subdir` is already part of the path
     return sorted(file.stem for file in Path(path).glob(f"*{ext}") if file.is_file())
 
 
@@ -225,8 +225,7 @@ def get_yaml_for_msg(
     Args:
         prefix: prefix of each line.
         field_filter: function that lists the fields of a message to include.
-        flow_style_: True to always use flow style (brackets), False to never use it. None is for parts of
-            larger messages.
+        flow_style_: whether to use flow style (brackets); None to use it only in parts of large messages.
         fill_arrays_: whether to represent empty arrays with one element.
     """
     del time_offset, current_time

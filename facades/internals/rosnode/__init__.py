@@ -116,7 +116,7 @@ def get_nodes_by_machine(machine: str) -> list[str]:
 
 
 def kill_nodes(node_names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Ask nodes to shut down. Return the nodes that accepted, and the nodes that are unknown or failed."""
+    """Ask nodes to shut down. Return the nodes that accepted, and those that are unknown or failed."""
     with _graph() as graph:
         killed, failed = _nodes.kill(graph.master, node_names)
     return killed, list(failed)
@@ -134,7 +134,7 @@ def rosnode_ping(
 
 
 def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:  # noqa: ARG001
-    """Ping every node once. Return the nodes that responded, and the nodes that did not."""
+    """Ping every node once. Return the nodes that responded, and those that did not."""
     with _graph() as graph:
         return _pinging.ping_all(graph.master, print if verbose else None)
 
@@ -196,7 +196,8 @@ def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, u
         for name, nodes in kind:
             if name == topic:
                 for node in nodes:
-                    with contextlib.suppress(Exception):  # the node is unknown, or the master unreachable
+                    # the node may be unknown, or the master unreachable
+                    with contextlib.suppress(Exception):
                         if master.lookupNode(node) == uri:
                             return str(node)
     return uri

@@ -24,7 +24,7 @@ class WtfException(Exception):
 
 
 class WtfContext:
-    """The setup of a shell, the packages or launch files to check, and the running system.
+    """The environment, the packages or launch files to check, and the running system.
 
     Attributes:
         pkg, pkg_dir: the package to check and its folder.

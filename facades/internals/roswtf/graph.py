@@ -55,7 +55,7 @@ service_warnings: list[Rule] = []
 
 
 def wtf_check_graph(ctx: WtfContext, names: object = None) -> None:
-    """Collect information about the running system unless the context has it, and apply all rules about it.
+    """Apply all rules of this module. If necessary, first collect information about the running system.
 
     `names` is ignored, for compatibility.
     """

@@ -12,7 +12,7 @@ class WtfError:
 
     Attributes:
         msg: the text for the user.
-        format_msg: the text of the rule.
+        format_msg: the rule's text.
         return_val: the return value of the rule's function.
     """
 

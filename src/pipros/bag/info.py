@@ -111,7 +111,7 @@ def compressions(bag: BagReader) -> list[Compression]:
 def topics(
     bag: BagReader, wanted: Iterable[str] | None = None, *, with_frequencies: bool = False
 ) -> list[Topic]:
-    """Return the wanted topics, or all topics, sorted by name."""
+    """Return the selected topics, or all topics, sorted by name."""
     counts = bag.count_by_connection()
     times = bag.times_ns() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)

@@ -204,7 +204,7 @@ def check_content(source: Source, chunk: McapChunk, data: bytes | bytearray) -> 
 def message_entries(
     data: bytes | bytearray, where: str, wanted: Container[int], first: int, last: int
 ) -> Entries:
-    """Return the entries of messages on the wanted channels between two timestamps (ns), inclusive.
+    """Return the entries of messages on the selected channels between two timestamps (ns), inclusive.
 
     Raises:
         BagFormatError: a record is damaged.

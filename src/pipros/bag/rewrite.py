@@ -92,7 +92,7 @@ def recompress(bag: BagReader, file: Any, compression: str, limits: Limits, prog
 
 
 def copy_chosen(bag: BagReader, writer: MessageSink, choice: Choice | None, progress: Progress) -> int:
-    """Copy the chosen messages with their connections to a writer, in time order, and finish it.
+    """Copy the chosen messages and their connections to a writer, in time order, and finish the writer.
 
     Return the number of copied messages.
     """

@@ -1,7 +1,7 @@
 """Cache files, in a folder to which only this user can write.
 
-Their content determines which programs run, and part of it is code, so a file that another user could have
-written is not used. This module imports little, because every first import of a message needs it.
+The files determine which programs run, and some contain code, so a file that another user could have written
+is not used. This module imports little, because every first import of a message needs it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class CacheFolder:
     """A folder of cache files without subfolders.
 
     The folder and its parent must belong to this user, must not be writable by others, and must not be
-    symbolic links. The same applies to a file that is read, which must also have no additional hard links.
+    symbolic links. The same applies to each file that is read, and it must not have additional hard links.
     Folders
     further up may be links and may belong to other users, who could replace them but cannot create folders
     that belong to this user. If a check fails, the cache is not used, and a warning is printed once. A
@@ -51,7 +51,7 @@ class CacheFolder:
         return None
 
     def write(self, name: str, content: bytes) -> None:
-        """Create or replace a file that only this user can read, if possible."""
+        """If possible, create or replace a file that only this user can read."""
         try:
             self.store(name, content)
         except Untrusted as error:
@@ -63,8 +63,8 @@ class CacheFolder:
         """Return the content of a file.
 
         Raises:
-            Untrusted: another user could have written it.
-            OSError: it cannot be read.
+            Untrusted: another user could have written the file.
+            OSError: the file cannot be read.
         """
         if not HAS_OWNERS:
             return _read_plain(os.path.join(self._path, name))
@@ -114,7 +114,7 @@ class CacheFolder:
 
         Raises:
             Untrusted: another user could write to the folder.
-            OSError: it cannot be removed.
+            OSError: the file cannot be removed.
         """
         if not HAS_OWNERS:
             os.unlink(os.path.join(self._path, name))

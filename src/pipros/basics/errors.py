@@ -29,8 +29,9 @@ class NeedsSockets(PiprosError):
 
 
 class MissingExtra(ImportError):
-    """A library from an optional extra is not installed. The text says what needs the library, and how to
-    install it.
+    """A library from an optional extra is not installed.
+
+    The text names what needs the library, and how to install it.
     """
 
 

@@ -1,4 +1,4 @@
-"""How to add an optional dependency to this installation of pipros."""
+"""Explain how to add an optional dependency to this installation of pipros."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# Modules that only hints need are imported when a hint is given, because all nodes and commands import this
-# module.
+# All nodes and commands import this module, so modules that only these hints need are imported late.
 
 
 def install_command(*extras: str) -> str:

@@ -1,8 +1,7 @@
-"""The two variables that every tool reads: `ROS_MASTER_URI` and `ROS_NAMESPACE`. `env.py` reads all
-variables.
+"""The two variables that every tool reads: `ROS_MASTER_URI` and `ROS_NAMESPACE`.
 
-This module is separate because importing `env.py` takes as long as a complete run of a tool such as `rosnode
-list`.
+`env.py` reads all variables. It is a separate module, because importing it takes as long as a complete run of
+a tool such as `rosnode list`.
 """
 
 from __future__ import annotations

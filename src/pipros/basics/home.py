@@ -1,4 +1,4 @@
-"""The current user's home folder, with a fallback for users that have none.
+"""Find the current user's home folder, with a fallback for users that have none.
 
 An example is a container user whose ID has no entry in `/etc/passwd`.
 

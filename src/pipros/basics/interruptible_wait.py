@@ -1,4 +1,4 @@
-"""Waits that any signal can interrupt.
+"""Wait in ways that any signal can interrupt.
 
 Python runs signal handlers between two byte codes of the main thread. A signal that arrives just before that
 thread starts to wait is handled only after the wait, so an endless wait would lose Ctrl-C. So every wait of a
@@ -34,7 +34,7 @@ class OnceEvent:
 
     def __init__(self) -> None:
         self._is_set = False
-        self._lock = threading.Lock()  # held until the event is set
+        self._lock = threading.Lock()  # locked until the event is set
         self._lock.acquire()
 
     def is_set(self) -> bool:
@@ -56,7 +56,7 @@ class OnceEvent:
         return self._is_set
 
     def _release(self) -> None:
-        with contextlib.suppress(RuntimeError):  # another thread has released it
+        with contextlib.suppress(RuntimeError):  # another thread has released the lock
             self._lock.release()
 
 

@@ -1,9 +1,9 @@
-"""Signals that end a command: Ctrl-C, even if Python would ignore it, and SIGTERM with clean-up.
+"""Handle signals that end a command: Ctrl-C, even if Python would ignore it, and SIGTERM with clean-up.
 
-Python raises KeyboardInterrupt wherever the main thread is. In a `__del__` or a
-callback of the garbage collector, which runs in every import, Python can only report the exception as
-ignored, and the program continues. The hook that reports it therefore sends
-SIGINT again, from another thread, because an exception inside the hook would be ignored as well.
+Python raises KeyboardInterrupt wherever the main thread is. In a `__del__`, or in a callback of the garbage
+collector, which can run during any import, Python can only report the exception as ignored, and the program
+continues. The hook that reports it therefore sends SIGINT again, from another thread, because an exception
+inside the hook would be ignored as well.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _AGAIN_S = 0.02
 
 
 def install() -> None:
-    """Make every Ctrl-C effective, including any that Python would only report. May be called repeatedly."""
+    """Make every Ctrl-C effective, even if Python would only report it. May be called repeatedly."""
     if not isinstance(sys.unraisablehook, _InterruptKeeper):
         sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
 
@@ -112,6 +112,6 @@ def interrupt_main_thread() -> None:
     """Run the SIGINT handler in the main thread, even if that thread waits for a lock or for input."""
     main = threading.main_thread().ident
     if sys.platform != "win32" and main is not None and hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(main, signal.SIGINT)  # this also interrupts a blocking system call
+        signal.pthread_kill(main, signal.SIGINT)  # also interrupts a blocking system call
     else:
         _thread.interrupt_main()

@@ -21,7 +21,7 @@ def lazy_names(
     Args:
         module: the module's own name.
         homes: for each name, the module that defines it, or `module:name` if it has another name there.
-        submodules: further names, each of which is a module in the package `module`.
+        submodules: additional names, each a module in the package `module`.
     """
 
     def get(name: str) -> Any:

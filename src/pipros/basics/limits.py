@@ -17,7 +17,7 @@ _MIB = 1024 * _KIB
 
 
 class InvalidLimits(PiprosError, ValueError):
-    """`PIPROS_LIMITS` names an unknown limit, or gives a limit an invalid value."""
+    """`PIPROS_LIMITS` names an unknown limit, or sets a limit to an invalid value."""
 
 
 # Every command imports this module. Importing dataclasses would take longer than a call to the master, and so

@@ -1,8 +1,7 @@
-"""Log files: opened so that another user cannot redirect them, and tolerant of a full disk.
+"""Write log files that another user cannot redirect, and that tolerate a full disk.
 
 Log folders may be shared. Another user who can write to a log folder could replace a log file with a link.
-Lines, part of whose text is chosen by peers, would then be appended to any file that belongs to the node's
-user.
+Lines whose text is partly chosen by peers would then be appended to any file that belongs to the node's user.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
 
     Raises:
         Planted: the path is unsafe; the message states the reason.
-        OSError: it cannot be opened.
+        OSError: the file cannot be opened.
     """
     place = os.fspath(path)
     flags = _WRITE | NO_LINK | (os.O_APPEND if append else 0)
@@ -117,7 +116,7 @@ class LogFile:
         """Open the file in an existing folder.
 
         Raises:
-            OSError: it cannot be opened.
+            OSError: the file cannot be opened.
         """
         self._path = os.fspath(path)
         self._limits = limits or process_limits()

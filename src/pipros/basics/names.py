@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pipros.basics.errors import InvalidName
 
-# These are not compiled here: `re` compiles patterns on first use and caches them, and many tools need none.
+# Not compiled here: `re` compiles and caches patterns on first use, and many tools need none.
 _LEGAL = r"[~/A-Za-z][A-Za-z0-9_/]*"
 _LEGAL_KEY = r"[~/A-Za-z_][A-Za-z0-9_/]*"
 _LEGAL_BASE = r"[A-Za-z][A-Za-z0-9_]*"
@@ -199,7 +199,7 @@ def is_remapping_argument(argument: str) -> bool:
 def is_legal_remapping(argument: str) -> bool:
     """Return True if `argument` is a remapping, `key:=...`, whose key is a legal name or begins with `_`.
 
-    Remappings are removed from the program's arguments.
+    Such arguments are removed from the program's arguments.
 
     >>> [is_legal_remapping(argument) for argument in ("a:=b", "_rate:=5", "-a:=b", "a b:=c", ":=b")]
     [True, True, False, False, False]

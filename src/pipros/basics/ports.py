@@ -70,7 +70,7 @@ class AdvertisedAddress:
 
     Attributes:
         host: a host name or an IP address.
-        ports: pairs of ranges of equal length: ports outside, and the ports that are bound.
+        ports: pairs of ranges of equal length: the outside ports, and the bound ports.
     """
 
     host: str
@@ -81,7 +81,7 @@ class AdvertisedAddress:
         """Read the value of `PIPROS_ADVERTISE`.
 
         Args:
-            text: see the head of this module.
+            text: see the module docstring.
             ports: the ports that nodes may open; None if nodes may open any port.
 
         Raises:
@@ -114,14 +114,17 @@ class AdvertisedAddress:
         return cls(host, tuple(pairs))
 
     def outside(self, port: int) -> tuple[str, int]:
-        """Return the host and port at which peers reach a bound port; the same port if none is listed."""
+        """Return the host and port at which peers reach a bound port.
+
+        A port that is not listed is the same outside.
+        """
         for outer, inner in self.ports:
             if port in inner:
                 return self.host, outer.first + port - inner.first
         return self.host, port
 
     def inside(self, port: int) -> int | None:
-        """Return the bound port that a port outside leads to; None if none is listed."""
+        """Return the bound port to which an outside port leads; None if it is not listed."""
         for outer, inner in self.ports:
             if port in outer:
                 return inner.first + port - outer.first

@@ -1,6 +1,6 @@
 """POSIX features that other systems lack: file owners, process groups, forks and descriptor limits.
 
-On other systems, a function does nothing, returns a neutral value, or raises `NeedsPosix`. Code checks
+On other systems, the functions do nothing, return a neutral value, or raise `NeedsPosix`. Code checks
 `sys.platform` for the sake of type checkers, and also whether names exist, because Python in a browser lacks
 some of them. The terminal is in `terminals.py`. This module imports little, because every first import of a
 message needs it.
@@ -108,7 +108,7 @@ def descriptor_limit() -> int:
 
 
 def raise_descriptor_limit(wanted: int) -> None:
-    """Raise the limit to `wanted`, or as far as the system allows."""
+    """Raise this maximum to `wanted`, or as far as the system allows."""
     if sys.platform == "win32":
         return
     try:

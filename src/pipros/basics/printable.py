@@ -1,4 +1,4 @@
-"""Makes text from peers and files safe for a terminal, a log, and one line of a listing."""
+"""Make text from peers and files safe for a terminal, a log, or one line of a listing."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ if TYPE_CHECKING:
     """Writes text for the user."""
 
 QUOTE_LIMIT = 200
-"""Maximum length at which texts from peers are quoted; longer texts are truncated."""
+"""Maximum length of quoted strings from peers; longer strings are truncated."""
 
 
 def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
-    """Return `value` as one line without control characters: they become escapes such as `\\x1b` and `\\n`.
+    """Return `value` as one line. Control characters become escapes such as `\\x1b` and `\\n`.
 
-    A text longer than `limit` characters is truncated and ends in `...`. Other values are converted by `str`.
+    A string longer than `limit` characters is truncated and ends in `...`. Other values are converted by
+    `str`.
 
     >>> printable("a\\x1b[31mb\\nc"), printable("abcdef", limit=5)
     ('a\\\\x1b[31mb\\\\nc', 'ab...')

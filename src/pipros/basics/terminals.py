@@ -1,4 +1,4 @@
-"""POSIX terminals: reading single keys, and pseudoterminals (ptys) for the output of other processes."""
+"""Read single keys from POSIX terminals, and open pseudoterminals (ptys) for other processes' output."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ HAS_PTYS = hasattr(os, "openpty")
 def single_keys(*, of_launcher: bool = False) -> Iterator[bool]:
     """Make standard input deliver single keys without echo. Yield False if there is no foreground terminal.
 
-    If `of_launcher` is true, also use a terminal that belongs to another session, that of the roslaunch that
-    started the program.
+    If `of_launcher` is true, also accept the terminal of the roslaunch that started the program, which
+    belongs to another session.
     """
     if sys.platform == "win32":
         yield False

@@ -1,5 +1,6 @@
-"""Splits the URIs of nodes, masters and services. It avoids `urllib`, because importing it would take longer
-than a complete call.
+"""Split the URIs of nodes, masters and services.
+
+Does not use `urllib`, because importing it would take longer than a complete call.
 """
 
 from __future__ import annotations
@@ -60,9 +61,7 @@ def host_and_port(host: str, port: int) -> str:
 
 
 def _can_be_host(host: str) -> bool:
-    """Return False for a host whose look-up would raise a different error than the look-up of an unknown
-    name.
-    """
+    """Return False for a host whose look-up would raise another error than for an unknown name."""
     try:
         ascii_host = host if host.isascii() else host.encode("idna").decode("ascii")
     except UnicodeError:

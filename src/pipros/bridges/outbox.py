@@ -163,7 +163,7 @@ class Outbox:
             return taken.frames
 
     def close(self) -> None:
-        """Discard all data, and ignore further messages and answers."""
+        """Discard all data, and ignore all later messages and answers."""
         with self._lock:
             self._is_closed = True
             self._clear()

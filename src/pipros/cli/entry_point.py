@@ -66,7 +66,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
 
 def discard_output() -> None:
-    """Send buffered and further output to the null device."""
+    """Send buffered and later output to the null device."""
     with contextlib.suppress(OSError, ValueError):
         null = os.open(os.devnull, os.O_WRONLY)
         os.dup2(null, sys.stdout.fileno())

@@ -71,7 +71,9 @@ class UnknownInterface(PiprosError):
 
 
 def example(kind: str, name: str) -> Message:
-    """Return an empty message or service request. If the name includes no package, search all packages.
+    """Return an empty message or service request.
+
+    If the name does not include a package, search all packages.
 
     Raises:
         UnknownInterface: no package defines the message or service.

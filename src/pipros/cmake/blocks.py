@@ -10,7 +10,7 @@ BLOCKS = ("if", "foreach", "while", "function", "macro", "block")
 
 
 def end_of_block(commands: Sequence[Command], start: int) -> int | None:
-    """Return the position of the command that closes the block opened at `start`, or else None."""
+    """Return the position of the command that closes the block opened at `start`, or None."""
     name = commands[start].name
     depth = 0
     for position in range(start, len(commands)):

@@ -1,4 +1,4 @@
-"""Evaluation of the conditions of `if()` and `while()`."""
+"""Evaluate the conditions of `if()` and `while()`."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ _TWO_WORD_TESTS = ("MATCHES", "IN_LIST", "IS_NEWER_THAN", "PATH_EQUAL", *_COMPAR
 
 
 def _is_newer(first: str, second: str) -> bool:
-    """Return whether the first file is at least as new as the second, or one of the files does not exist."""
+    """Return True if the first file is at least as new as the second, or if either does not exist."""
     try:
         return os.stat(first).st_mtime_ns >= os.stat(second).st_mtime_ns
     except OSError:

@@ -1,4 +1,4 @@
-"""File copying as in `file(COPY)` and `install()`, with patterns and permissions."""
+"""Copy files as `file(COPY)` and `install()` do, with patterns and permissions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class CannotCopy(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """A `PATTERN` or `REGEX`, and how to treat matching paths."""
+    """A `PATTERN` or `REGEX`, and the treatment of matching paths."""
 
     expression: re.Pattern[str]
     is_excluded: bool = False

@@ -34,7 +34,7 @@ May raise `Unsupported`, or ValueError and other built-in errors for wrong argum
 
 
 class _Flow(enum.Enum):
-    """Control flow after a command."""
+    """How execution continues after a command."""
 
     NEXT = enum.auto()
     BREAK = enum.auto()
@@ -238,7 +238,7 @@ class Interpreter:
             for number, elements in enumerate(all_rounds):
                 if number >= limit:
                     raise self.error(opening, f"the loop exceeds the limit of {limit} rounds")
-                self._count_step(opening)  # nested loops may not contain any other commands
+                self._count_step(opening)  # count rounds, because nested loops may contain no other commands
                 self.scope.values.update(zip(names, elements, strict=True))
                 flow = self._run(body)
                 if flow is _Flow.RETURN:

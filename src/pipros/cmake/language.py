@@ -1,4 +1,4 @@
-"""Parser for CMake files, and expansion of arguments.
+"""Parse CMake files, and expand arguments.
 
 The rules are described at https://cmake.org/cmake/help/latest/manual/cmake-language.7.html.
 """

@@ -1,4 +1,7 @@
-"""The command `list()`, which operates on lists. A list is a text with elements separated by semicolons."""
+"""The command `list()`, which operates on lists.
+
+A list is a string whose elements are separated by semicolons.
+"""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 class Kind(enum.Enum):
-    """Treatment of a message."""
+    """How to treat a message."""
 
     STATUS = "print to standard output"
     NOTICE = "print to standard error"
@@ -35,7 +35,7 @@ _KINDS = {
 
 
 def read_message(words: Sequence[str]) -> tuple[Kind, str]:
-    """Return the treatment and the text of `message(words)`."""
+    """Return how to treat `message(words)`, and the text to print."""
     if words and words[0] in _KINDS:
         return _KINDS[words[0]], "".join(words[1:])
     return Kind.NOTICE, "".join(words)

@@ -1,4 +1,4 @@
-"""Translation of CMake's regular expressions to Python's."""
+"""Translate CMake's regular expressions to Python's."""
 
 from __future__ import annotations
 

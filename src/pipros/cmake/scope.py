@@ -11,7 +11,7 @@ from pipros.basics.limits import Limits, process_limits
 
 
 class _Values(ChainMap[str, str]):
-    """Variables of bounded size."""
+    """Variables whose total size is limited."""
 
     def __init__(self, variables: dict[str, str], cache: dict[str, str], limits: Limits) -> None:
         super().__init__(variables, cache)
@@ -30,7 +30,10 @@ class _Values(ChainMap[str, str]):
 
 
 def check_length(characters: int, limits: Limits) -> None:
-    """Raise ValueError if a text would be too long for a value. Call it before building the text."""
+    """Raise ValueError if a text of this length would be too long for a value.
+
+    Call this before building the text.
+    """
     if characters > limits.cmake_value_characters:
         raise ValueError(f"produces a text of more than {limits.cmake_value_characters} characters")
 

@@ -1,4 +1,4 @@
-"""Tools of `cmake -E`, which copy, compare and remove files, and run programs."""
+"""The tools of `cmake -E`, which copy, compare and remove files, and run programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""CMake commands that need only the scope, by name."""
+"""The CMake commands that need only the scope, by name."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class BusConnection(NamedTuple):
 
 
 class SentCount(NamedTuple):
-    """Messages and bytes that a node reports to have sent over a connection so far."""
+    """The messages and bytes that a node reports having sent over a connection."""
 
     messages: float
     bytes: float

@@ -25,7 +25,7 @@ class GraphClient:
         """Store the settings. The master client connects on its first call.
 
         Args:
-            tool: the tool's name, such as `rostopic`, which is the namespace for private names.
+            tool: the tool's name, such as `rostopic`, under which private names are resolved.
             timeout_s: time limit for one call to the master; None for no limit.
         """
         self._environment = environment

@@ -1,4 +1,4 @@
-"""Replaces arrays or strings in messages with their sizes, for `--noarr` and `--nostr`."""
+"""Replace arrays or strings in messages with their sizes, for `--noarr` and `--nostr`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Elision:
         self._classes: dict[type[Message], type[Message]] = {}
 
     def of(self, part: Part) -> Any:
-        """Return the part's value, or the replacement text."""
+        """Return the part's value, or the text that replaces it."""
         value, type_name = part.value, part.type_name or ""
         if type_name.endswith("]") and self._no_arrays:
             return f"<array type: {type_name.partition('[')[0]}, length: {len(value)}>"

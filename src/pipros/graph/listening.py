@@ -69,7 +69,7 @@ def wait_for_topic(
 def _parse(path: str, warn: Say) -> tuple[PathStep, ...]:
     try:
         return tuple(parse_path(path))
-    except InvalidIndex as error:  # in this case, Noetic shows the whole message
+    except InvalidIndex as error:  # as in Noetic, show the whole message
         warn(str(error))
         return ()
 
@@ -93,7 +93,7 @@ class Listening:
                 return
             try:
                 callback(message)
-            except BaseException as error:  # `wait` raises it again
+            except BaseException as error:  # `wait` reraises it
                 self._error = error
                 self._is_over.set()
 

@@ -50,7 +50,7 @@ class Link(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class NoReport:
-    """The reason that a node did not report its connections.
+    """Why a node did not report its connections.
 
     Attributes:
         is_reachable: whether the node answered, but with a malformed answer.
@@ -89,7 +89,7 @@ class LiveGraph:
         silent: the nodes that did not report their connections.
         apis, nodes_by_api: the API addresses that have been looked up, by node, and the nodes by address.
         master_asked_at, asked_at: when the master and each node were last queried, on the graph's clock.
-        max_age_of_state_s, max_age_of_report_s: how long answers from the master and from nodes are used.
+        max_age_of_state_s, max_age_of_report_s: how long answers from the master and from nodes are reused.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class LiveGraph:
         """Create the graph for these namespaces. Nothing is queried before `update`.
 
         Args:
-            max_age_s: how long answers are used.
+            max_age_s: how long answers are reused.
             ask: function that calls `getBusInfo` on the node at a URI.
             now_s: the clock that measures the age of answers.
         """
@@ -139,7 +139,7 @@ class LiveGraph:
         return changed
 
     def query_silent_nodes(self) -> bool:
-        """Query the nodes that did not report their connections again. Return True if anything changed."""
+        """Query again the nodes that did not report their connections. Return True if anything changed."""
         with self.silent_lock:
             silent = sorted(self.silent)
         changed = [self._query_node(node) for node in silent]

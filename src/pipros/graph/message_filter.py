@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class MessageFilter:
     """Evaluates an expression over `m`, the message, and `topic`, its topic name.
 
-    If the expression fails for a message, the message is not selected. Each distinct reason is passed to
-    `complain` once. An expression can therefore use a field that only some messages have.
+    If the expression fails for a message, the message is not selected, so an expression can use a field that
+    only some messages have. Each distinct reason is passed to `complain` once.
     """
 
     def __init__(self, expression: str, *, complain: Say = to_stderr) -> None:

@@ -1,6 +1,4 @@
-"""Parts of messages, addressed by a path that follows a topic: `/stamp`, `/ranges[1:3]`,
-`/status[:]/name`.
-"""
+"""Get parts of messages by the path that follows a topic: `/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
 
 from __future__ import annotations
 
@@ -144,7 +142,7 @@ def _element_type(type_name: str | None) -> str | None:
 
 
 def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
-    """Return whether messages of the class have the field, assuming that their arrays are long enough."""
+    """Return whether messages of the class have the field, provided that their arrays are long enough."""
     type_name = message_class._type
     for step in path:
         fields = field_types(type_name, message_class)

@@ -50,7 +50,7 @@ def report_node(
 def describe_registrations(master: MasterClient, node: str) -> str:
     """Describe a node's registrations."""
     state = SystemState.from_state(master.get_system_state())
-    # Noetic uses the types of published topics, so the type of a topic that has no publisher is unknown.
+    # As in Noetic, only the types of published topics are known.
     types: Mapping[str, str] = dict(master.get_published_topics())
     lines = [f"Node [{node}]"]
     for heading, topics in (("Publications", state.publishers), ("Subscriptions", state.subscribers)):
@@ -116,9 +116,7 @@ class _Peers:
         self._apis: dict[str, str] = {}
 
     def describe(self, destination: str, topic: str) -> str:
-        """Return the destination. If it is the URI of one of the topic's publishers, prepend the node's
-        name.
-        """
+        """Return the destination. If it is the URI of a publisher of the topic, prepend the node's name."""
         if not destination.startswith("http://"):
             return destination
         for node in self._publishers.get(topic, ()):

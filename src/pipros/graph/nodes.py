@@ -65,7 +65,7 @@ def _hosts(master: MasterClient) -> dict[str, str]:
     for node in node_names(master):
         try:
             hosts[node] = split_uri(api_of(master, node))[0]
-        except ValueError:  # the node has unregistered in the meantime, or has an invalid address
+        except ValueError:  # the node has unregistered in the meantime, or its address is invalid
             continue
     return hosts
 
@@ -105,7 +105,7 @@ def kill(master: MasterClient, nodes: Sequence[str]) -> tuple[list[str], dict[st
 
 
 def unregister(master: MasterClient, node: str) -> None:
-    """Remove all of a node's registrations, with calls made on its behalf."""
+    """Remove all of a node's registrations, by calling the master on its behalf."""
     state = SystemState.from_state(master.get_system_state())
     try:
         api = master.lookup_node(node)

@@ -192,7 +192,7 @@ class SystemObserver:
             return api.call("getBusInfo", caller_id), api.call("getBusStats", caller_id)
 
     def _connections(self, topics: Set[str]) -> dict[TopicConnection, Traffic | None]:
-        """Return the connections between registered nodes, restricted to topics that the master knows."""
+        """Return the connections between registered nodes, on topics that the master knows."""
         names = {node.uri.rstrip("/"): name for name, node in self._nodes.items() if node.uri}
         connections: dict[TopicConnection, Traffic | None] = {}
         for name, node in self._nodes.items():

@@ -31,7 +31,7 @@ def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
 
 
 def read_text(text: str | bytes, file: str, ns: str) -> list[tuple[Any, str]]:
-    """Like `read_file`, but parse a text. `file` is its name in error messages."""
+    """Like `read_file`, but parse a string. `file` is the name to use in error messages."""
     documents = []
     for document in load_all(text, file):
         own_ns = document.pop(NAMESPACE_KEY, None) if isinstance(document, dict) else None

@@ -68,7 +68,7 @@ def ping_all(
     complain: Say = to_stderr,
     ask: Callable[[str, str], object] = ask_pid,
 ) -> tuple[list[str], list[str]]:
-    """Ping every node once. Return the nodes that answered, and the nodes that did not.
+    """Ping every node once. Return the nodes that answered, and those that did not.
 
     Raises:
         KeyboardInterrupt: Ctrl-C ends all pings, not just the current one.

@@ -1,14 +1,14 @@
 """Writes common values as YAML, exactly like PyYAML's `safe_dump` but without importing it.
 
-That import would take most of the time of `rosparam get`. Any value whose output might differ, such as
-long texts that PyYAML wraps or texts that look like other values, is left to PyYAML.
+That import would take most of the time of `rosparam get`. Any value whose output might differ is left to
+PyYAML, such as long strings, which PyYAML wraps, and strings that look like other values.
 """
 
 from __future__ import annotations
 
 import re
 
-# These are strings, which `re` compiles on first use and caches, because a number needs none of them.
+# Not compiled here: `re` compiles and caches them on first use, and a number needs none of them.
 _WORD = r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)"
 _PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+)*"
 _LINE = r"[!-~]+(?: [!-~]+)*"
@@ -21,7 +21,7 @@ _MAX_INDENT = 30
 
 
 class NotPlain(Exception):
-    """Part of the value can only be written by PyYAML."""
+    """Only PyYAML can write a part of the value."""
 
 
 def plain_document(value: object) -> str:
@@ -73,7 +73,10 @@ def _sequence(value: list[object], indent: int, seen: set[int]) -> list[str]:
 
 
 def _scalar(value: object, column: int, indent: int) -> str:
-    """Return the text for a scalar or empty container that starts at `column`. Further lines are indented."""
+    """Return the text for a scalar or an empty container that starts at `column`.
+
+    Continuation lines are indented.
+    """
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -114,7 +117,7 @@ def _text(text: str, column: int, indent: int) -> str:
 
 
 def _broken(lines: list[str], indent: str) -> str:
-    """Join the lines of a quoted scalar. Each run of line breaks is written with one additional break."""
+    """Join the lines of a quoted scalar. Each run of line breaks gets one additional break."""
     text, breaks = lines[0], 0
     for line in lines[1:]:
         breaks += 1

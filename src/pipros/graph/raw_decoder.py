@@ -39,9 +39,7 @@ def decode_as(raw: AnyMsg, topic: str, message_class: type[Message]) -> Any:
 
 
 class RawDecoder:
-    """Decodes with the installed class if its definition equals the publisher's; otherwise, uses the
-    publisher's definition.
-    """
+    """Decodes messages with the installed class, or with the publisher's definition if the two differ."""
 
     def __init__(self) -> None:
         self._classes = ClassFinder()

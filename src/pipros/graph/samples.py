@@ -52,7 +52,7 @@ class RateWindow:
     """The rate of events, computed from the times at which they occurred."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
-        """Create an empty window for `window` events, which have one interval fewer between them."""
+        """Create an empty window for `window` events, that is, for `window - 1` intervals."""
         self._intervals = Samples(window - 1)
         self._last: float | None = None
         self.has_new = False

@@ -13,9 +13,7 @@ from pipros.msg.language.spec import FLOATS, INTEGERS
 from pipros.msg.time import TVal
 
 SMALL = 4
-"""Starting with the first message that has more fields or elements than this, flat values are written on one
-line.
-"""
+"""After the first message with more fields or elements than this, flat values are written on one line."""
 
 
 def skeleton(
@@ -29,8 +27,7 @@ def skeleton(
 
     Args:
         message: the message to show.
-        flow_style: True for brackets everywhere, False for none, None for brackets only in parts of larger
-            messages.
+        flow_style: whether to use brackets; None to use them only in parts of large messages.
         excluded: names of fields to leave out at every level.
         fill_arrays: whether to show one element in arrays that would be empty.
     """

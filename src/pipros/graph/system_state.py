@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 FLEET_AGENT_PREFIX = "/pipros_fleet_"
-"""Every agent of a fleet is a node of this name and its member's."""
+"""Prefix of the node names of fleet agents; the member's name follows."""
 
 ROS2_GATEWAY_PREFIX = "/ros2_gateway_"
-"""Every gateway to ROS 2 is a node of this name and its domain's number."""
+"""Prefix of the node names of gateways to ROS 2; the domain's number follows."""
 
 Registrations = Mapping[str, Sequence[str]]
 """The nodes for each topic or service. Both topics and nodes are in the order of registration."""

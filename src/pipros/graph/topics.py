@@ -12,7 +12,7 @@ from pipros.net.master_client import MasterClient
 
 
 def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
-    """Return the type of the topic with which `name` starts, and the topic.
+    """Return the type of the topic that `name` starts with, and the topic.
 
     `/scan/ranges` is the field `ranges` of `/scan`, unless a topic `/scan/ranges` exists.
     Return `(None, name)` if the topic is unknown or does not have a type yet.

@@ -1,4 +1,4 @@
-"""Test whether the master can connect to this machine, as it does when publishers change."""
+"""Test whether the master can connect to this machine, as it must when publishers change."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ WAIT_S = 0.8
 
 
 def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
-    """Return the URI that the master was given but did not call within a second; empty if it was called.
+    """Return a URI that the master was given but did not call within a second.
 
-    For a moment, a subscriber and a publisher of a new topic are registered; the master notifies a subscriber
-    of a new publisher. Empty also if the test cannot be made: no port is free, or the master does not answer.
+    The result is empty if the master called the URI, or if the test cannot be made because no port is free or
+    the master does not answer. A subscriber and a publisher of a new topic are registered briefly, because
+    the master notifies a subscriber of a new publisher.
     """
     name = f"/{names.anonymous('pipros_doctor')}"
     called = threading.Event()

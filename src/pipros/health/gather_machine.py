@@ -35,7 +35,7 @@ _SOURCED = re.compile(r"(?m)^\s*(?:source|\.)\s+(/opt/ros/[\w./-]+)")
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> MachineReport:
-    """Return the setup that programs started from this shell have.
+    """Return the setup of programs that are started from this shell.
 
     `variables` is the environment; defaults to `os.environ`. Blocks while host names are resolved, and up to
     `timeout_s` for the master.
@@ -88,7 +88,7 @@ def _advertised_host(environment: Environment) -> str:
 
 
 def _port_problem(environment: Environment) -> str:
-    """Return the reason that a node started now would get no port in `PIPROS_PORTS`."""
+    """Return why a new node would get no port in `PIPROS_PORTS`; an empty string if it would get one."""
     try:
         ports = environment.port_range
         if ports is not None:
@@ -112,7 +112,7 @@ def own_addresses(hostname: str) -> tuple[str, ...]:
 
 
 def _error_of_master(uri: str, timeout_s: float) -> str:
-    """Return the reason no master answers at a URI; an empty string if one answers."""
+    """Return why no master answers at a URI; an empty string if one answers."""
     client = MasterClient(uri, CALLER_ID, timeout_s=timeout_s)
     try:
         client.get_pid()
@@ -178,9 +178,7 @@ def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
 
 
 def _is_ours(package: Path) -> bool:
-    """Return whether an import package belongs to pipros, which is the case if it has type information;
-    genuine ROS has none.
-    """
+    """Return whether an import package belongs to pipros. Only pipros's packages have type information."""
     return (package / "py.typed").is_file()
 
 
@@ -192,9 +190,7 @@ def _workspace_around(folder: Path) -> Path | None:
 
 
 def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
-    """Return the shell startup files that source a missing setup file below /opt/ros, each with the missing
-    file.
-    """
+    """Map shell startup files to the missing file below /opt/ros that they source."""
     found = {}
     for name in _START_FILES:
         try:

@@ -43,7 +43,7 @@ AT_ONCE = 16
 STAMP_WAIT_S = 0.5
 """Time to wait for a message with a timestamp."""
 
-_FIRST_BYTES = struct.Struct("<IIII")  # the length of the message; seq, secs and nsecs of its header
+_FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
 _CHUNK_BYTES = 16 * 1024
 
 
@@ -165,9 +165,7 @@ def failure_of(problem: Exception) -> Failure:
 
 
 def _origin(problem: Exception) -> Exception:
-    """Return the operating system error that caused an exception; if there is none, the first exception in
-    the chain.
-    """
+    """Return the operating system error that caused an exception, or the first exception in its chain."""
     while not isinstance(problem, OSError) and isinstance(problem.__context__, Exception):
         problem = problem.__context__
     return problem

@@ -122,9 +122,7 @@ def unreachable_publishers(system: SystemReport) -> Findings:
 
 
 def connections(system: SystemReport) -> Findings:
-    """Find pairs of nodes that should be connected, but are not, or are connected according to only one of
-    them.
-    """
+    """Find pairs of nodes that should be connected but are not, or that do not both report the connection."""
     for topic, publisher, subscriber in system.pairs():
         by_publisher, by_subscriber = system.is_connected(topic, publisher, subscriber)
         if by_publisher and by_subscriber:
@@ -218,7 +216,7 @@ def type_mismatches(system: SystemReport) -> Findings:
 def _types_differ(
     system: SystemReport, topic: str, publisher: str, subscriber: str
 ) -> tuple[str, str] | None:
-    """Return the publisher's and subscriber's types if they are known and differ."""
+    """Return the publisher's and the subscriber's types if they are known and differ."""
     report = system.publishers.get((topic, publisher))
     sent = (report.type if report else "") or system.nodes[publisher].publications.get(topic, "")
     wanted = system.nodes[subscriber].subscriptions.get(topic, "")
@@ -282,11 +280,11 @@ def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[
     publishers = system.state.publishers
     if topic in ("/rosout", "/clock"):  # `clocks` reports a missing /clock
         return True
-    # listeners subscribe to both topics, and many systems need only one of them
+    # TF listeners subscribe to both topics, and many systems need only one of them
     if topic in ("/tf", "/tf_static"):
         return bool(publishers.get("/tf") or publishers.get("/tf_static"))
     action, _, part = topic.rpartition("/")
-    # These are the topics of an action server that has no client.
+    # the topics of an action server without a client
     return part in ("goal", "cancel") and any(
         node in publishers.get(f"{action}/status", ()) for node in subscribers
     )

@@ -30,7 +30,7 @@ class MachineReport:
         own_hosts: the hosts and addresses in `resolved` that refer to this machine.
         address_towards_master: the address from which this machine reaches the master; empty if unknown.
         paths: maps the entries in path variables and the log folders to the kind of path.
-        foreign_programs: maps ROS commands to the program in `PATH` that runs, if it is not pipros's program.
+        foreign_programs: maps ROS commands to the program in `PATH` that is run, if it is not pipros's.
         own_programs: the folder that contains pipros's programs.
         python_packages: maps import packages to the folder from which Python imports them.
         own_packages: the folders that contain pipros's import packages; a single folder, except in a

@@ -1,4 +1,4 @@
-"""Tests whether subscribers reach this machine, by briefly advertising their topics."""
+"""Test whether subscribers can connect to this machine, by briefly advertising their topics."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ class Adopted(Protocol):
     def exit_code(self) -> int | None: ...
 
     def has_ended(self) -> bool:
-        """Return True if the process was started and has exited."""
+        """Return True if the process has been started and has exited."""
         ...
 
     def restart_delay_s(self) -> float | None:

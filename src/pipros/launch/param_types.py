@@ -1,4 +1,4 @@
-"""Converts the text of a `<param>` to a value, by the rules of http://wiki.ros.org/roslaunch/XML/param."""
+"""Convert the string in a `<param>` to a value, by the rules of http://wiki.ros.org/roslaunch/XML/param."""
 
 from __future__ import annotations
 

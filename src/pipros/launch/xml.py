@@ -44,7 +44,7 @@ def load(
 
     Args:
         arguments: `name:=value` arguments from the command line, for every file.
-        texts: contents of further launch files, such as standard input; processed after the files.
+        texts: contents of additional launch files, such as standard input; processed after the files.
         unset_as: the value to use for unset arguments, for tools that only inspect the file; by default,
             unset arguments are an error.
         arguments_only: whether to read only the `<arg>`s of the files themselves.

@@ -1,8 +1,8 @@
 """The Master API and the Parameter Server API, whose methods return `[code, text, value]`.
 
 http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API describe the methods.
-Texts, checks and corner cases match genuine rosmaster, as found by calling it (a differential test in
-tests/interop repeats the comparison). Nothing here blocks or uses a socket.
+Status messages, checks and corner cases match genuine rosmaster; a test in tests/interop compares the two.
+Nothing here blocks or uses a socket.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _LOGGED_AS: Final = {
 class MasterApi:
     """Answers calls from nodes and tools using the registry and the parameter tree.
 
-    `methods` is the table for an `RpcServer`. The notices that a call causes are passed to `notify`, in
-    order, before the call is answered; `notify` need not deliver them at once.
+    `methods` is the method table for an `RpcServer`. The notices that a call causes are passed to `notify`,
+    in order, before the call is answered; `notify` need not deliver them at once.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class MasterApi:
         self._params = params
         self._notify = notify
         self._shutdown = shutdown
-        # name: (method, value of an error response)
+        # name: (method, value in an error response)
         table: dict[str, tuple[Callable[..., Answer], Any]] = {
             "getPid": (self._get_pid, -1),
             "getUri": (self._get_uri, ""),

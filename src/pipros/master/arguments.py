@@ -1,6 +1,6 @@
-"""Checks, limits and resolves the arguments of all Master API methods.
+"""Check, limit and resolve the arguments of all Master API methods.
 
-Uses the checks and error texts of `pipros.net.argument_checks`.
+The checks and error texts are those of `pipros.net.argument_checks`.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ _SUBGRAPH = empty_or_valid_name("subgraph")
 
 @dataclass(frozen=True, slots=True)
 class Arguments:
-    """One master's argument checks. Long names and URIs are refused, because parsing them would delay other
-    callers.
+    """One master's argument checks.
+
+    Long names and URIs are refused, because parsing them would delay other callers.
     """
 
     name_characters: int
@@ -52,7 +53,7 @@ class Arguments:
         into responses. Calls with invalid arguments are logged. At level DEBUG, all calls are logged.
         """
         name_characters = self.name_characters
-        arity = method.__code__.co_argcount - 1  # the number of parameters without `self`
+        arity = method.__code__.co_argcount - 1  # the number of parameters, without `self`
 
         def answer(*params: Any) -> Answer:
             if not params:

@@ -2,7 +2,6 @@
 
 Theory of operation: every node is probed (queried for its process id) regularly, and at once if a notice
 could not be delivered to it. The result decides:
-
 - it answers: it is alive, and its process id is stored;
 - the connection is refused, or a different process answers although the node has not registered anything
   since: the node is a suspect and is probed again. After `CONFIRMATIONS` such results in a row, it is
@@ -64,7 +63,7 @@ class Liveness:
         """
         Args:
             on_gone: called with the name and API of each node that has ended.
-            ask: `ask_node`, or a test's replacement.
+            ask: defaults to `ask_node`; tests replace it.
         """
         self._registry = registry
         self._on_gone = on_gone
@@ -117,10 +116,10 @@ class Liveness:
             self._met.add((node, api))
 
     async def is_at(self, node: str, api: str) -> bool:
-        """Return whether `api` still belongs to the node of that name, as far as known.
+        """Return whether `api`, as far as is known, still belongs to the node of that name.
 
-        The result is False if nothing answers there, if another registered node now has that API, or if the
-        response has a different name (only Python nodes report their name) or process id than the node had.
+        The result is False if nothing answers at the API, if it now belongs to another registered node, or if
+        the response contains another name (only Python nodes report their name) or process id than before.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False
@@ -221,7 +220,7 @@ class Liveness:
 
 
 class _ProbeSlots:
-    """Limits the number of concurrent probes, so that calls are answered in the meantime.
+    """Limits the number of concurrent probes, so that the master still answers calls.
 
     A slot is held for at most `SLOW_S`, so that silent nodes do not delay the probes of others.
     """
@@ -258,10 +257,10 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
 
 
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
-    """Return the names of the nodes to keep from the master's previous run, given each node's API URI.
+    """Return the nodes to keep from the master's previous run, given each node's API URI.
 
-    Drop nodes that answer with another name, violate the protocol or refuse the connection. Keep all others,
-    including nodes that time out or cannot be reached for another reason.
+    Nodes that answer with another name, violate the protocol or refuse the connection are dropped. All others
+    are kept, including nodes that time out or cannot be reached for another reason.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 

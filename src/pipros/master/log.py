@@ -1,7 +1,7 @@
-"""The log file of a master: registrations, parameter changes, refused peers and nodes that have ended.
+"""Write a master's log file: registrations, parameter changes, refused peers and nodes that have ended.
 
-It records Python's loggers `rosmaster.…` and, for refused peers, `pipros.rpc`, using the texts from Noetic's
-`master.log`. Individual calls and notices are logged at level DEBUG.
+The file records Python's loggers `rosmaster.…` and, for refused peers, `pipros.rpc`, with the messages of
+Noetic's `master.log`. Individual calls and notices are logged at level DEBUG.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class MasterLog(logging.Handler):
 
 
 class _Lines(logging.Formatter):
-    """Formats each message as one line, regardless of the characters that peers use in names."""
+    """Formats each message as one line, whatever characters peers use in names."""
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802  # logging's name
         record.message = printable(record.message, MESSAGE_LIMIT)

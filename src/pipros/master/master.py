@@ -147,14 +147,14 @@ def _loopback_addresses(environment: Environment, known_as: Sequence[str]) -> It
 
 
 def tune_for_master() -> None:
-    """Tune process-wide settings for a dedicated master. Call it from commands only, not from libraries.
+    """Tune process-wide settings for a dedicated master. Call this only from commands, not from libraries.
 
     - The descriptor limit is raised as far as possible, because a robot has many nodes.
     - Threads switch more often, so that decoding a large value in one thread does not delay responses from
     others.
-    - The garbage collector rarely makes a full pass, because a full pass takes 10 ms for 100,000 objects, and
-    a master creates no reference cycles except in connections, which are collected while they are young.
-    (Collecting ten thousand short connections at once would take 127 ms.)
+    - The garbage collector rarely makes a full pass, because a full pass takes 10 ms for 100,000 objects. A
+      master creates reference cycles only in connections, which are collected while they are young.
+      (Collecting ten thousand short connections at once would take 127 ms.)
     """
     sys.setswitchinterval(0.0005)
     gc.set_threshold(2_000, 10, 10_000)

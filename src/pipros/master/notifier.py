@@ -1,4 +1,4 @@
-"""Delivers the master's notices, in order for each node, without making any node wait for another.
+"""Deliver the master's notices, in order for each node, without making any node wait for another.
 
 Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued notice about
 the same topic or parameter, because each notice contains the complete new state. So a queue cannot have more
@@ -6,8 +6,9 @@ entries than its node has subscriptions, and a node that was unresponsive receiv
 afterwards.
 
 The queues take turns, with one notice per turn and `TURNS_AT_A_TIME` turns at once, so that thousands of
-notices do not keep the loop from answering calls. A node that does not answer within `SLOW_S` no longer
-counts towards `TURNS_AT_A_TIME`; its turn continues until it answers or times out, and delays no other node.
+notices do not keep the loop from answering calls. The turn of a node that does not answer within `SLOW_S` no
+longer counts towards `TURNS_AT_A_TIME`. It continues until the node answers or times out, and delays no other
+node.
 """
 
 from __future__ import annotations
@@ -150,7 +151,7 @@ class Notifier:
             try:
                 queue = self._queues[notice.api] = _Queue(notice.api, self._connect(notice.api))
             except ValueError as error:
-                # like genuine masters, which register such APIs and then fail to call them
+                # as in genuine masters, such an API is registered, but calls to it fail
                 self._recipients.on_failed(notice, Unreachable(notice.api, str(error)))
                 self._recipients.on_finished(notice)
         return queue

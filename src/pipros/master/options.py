@@ -14,7 +14,7 @@ from pipros.basics.limits import Limits, process_limits
 
 @dataclass(frozen=True, slots=True)
 class Probing:
-    """The times at which nodes are probed.
+    """Intervals and timeouts for probing nodes.
 
     Attributes:
         round_s: the interval at which each node is probed, unless the master is too busy.
@@ -38,8 +38,8 @@ class MasterOptions:
             is local (see `pipros.net.address`).
         port: the port; 0 selects a free port.
         advertised_host: the host in the master's URI; by default taken from the environment.
-        known_as: further host names and addresses under which programs on this machine look for the master,
-            besides the host in the environment's master URI. A master that is reachable only from this
+        known_as: host names and addresses under which programs on this machine look for the master, in
+            addition to the host in the environment's master URI. A master that is reachable only from this
             machine also listens on these addresses.
         allow: networks that may connect, besides this machine: `10.0.0.0/8`, `192.168.1.7`. If empty, all
             networks may connect.
@@ -49,7 +49,7 @@ class MasterOptions:
         log_level: one of `pipros.master.log.LEVELS`, for the log file that `Core` writes.
         on_shutdown: called, in the master's thread, when a peer on this machine calls `shutdown`; the owner
             then calls `stop()`.
-        probing: the times at which nodes are probed.
+        probing: intervals and timeouts for probing nodes.
     """
 
     host: str | None = None

@@ -14,11 +14,11 @@ def param_notices(registry: Registry, key: str, value: Any, *, except_node: str)
     """Return the `paramUpdate` notices for a change of `key` to `value` (`{}` if it was deleted).
 
     A subscriber at or above the key receives the key and its value. A subscriber below the key receives its
-    own part of the value, or `{}` if there is none. `except_node`, which made the change, receives nothing.
-    Announced keys end with a slash, as in genuine masters.
+    own key's part of the value, or `{}` if the value does not contain it. `except_node`, which made the
+    change, receives nothing. Announced keys end with a slash, as in genuine masters.
 
-    The subscribed keys are looked up at once, but their nodes only as the notices are consumed, because a key
-    can have thousands of subscribers.
+    The subscribed keys are looked up at once. Their nodes are looked up only as the notices are consumed,
+    because a key can have thousands of subscribers.
     """
     return _notices(registry, registry.param_keys_around(key), key, value, except_node)
 

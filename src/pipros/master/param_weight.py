@@ -1,4 +1,4 @@
-"""The weight of a parameter: roughly its size in bytes, in memory and as XML-RPC."""
+"""Compute the weight of a parameter: roughly its size in bytes, in memory and as XML-RPC."""
 
 from __future__ import annotations
 

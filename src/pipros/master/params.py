@@ -51,8 +51,8 @@ class ParamTree:
     """One master's parameters. Not thread-safe.
 
     Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the path to the key.
-    So a value that `get` returned never changes, and other threads may read it. Callers must not change a
-    value that they passed in or received either.
+    So a value that `get` returned never changes, and other threads may read it. Nor may callers change a
+    value that they have passed in or received.
 
     Attributes:
         held_bytes: the weight of all parameters together, keys included (see `param_weight`).

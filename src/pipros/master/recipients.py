@@ -25,10 +25,9 @@ class RegisteredNodes:
         return self._registry.api_of(notice.node) == notice.api
 
     async def may_shut_down(self, notice: Notice) -> bool:
-        """Return True if the address still belongs to the replaced process, which must be shut down.
+        """Return True if the address still belongs to the replaced process, which must then be shut down.
 
-        See ros_comm#2241.
-        """
+        See ros_comm#2241."""
         if await self._liveness.is_at(notice.node, notice.api):
             _log.info("%s: shutting down its former process at %s", notice.params[1], notice.api)
             return True

@@ -93,9 +93,9 @@ class Registry:
     The caller must resolve and check the names of topics, services and nodes.
 
     A node that registers with the name of another process takes over the name. The other process is
-    `replaced` until its `shutdown` notice is done. Its registrations are ignored in the meantime, because a
-    roscpp node subscribes to a parameter when it logs the shutdown request, and would thus take its name back
-    and shut down its successor.
+    `replaced` until its `shutdown` notice is done. Its registrations are ignored in the meantime: a roscpp
+    node subscribes to a parameter when it logs the shutdown request, and would thus take its name back and
+    shut down its successor.
 
     The type of a topic is kept after its last publisher and subscriber have unregistered, as in genuine
     masters, but only for as many such topics as the limits allow. The topic that has been unused longest is
@@ -233,7 +233,7 @@ class Registry:
             self.replaced.discard((notice.node, notice.api))
 
     def restore(self, role: Role, node: str, key: str, api: str, service_api: str | None) -> None:
-        """Restore a registration from a previous run of the master. No node is notified."""
+        """Restore a registration from a previous run of the master, without notifying any node."""
         self._enter(role, node, key, api, service_api)
 
     def restore_type(self, topic: str, type_name: str) -> None:

@@ -1,4 +1,4 @@
-"""Combines the parts of a master on one asyncio loop."""
+"""Combine the parts of a master on one asyncio loop."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ class MasterServer:
     def _shut_down(self, reason: str) -> bool:
         if not self._options.on_shutdown or not current_caller.get().is_here:
             return False
-        # Stop shortly after the response has been sent.
+        # Stop a moment later, after the response has been sent.
         asyncio.get_running_loop().call_later(0.05, self._options.on_shutdown, printable(reason))
         return True
 
@@ -152,7 +152,7 @@ class MasterServer:
         return self._change_large_param(method, params)
 
     async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
-        """Weigh large values in a thread. In the meantime, another call may replace the former value."""
+        """Weigh large values in a thread. Meanwhile, another call may replace the value again."""
         loop = asyncio.get_running_loop()
         weighed: list[Any] = []  # keeps the values alive, so that each `id` stays unique
         weights: dict[int, int] = {}

@@ -1,4 +1,4 @@
-"""Stores a master's state in a file, so that it can be restored after a crash.
+"""Store a master's state in a file, so that it can be restored after a crash.
 
 The file is an SQLite database in WAL mode. A process that is killed loses at most the changes made during the
 last `PAUSE_S`, and leaves no partial change. Parameters are stored as the calls that set them, in order. A
@@ -229,7 +229,7 @@ def _make_private(file: Path) -> None:
             file.chmod(0o600)
     except Untrusted as error:
         raise StoreUntrusted(
-            f"cannot keep parameters in [{file}]: {error}. Fix that, or set ROS_HOME to a folder of your own"
+            f"cannot store parameters in [{file}]: {error}. Correct this, or set ROS_HOME to your own folder"
         ) from None
 
 

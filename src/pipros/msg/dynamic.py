@@ -79,7 +79,10 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
 
 
 class DynamicClasses:
-    """The classes that were created from texts and are still in use. Needed to copy and unpickle messages."""
+    """The classes that were created from full texts and are still in use.
+
+    Needed to copy and unpickle messages.
+    """
 
     def __init__(self) -> None:
         self._in_use: WeakValueDictionary[tuple[str, str], type[Message]] = WeakValueDictionary()

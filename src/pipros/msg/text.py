@@ -22,7 +22,7 @@ def strify_message(
     field_filter: FieldFilter | None = None,
     fixed_numeric_width: int | None = None,
 ) -> str:
-    """Return the text of a message, or of any value that a field may have.
+    """Format a message, or any value that a field may have.
 
     Args:
         val: the value.

@@ -1,14 +1,14 @@
 """The address to bind, and the address to advertise.
 
-`PIPROS_ADVERTISE` changes what is advertised, never what is bound.
+`PIPROS_ADVERTISE` changes only the advertised address, never the bound one.
 
 Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopback address. pipros binds
 loopback unless the environment opens the node: if `ROS_MASTER_URI` is local and neither variable is set, no
 port can be reached from the network.
 
 If `ROS_IPV6=on`, the same holds for IPv6: `::1`, or `::` if opened, which accepts IPv4 as well. Genuine nodes
-support names that resolve to an IPv6 address. But roscpp does not support URIs that contain an IPv6 address,
-and rospy does not support them for services, so a host name is advertised if the machine has one.
+support names that resolve to an IPv6 address. However, roscpp does not support URIs that contain an IPv6
+address, and rospy does not support them for services, so a host name is advertised if the machine has one.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def bind_host(environment: Environment) -> str:
 
 
 def advertised_host(environment: Environment) -> str:
-    """Return the host name or address to advertise: `ROS_HOSTNAME`, else `ROS_IP`, else a default.
+    """Return the host name or address to advertise: `ROS_HOSTNAME`, `ROS_IP` or a default, in this order.
 
     The default is loopback if only loopback is bound, otherwise this machine's name. If that is localhost,
     the default is the address from which this machine would reach the master.
@@ -118,8 +118,8 @@ def problem_of(configured: str, *, is_address: bool) -> str | None:
 def advertised_address(environment: Environment, ports: PortRange | None = None) -> AdvertisedAddress:
     """Return the address at which peers reach the ports of this process.
 
-    This is `PIPROS_ADVERTISE`, else `advertised_host` with the ports that are bound. `ports` are the ports
-    that nodes may open; defaults to `PIPROS_PORTS`.
+    This is `PIPROS_ADVERTISE`; if that is not set, `advertised_host` with the ports that are bound. `ports`
+    are the ports that nodes may open; defaults to `PIPROS_PORTS`.
 
     Raises:
         InvalidEnvironment: `PIPROS_ADVERTISE` or `PIPROS_PORTS` has an invalid value.
@@ -132,8 +132,8 @@ def advertised_address(environment: Environment, ports: PortRange | None = None)
 def address_here(host: str, port: int) -> tuple[str, int]:
     """Return the address to connect to in order to reach an address that a peer advertises.
 
-    The two differ only if `PIPROS_ADVERTISE` maps the advertised address to a port of this machine, because a
-    router or a container's network may not lead such connections back inside. If `PIPROS_ADVERTISE` is a host
+    The two differ only if `PIPROS_ADVERTISE` maps the advertised address to a port of this machine: a router
+    or a container's network may not forward such connections from inside. If `PIPROS_ADVERTISE` is a host
     without ports, this applies only to the ports in `PIPROS_PORTS`.
     """
     if "PIPROS_ADVERTISE" not in os.environ:
@@ -143,7 +143,7 @@ def address_here(host: str, port: int) -> tuple[str, int]:
     environment = Environment.from_os()
     try:
         advertised, ports = environment.advertised_address(), environment.port_range
-    except InvalidEnvironment:  # the code that opens a port reports the error
+    except InvalidEnvironment:  # the code that opens the port reports the error
         return host, port
     if advertised is None or host.lower() != advertised.host.lower():
         return host, port

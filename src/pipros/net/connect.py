@@ -1,4 +1,4 @@
-"""Blocking connections that another thread can interrupt."""
+"""Open connections in a blocking way that another thread can interrupt."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SLICE_S = 0.1
 
 
 class Connector:
-    """One attempt to connect, which `interrupt` can end in every state."""
+    """An attempt to connect, which `interrupt` can end at any time."""
 
     def __init__(self, lookups: Lookups | None = None) -> None:
         """Resolve host names with `lookups`, which defaults to the process-wide lookups."""
@@ -31,7 +31,7 @@ class Connector:
     def connect(
         self, host: str, port: int, deadline: float | None = None, limit_s: float | None = None
     ) -> socket.socket:
-        """Return a blocking socket that is connected to the first address of the host that accepts.
+        """Return a blocking socket connected to the first of the host's addresses that accepts.
 
         Args:
             host: a name or an address.

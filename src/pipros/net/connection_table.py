@@ -21,7 +21,7 @@ class TableEntry(Protocol):
 
     @property
     def last_used(self) -> float:
-        """The time of its last use, on the clock that `close_overdue` uses."""
+        """The time at which the connection was last used, on the clock that `close_overdue` uses."""
 
     def abort(self) -> None:
         """Close the connection at once."""
@@ -69,9 +69,9 @@ class ConnectionTable:
     are not closed to make room for new connections. If only those are left, a new link replaces the newest
     link of the peer with the most links, so that older links survive a flood of new links.
 
-    Links cannot use up the limit, because an eighth is reserved for calls. Links that this node opens itself
-    leave a quarter, so that however many topics the node subscribes to, peers have an eighth for links and an
-    eighth for calls.
+    Links cannot use up the limit, because an eighth is reserved for calls. Links that this node itself opens
+    leave a quarter free, so that however many topics the node subscribes to, an eighth remains for peers'
+    links and an eighth for calls.
 
     Thread-safe.
 
@@ -149,9 +149,7 @@ class ConnectionTable:
                     group.idle.move_to_end(connection)
 
     def mark_busy(self, connection: TableEntry) -> None:
-        """Protect the connection until `mark_used` from being closed to make room for others, or by a
-        deadline.
-        """
+        """Until `mark_used`, keep the connection open even if room is needed or a deadline passes."""
         with self._lock:
             self._deadlines.pop(connection, None)
             if connection in self._members:
@@ -169,10 +167,7 @@ class ConnectionTable:
             self._deadlines.pop(connection, None)
 
     def close_overdue(self, now: float, idle_s: float) -> None:
-        """Close connections that missed a deadline or were idle too long.
-
-        The other connections are not visited.
-        """
+        """Close connections that have missed a deadline or been idle for too long."""
         late: list[TableEntry] = []
         idle: list[TableEntry] = []
         with self._lock:

@@ -7,7 +7,7 @@ from pipros.net.refusals import Refusals
 
 
 class HeldBytes:
-    """The bytes that a server holds for its peers: partial requests, and replies that peers have not read.
+    """Counts the bytes that a server holds for its peers: partial requests and unread replies.
 
     If the limit is exceeded, the connection whose bytes have been held longest is closed. Not thread-safe:
     use it only in the server's thread.
@@ -16,9 +16,7 @@ class HeldBytes:
     def __init__(self, *, limit_bytes: int, refusals: Refusals) -> None:
         self._limit_bytes = limit_bytes
         self._refusals = refusals
-        self._held: dict[
-            TableEntry, int
-        ] = {}  # in the order of the time for which they are held, longest first
+        self._held: dict[TableEntry, int] = {}  # longest held first
         self.bytes = 0
 
     def note(self, connection: TableEntry, count: int) -> None:

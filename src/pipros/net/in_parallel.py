@@ -1,4 +1,4 @@
-"""Calls to many peers at the same time, which Ctrl-C ends at once."""
+"""Call many peers at the same time. Ctrl-C ends all calls at once."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def in_parallel(keys: Iterable[_Key], ask: Callable[[_Key], _Value], *, at_once:
             return
         try:
             outcomes.put((key, [ask(key)], None))
-        except BaseException as error:  # the calling thread raises it again
+        except BaseException as error:  # the calling thread reraises it
             outcomes.put((key, [], error))
 
     workers = Workers("in parallel", at_once)

@@ -59,7 +59,7 @@ _WAITALL: Final = socket.MSG_WAITALL
 
 @dataclass(slots=True)
 class ReceiveStatistics:
-    """Counts of received messages, and of those dropped because callbacks were too slow or the link broke."""
+    """Counts of messages received, and dropped because callbacks were too slow or the link broke."""
 
     frames: int = 0
     bytes: int = 0
@@ -76,9 +76,8 @@ class DeliveryLock:
     """Makes a topic's links deliver one after another.
 
     A link that has just delivered queues behind the links that are already waiting. One of the waiting links
-    holds the gate. If there were a single lock, a link with a backlog would acquire it again before a waiting
-    thread
-    wakes up.
+    holds the gate. With a single lock, a link with a backlog would reacquire it before a waiting thread wakes
+    up.
 
     Attributes:
         is_wanted: function that returns whether another link waits for the lock. For speed, this and
@@ -95,7 +94,7 @@ class DeliveryLock:
         self.is_wanted = self._gate.locked
 
     def acquire(self) -> bool:
-        """Acquire the lock; return True if another link held it or waited for it."""
+        """Acquire the lock. Return True if another link held it or was waiting for it."""
         if not self._gate.locked() and self._lock.acquire(blocking=False):
             return False
         with self._gate:
@@ -103,7 +102,7 @@ class DeliveryLock:
         return True
 
     def pass_on(self) -> None:
-        """Release the lock, and acquire it after the links that wait."""
+        """Release the lock, and reacquire it after the waiting links."""
         self.release()
         self.acquire()
 
@@ -213,14 +212,14 @@ class IncomingLink:
         return self._idle_poller.receive_into(self._sock, space, max_polls)
 
     def _sleep_and_receive(self) -> int:
-        """Like `_receive`, but first sleep, so that many messages may arrive."""
+        """Like `_receive`, but sleep first, so that more messages can arrive."""
         time.sleep(COALESCE_SLEEP_S)
         count = self._receive()
         sockets.acknowledge(self._sock)
         return count
 
     def _take(self, count: int) -> int:
-        """Deliver the messages that `count` received bytes complete. Return their number."""
+        """Deliver the messages that are completed by `count` received bytes. Return their number."""
         if self.queue_size:
             accepted = self._accept(count, self._buffer.received(count))
             self._deliver_waiting()

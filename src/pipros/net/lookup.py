@@ -1,6 +1,6 @@
-"""Resolves host names, with interruptible waits.
+"""Resolve host names, with interruptible waits.
 
-The system's look-up blocks, for half a minute if a name server is silent, and cannot be interrupted. So it
+The system's look-up cannot be interrupted, and blocks for half a minute if a name server is silent. So it
 runs in daemon threads; neither Ctrl-C nor interpreter exit waits for them. Their number is limited; callers
 that look up the same name share one look-up, whose result is cached for a few seconds.
 """

@@ -65,8 +65,8 @@ class BackgroundLoop:
             TimeoutError: the coroutine took longer than `timeout_s`.
             RuntimeError: the loop has stopped.
         """
-        # The `result` method of a concurrent future is not used, because an exception that a signal handler
-        # raises in that wait can leave a lock held, for which the loop then waits.
+        # Future.result is not used: if a signal handler raised an exception in it, a lock could stay locked,
+        # for which the loop would wait.
         done = OnceEvent()
         tasks: list[asyncio.Task[T]] = []
         has_given_up = False
@@ -173,7 +173,7 @@ class _Loop(asyncio.SelectorEventLoop):
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
     """Call a function in a new thread, for the running event loop.
 
-    Neither the loop nor the interpreter waits for the thread when it ends. Cancelling the future ends the
+    Neither the loop nor the interpreter, on exit, waits for the thread. Cancelling the future ends the
     wait, but not the function.
     """
 

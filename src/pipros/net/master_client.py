@@ -133,7 +133,7 @@ class MasterClient:
         return str(self.call("lookupService", service))
 
     def get_system_state(self) -> list[list[list[Any]]]:
-        """Return publishers, subscribers and services: three lists of `[name, [node, …]]`."""
+        """Return three lists of `[name, [node, …]]`: the publishers, subscribers and services."""
         state = self.call("getSystemState")
         if not (isinstance(state, list) and len(state) == 3 and all(map(_is_registered, state))):
             raise self._malformed("getSystemState", state)
@@ -141,7 +141,7 @@ class MasterClient:
         return kinds
 
     def get_topic_types(self) -> list[list[str]]:
-        """Return `[topic, type]` for every topic that was ever registered with a type."""
+        """Return `[topic, type]` for every topic that has ever been registered with a type."""
         return self._call_for_types("getTopicTypes")
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:

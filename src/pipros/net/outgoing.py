@@ -13,7 +13,7 @@ The meaning of `queue_size`, as in rospy:
           is treated as with queue_size=1.
     0     any number of messages wait.
     n     at most n messages wait.
-In each case, at most `Limits.queue_bytes` are queued, but the newest message is always kept.
+In all cases, at most `Limits.queue_bytes` are queued, but the newest message is always kept.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # aliases: enum lookups per m
 
 @dataclass(slots=True)
 class SendStatistics:
-    """Counts of sent messages, and of those dropped because the peer was too slow or the link ended."""
+    """Counts of messages sent, and dropped because the peer was too slow or the link ended."""
 
     frames: int = 0
     bytes: int = 0
@@ -207,7 +207,7 @@ class OutgoingLink:
         before, self.state = self.state, after(self.state, event)
         if self.state in WRITTEN_BY_LOOP and before not in WRITTEN_BY_LOOP:
             self._loop.call(self._start_writer)
-        # a recovering link is still being checked
+        # the recovering link is still being checked
         if self.state is State.STALLED and before is not _RECOVERING:
             self._loop.call(self._check_stalled)
 
@@ -254,9 +254,7 @@ class OutgoingLink:
         self._checks[check] = self._loop.asyncio.call_later(interval_s, check)
 
     def _check_peer(self) -> None:
-        """Close a link whose peer has vanished without closing it, for example because of a cut cable or a
-        power failure.
-        """
+        """Close a link whose peer has disappeared without closing it, for example after a power failure."""
         if self.is_closed:
             return
         if sockets.is_unanswered(self.sock, sockets.KEEPALIVE_LIMIT_S):

@@ -1,4 +1,4 @@
-"""Counts the connections that a server refuses, and logs them without filling the log."""
+"""Count the connections that a server refuses, and log them without filling the log."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class AsyncRpcClient:
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
     def close(self) -> None:
-        """Close the connection, if it is open. The next call reconnects."""
+        """Close the connection if it is open. The next call reconnects."""
         connection, self._connection = self._connection, None
         if connection:
             connection.close()

@@ -89,7 +89,7 @@ class RpcClient:
             TypeError, OverflowError, ValueError: XML-RPC cannot represent a parameter; nothing was sent.
         """
         body = encode_call(method, params)
-        with self._lock:  # the lock makes `interrupt` run either before or after this block
+        with self._lock:  # with the lock held, `interrupt` runs either before or after this block
             interruptions = self._interruptions
             if timeout_s == TIMEOUT_OF_CLIENT:
                 timeout_s = self.timeout_s
@@ -274,7 +274,7 @@ class _ClientConnection:
             raise _ClosedBeforeAnswer(error.errno, error.strerror) from None
 
     def _last_response(self, has_answer_begun: bool) -> Response:
-        """Return the response, whose end the server marked by closing the connection."""
+        """Return a response whose end the server has marked by closing the connection."""
         if not has_answer_begun:
             raise _ClosedBeforeAnswer("connection closed before the response")
         try:

@@ -1,4 +1,4 @@
-"""One connection of an `RpcServer`: HTTP and XML-RPC requests in, responses out, in order.
+"""One connection of an `RpcServer`: reads HTTP and XML-RPC requests, and sends the responses in order.
 
 Theory of operation: connections take turns in the event loop. A fast method is answered at once, in the
 callback that received the bytes; each further request that has arrived, and each slice of a large answer, is
@@ -50,7 +50,7 @@ T = TypeVar("T")
 
 
 class UnknownMethod(LookupError):
-    """The called method is not in the method table."""
+    """The method table does not contain the called method."""
 
 
 class Answerer(Protocol):
@@ -73,7 +73,10 @@ class RpcConnection(asyncio.Protocol):
     """Reads one peer's requests and writes the responses."""
 
     def __init__(self, server: Answerer, loop: asyncio.AbstractEventLoop, received: bytes = b"") -> None:
-        """Answer the requests of one connection; `received` are the bytes that were read from it before."""
+        """Answer the requests on one connection.
+
+        `received` are the bytes that have already been read from it.
+        """
         self._server = server
         self._loop = loop
         self._received = received
@@ -102,7 +105,7 @@ class RpcConnection(asyncio.Protocol):
         self.peer = self.caller.host
         if not self._server.admits(self.caller) or not self._server.connections.add(self):
             transport.abort()
-        elif self._received:  # these bytes precede the bytes that arrive from now on
+        elif self._received:  # process these bytes before the bytes that arrive from now on
             self._loop.call_soon(self.data_received, self._received)
             self._received = b""
 
@@ -129,7 +132,7 @@ class RpcConnection(asyncio.Protocol):
             self._transport.pause_reading()
 
     def eof_received(self) -> bool:
-        # A peer that has closed its half may still be waiting for responses.
+        # A peer that has closed its sending half may still be waiting for responses.
         self._has_peer_ended = True
         if self._state not in BUSY:
             self._close_gracefully()
@@ -192,7 +195,7 @@ class RpcConnection(asyncio.Protocol):
     def _update_deadline(self) -> None:
         """Set a deadline while a request is incomplete or a response is unread.
 
-        Further bytes do not extend the deadline.
+        The arrival of more bytes does not extend the deadline.
         """
         if self._state in FINAL:
             return

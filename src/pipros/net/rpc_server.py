@@ -79,7 +79,7 @@ class RpcServer:
                 connections come from `adopt`.
             port: the port; 0 selects a free port, a range its first free port.
             limits: defaults to the process-wide limits.
-            admits: decides from the two ends of a connection whether the peer may connect; by default, all
+            admits: decides, given the two ends of a connection, whether the peer may connect; by default, all
                 peers may.
             on_bad_arity: function that returns the response to a call with the wrong number of parameters.
         """

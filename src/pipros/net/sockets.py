@@ -1,4 +1,4 @@
-"""Functions for TCP sockets that hide the differences between operating systems."""
+"""Functions for TCP sockets that behave alike on all operating systems."""
 
 from __future__ import annotations
 
@@ -120,9 +120,7 @@ def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> li
 
 
 def connections_that_fit(share: float = 0.5) -> int:
-    """Return the number of connections that fit into a share of the process's descriptors, which are also
-    needed for files.
-    """
+    """Return the number of connections that a share of the process's file descriptors allows."""
     return max(32, int(min(descriptor_limit(), 32768) * share))
 
 
@@ -160,9 +158,9 @@ def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
 def is_unanswered(sock: socket.socket, limit_s: float) -> bool:
     """Return True if the peer has not acknowledged retransmitted data for longer than `limit_s`.
 
-    Keepalive only checks idle connections, and the system closes a connection with unacknowledged data only
-    after a quarter of an hour. Returns False for a live peer that does not read, because it still
-    acknowledges. Always False on systems other than Linux.
+    Keepalive checks only idle connections, and the system takes a quarter of an hour to close a connection
+    with unacknowledged data. Returns False for a live peer that does not read, because it still acknowledges.
+    Always False on systems other than Linux.
     """
     if sys.platform != "linux":
         return False

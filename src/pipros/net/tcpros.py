@@ -1,4 +1,4 @@
-"""Opening TCPROS connections, from either end: connect or accept, then exchange headers.
+"""Open TCPROS connections from either end: connect or accept, then exchange headers.
 
 `wire/handshake.py` determines the content of the headers. A node may serve HTTP on the same port, so that a
 firewall or a container needs to open only one port for each node. The first four bytes distinguish the two.
@@ -42,12 +42,12 @@ second.
 """
 
 _ACCEPTED_AT_A_TIME = 4
-"""Connections accepted in one turn of the event loop, so that those behind many others wait less."""
+"""Number of connections accepted in one turn of the event loop. With 1, a long queue would take long."""
 
 _CHUNK_BYTES = 16 * 1024
 
 _TELLING_BYTES = 4
-"""The bytes that tell HTTP from TCPROS."""
+"""Number of bytes that distinguish HTTP from TCPROS."""
 
 OnHttp = Callable[[socket.socket, bytes], None]
 
@@ -77,10 +77,10 @@ class TcprosServer:
     Connections that begin with an HTTP request are passed to `on_http`, if set.
 
     Connections of peers that are silent, send malformed data or announce too large a header are closed
-    without an answer, as in genuine nodes. If too many connections are in their handshake, the oldest of them
+    without an answer, as by genuine nodes. If too many connections are in their handshake, the oldest of them
     is closed for a new connection, so that silent peers do not lock other peers out. The server uses
-    callbacks of the
-    event loop, not coroutines, because every service call that is not persistent opens a connection.
+    callbacks of the event loop, not coroutines, because every service call that is not persistent opens a
+    connection.
 
     Attributes:
         refusals: the connections that were refused, by peer.
@@ -162,13 +162,13 @@ class TcprosServer:
             sock, address = self._server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
             return False
-        except OSError:  # out of descriptors; existing connections continue, and some may end
+        except OSError:  # no descriptors are left; try again when a connection has ended
             self._loop.remove_reader(self._server)
             self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
             return False
         peer = plain_address(str(address[0]))
         handshake = _Handshake(sock, peer, self._limits, self._on_connection, self._on_http)
-        if not handshake.read():  # most headers have arrived by now
+        if not handshake.read():  # the header has usually arrived by now
             handshake.wait(self._loop, self._forget)
             self._handshakes[handshake] = None
             if len(self._handshakes) > self._handshakes_limit:
@@ -190,7 +190,7 @@ class TcprosServer:
 
 
 class _Handshake:
-    """A connection whose peer has not sent its header, or the beginning of an HTTP request, yet."""
+    """A connection whose peer has not yet sent a header, or the beginning of an HTTP request."""
 
     def __init__(
         self,
@@ -206,7 +206,7 @@ class _Handshake:
         self._limit_s = limits.handshake_s
         self._on_connection = on_connection
         self._on_http = on_http
-        self._start = b""  # bytes that are too few to tell the protocol
+        self._start = b""  # received bytes, too few to determine the protocol
         self._reader = HeaderReader(limits.header_bytes)
         self._unregister: Callable[[], None] = _nothing
 
@@ -304,7 +304,7 @@ def refuse_connection(sock: socket.socket, reason: str) -> None:
 
 
 async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) -> socket.socket:
-    """Return a connection to the first address of the host that accepts."""
+    """Return a connection to the first of the host's addresses that accepts."""
     host, port = address_here(host, port)
     failure: OSError = OSError(f"the name {host} has no address")
     for family, kind, protocol, _, address in await _addresses(loop, host, port):

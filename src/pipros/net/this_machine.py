@@ -2,8 +2,8 @@
 
 All code that trusts "this machine" uses this module. The term means the network namespace of this process: a
 container with its own network is another machine. An address belongs to this machine if the system uses it as
-its own. Only configured names are looked up, never a caller's name, because that could take half a minute,
-and the decision would be left to the name server.
+its own. Only configured names are looked up, never a caller's name: that could take half a minute, and would
+leave the decision to the name server.
 """
 
 from __future__ import annotations

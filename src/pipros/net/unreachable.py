@@ -1,4 +1,4 @@
-"""Explains why a peer may be unreachable, and what to try."""
+"""Explain why a peer may be unreachable, and what to try."""
 
 from __future__ import annotations
 

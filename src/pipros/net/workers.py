@@ -27,8 +27,8 @@ def interpreter_ends(error: RuntimeError) -> bool:
 class Workers:
     """Runs each job at once, in an idle or a new thread, so that a job that blocks does not delay other jobs.
 
-    If the number of threads is limited, excess jobs are queued in order. The threads are daemons, for which
-    the interpreter does not wait, because a job may never end.
+    If the number of threads is limited, excess jobs are queued in order. The threads are daemons: the
+    interpreter does not wait for them, because a job may never end.
     """
 
     def __init__(self, name: str, limit: int | None = None, *, kept_idle: int = KEPT_IDLE) -> None:

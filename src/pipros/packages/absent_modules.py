@@ -1,4 +1,4 @@
-"""Name replacements for modules that Noetic's scripts import but that are not installed."""
+"""Name the replacements for modules that Noetic's scripts import but that are not installed."""
 
 from __future__ import annotations
 

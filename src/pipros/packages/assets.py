@@ -37,7 +37,8 @@ def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_byte
         folders_of: returns the folders of a package.
 
     Raises:
-        AssetRefused: the file cannot be read, or must not be. The text reveals nothing about other files.
+        AssetRefused: the file cannot be read, or must not be read. The text reveals nothing about other
+            files.
     """
     shown = printable(uri, 300)
     if not uri.startswith(PREFIX):
@@ -45,7 +46,7 @@ def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_byte
     package, _, path = unquote(uri.removeprefix(PREFIX)).partition("/")
     parts = path.split("/")
     if not NAMES.fullmatch(path) or any(part.startswith(".") for part in parts) or package.startswith("."):
-        raise AssetRefused(f"[{shown}] is not a kind of file that may be fetched")
+        raise AssetRefused(f"[{shown}] is not a file that may be fetched")
     for folder in folders_of(package):
         try:
             root = folder.resolve(strict=True)

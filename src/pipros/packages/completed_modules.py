@@ -1,8 +1,8 @@
 """Make `rospkg` and `pkg_resources` find pipros's packages, in every process of the environment.
 
-rospkg searches only the folders of `ROS_ROOT` and `ROS_PACKAGE_PATH`. If these were set at every start of
-Python, child processes would inherit them. Instead, rospkg's function that lists the folders is changed to
-return one more folder.
+rospkg searches only the folders in `ROS_ROOT` and `ROS_PACKAGE_PATH`. Setting these at every start of Python
+would affect child processes, too. Instead, the function with which rospkg lists these folders is replaced by
+one that adds a folder.
 
 pkg_resources, which old versions of setuptools have, reads the metadata files of distributions.
 `distributions.py` explains why pipros's packages do not have such files. Therefore the packages are added to

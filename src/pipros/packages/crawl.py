@@ -186,7 +186,7 @@ def _without_comments(manifest: bytes) -> bytes:
 
 
 def _name_in(manifest: bytes) -> str:
-    """Return the text of the first `<name>` that contains one word, or an empty string if there is none."""
+    """Return the first `<name>` that consists of one word, or an empty string if there is none."""
     for part in manifest.split(b"<name>")[1:]:
         text, closing, _ = part.partition(b"</name>")
         words = text.split()

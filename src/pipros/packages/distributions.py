@@ -25,11 +25,11 @@ class ShippedDistribution(Distribution):
     """
 
     def __init__(self, name: str) -> None:
-        """Represent the package `name` in `SHARE`. The manifest is read later."""
+        """Represent the package `name` in `SHARE`. The manifest is read when it is needed."""
         self._name = name
 
     def read_text(self, filename: str) -> str | None:
-        """Return the text of `METADATA`, or None for all other files."""
+        """Return the content of `METADATA`, or None for all other files."""
         if filename != "METADATA":
             return None
         with open(os.path.join(SHARE, self._name, MANIFEST), encoding="utf-8") as file:

@@ -21,7 +21,7 @@ _WORTH_CACHING = 40
 
 
 class PackageFolders:
-    """Finder for package folders by name. If a name occurs twice, the earlier root takes precedence.
+    """Finds package folders by name. If a name occurs twice, the earlier root takes precedence.
 
     A root is crawled when it is first searched, and again if a name is missing and the disk has changed.
     Crawls of large roots are stored below `cache_folder`, so that the next process can find one of hundreds

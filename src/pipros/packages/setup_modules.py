@@ -48,7 +48,7 @@ class SetupModules:
 
 
 def declared_module(text: bytes, folder: str, name: str) -> str | None:
-    """Return the path of an existing module or Python package that a `setup.py` names, or else None.
+    """Return the path of an existing module or Python package that a `setup.py` names, or None.
 
     Args:
         text: the contents of the `setup.py`.

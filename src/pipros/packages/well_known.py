@@ -92,12 +92,12 @@ def why_no_command(name: str) -> str | None:
 def why_not_here(
     package: str, program: str, arguments: Sequence[str] = (), programs: Iterable[str] = ()
 ) -> str | None:
-    """Return the reason pipros lacks a program, and how to install it; None if the package is unknown.
+    """Return why pipros lacks a program, and how to install it; None if the package is unknown.
 
     Args:
         arguments: the program's arguments, which name the plugin of a nodelet.
-        programs: the package's programs on this machine, if the package was found. If there are any, C++ is
-            not the reason why the program is missing.
+        programs: the package's programs on this machine, if the package was found. If there are any, the
+            program is not missing because it is written in C++.
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
     if package in _PYTHON and not is_here:

@@ -1,1 +1,1 @@
-"""Image message encodings and picture files. Only `codecs.py` needs numpy."""
+"""Encodings of image messages, and picture files. Only `codecs.py` needs numpy."""

@@ -17,7 +17,7 @@ from pipros.pictures.errors import PictureError
 
 
 class Codec(Protocol):
-    """Image encoder and decoder. Threads may share it."""
+    """Interface of an image codec. Threads may share one."""
 
     def decode(self, data: bytes) -> Any:
         """Decode an image to an array.

@@ -12,9 +12,7 @@ class UnknownEncoding(RuntimeError):
 
 
 class Color(Enum):
-    """Colour arrangement: of a pixel's channels, of two pixels' bytes (YUV) or of four pixels' colours
-    (Bayer).
-    """
+    """The arrangement of the channels of a pixel, the bytes of two pixels (YUV) or four pixels (Bayer)."""
 
     GRAY = "gray"
     RGB = "rgb"

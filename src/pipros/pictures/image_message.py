@@ -1,4 +1,4 @@
-"""Conversion of `sensor_msgs/Image` messages to unpadded pixels and to PNG."""
+"""Convert `sensor_msgs/Image` messages to unpadded pixels and to PNG."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def encoding_of(message: Any) -> Encoding:
     except UnknownEncoding:
         found = None
     if found is None or found.color is None:
-        raise PictureError(f"cannot show images of the encoding [{printable(message.encoding)}]")
+        raise PictureError(f"cannot show images with the encoding [{printable(message.encoding)}]")
     width, height, step = message.width, message.height, message.step
     row = width * found.channels * found.bits // 8
     if step < row or len(message.data) < step * height:

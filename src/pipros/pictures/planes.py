@@ -19,7 +19,7 @@ class Picture:
 
     Attributes:
         colors: the grey channel, or red, green and blue.
-        alpha: the alpha channel, 0 for transparent; None if there is none.
+        alpha: the alpha channel, 0 for transparent; None if the picture does not have one.
     """
 
     width: int

@@ -1,7 +1,6 @@
-"""Writer for PNG files of complete images.
+"""Write complete images as PNG files.
 
-This is written by hand, because `rosbag export` does not need more. Pillow could do it, but is a 7 MB wheel,
-takes 21 ms to import, and does not support 16-bit colours.
+Pillow is not used, because it is a 7 MB wheel, takes 21 ms to import, and does not support 16-bit colours.
 """
 
 from __future__ import annotations

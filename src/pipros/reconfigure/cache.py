@@ -1,8 +1,8 @@
 """Cache of the declarations in `.cfg` files, shared by processes.
 
 An entry's key is a digest of the file's path and contents, the interpreter that ran it, and the code that
-reads it. The entry is valid while the modules that the file imported, except Python and pipros modules,
-are unchanged. Other inputs of the file, such as the environment or other files, are not checked.
+reads it. The entry is valid as long as the modules that the file imported, except Python's and pipros's, are
+unchanged. Other inputs, such as the environment or other files, are not checked.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _CODE = ("cache.py", "cfg_file.py", "generator.py")
 
 
 def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
-    """Return the path, size and modification time of modules' files, except Python and pipros modules."""
+    """Return the path, size and modification time of each module's file, except Python's and pipros's."""
     own = str(Path(__file__).resolve().parents[2])
     fixed = tuple(
         os.path.join(os.path.realpath(folder), "")

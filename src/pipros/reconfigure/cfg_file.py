@@ -62,7 +62,7 @@ class BadConfigFile(PiprosError):
 def find(package_folder: Path, name: str) -> Path | None:
     """Return the `.cfg` file for the configuration `name`, or None if the package does not have one.
 
-    This is the file with that name, or else the first file that contains the name in quotes.
+    This is the file of that name or, without one, the first file that contains the name in quotes.
     """
     files = find_all(package_folder)
     for file in files:
@@ -70,7 +70,7 @@ def find(package_folder: Path, name: str) -> Path | None:
             return file
     mentioned = re.compile(rf"""["']{re.escape(name)}["']""")
     for file in files:
-        with contextlib.suppress(OSError):  # the file may be a pipe
+        with contextlib.suppress(OSError):  # the path may be a pipe
             if mentioned.search(read_text(file, errors="replace")):
                 return file
     return None
@@ -113,7 +113,7 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
         raise BadConfigFile(f"cannot read {path}: {error.strerror or error}") from None
     with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
         output = Path(folder) / "declared.json"
-        # These are the four arguments of the genuine generator. Old files check their number.
+        # The four arguments of the genuine generator. Old files check their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
         environment = {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}
         try:
@@ -185,7 +185,7 @@ def _end_daemons(variable: str) -> None:
 
 
 def checked_declarations(content: bytes) -> dict[str, Any]:
-    """Parse and check declarations, which were written by `generate` or an arbitrary program.
+    """Parse and check declarations. They may come from an arbitrary program instead of `generate`.
 
     Raises:
         ValueError: the declarations are malformed.

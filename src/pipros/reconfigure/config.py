@@ -24,7 +24,7 @@ class BadValue(PiprosError):
 
 
 class Config(dict[str, Any]):
-    """Dictionary whose values are also accessible as attributes."""
+    """A dictionary whose values are also accessible as attributes."""
 
     def __getattr__(self, name: str) -> Any:
         try:
@@ -56,7 +56,7 @@ def group_dict(group: Any) -> Config:
 
 
 def get_tree(m: Any, group: Any = None) -> Config:
-    """Return the groups in a message as a tree that starts at the root, or at the subgroups of `group`.
+    """Return the groups in a message as a tree that starts at the root or at the subgroups of `group`.
 
     If several groups have the same ID, the first group is used."""
     placed = {0} if group is None else {0, group.id}
@@ -148,8 +148,9 @@ def decode_description(msg: Any) -> Config:
 def constants(edit_method: str) -> list[dict[str, Any]]:
     """Return the constants of an enum, ignoring malformed constants.
 
-    The text comes from a peer, so only literals are parsed. Texts longer than `Limits.edit_method_characters`
-    are not parsed, because Python's parser needs about 360 bytes per character.
+    The string comes from a peer, so only literals are parsed. Strings longer than
+    `Limits.edit_method_characters` are not parsed, because Python's parser needs about 360 bytes per
+    character.
     """
     if not edit_method or len(edit_method) > process_limits().edit_method_characters:
         return []
@@ -178,7 +179,7 @@ def _is_constant(found: Any) -> bool:
 
 
 def converted(described: Any, value: Any) -> Any:
-    """Convert a value to the type of a parameter. For enums, the name of a constant is also accepted.
+    """Convert a value to a parameter's type. An enum also accepts the name of a constant.
 
     Args:
         described: the parameter, as returned by `decode_description`.

@@ -76,7 +76,9 @@ class Group:
         if paramtype not in TYPES:
             raise ValueError(f"type of {name} must be one of {', '.join(TYPES)}, got {paramtype!r}")
         if not re.fullmatch("[a-zA-Z][a-zA-Z0-9_]*", name):
-            raise ValueError(f"a parameter name must be letters, digits and underscores, got {name!r}")
+            raise ValueError(
+                f"a parameter name may contain only letters, digits and underscores, got {name!r}"
+            )
         if paramtype in ("str", "bool") and (min is not None or max is not None):
             raise ValueError(f"{name} must not have min or max, because its type is {paramtype}")
         values = zip(("default", "min", "max"), (default, min, max), _BOUNDS[paramtype], strict=True)
@@ -114,7 +116,7 @@ class Group:
 
 
 class ParameterGenerator:
-    """Parameters that a `.cfg` file declares.
+    """The parameters that a `.cfg` file declares.
 
     A call to `generate` at the end of the file writes the declarations.
 

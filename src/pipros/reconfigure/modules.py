@@ -48,7 +48,7 @@ class _PackageLoader(Loader):
 
 
 class _ConfigLoader(Loader):
-    """Loader of the module of one configuration."""
+    """Loader of one configuration's module."""
 
     def __init__(self, file: Path) -> None:
         self._file = file

@@ -1,10 +1,10 @@
-"""Evaluates expressions from files and command lines without running Python code.
+"""Evaluate expressions from files and command lines without running Python code.
 
-The text is parsed by Python's own parser, then evaluated node by node; a node that is not in the list below
-is rejected with its position. Methods come from a fixed table (`methods.py`) and other attributes do not
-exist, so an expression cannot reach the internals of the interpreter (CVE-2024-39835, CVE-2024-39289); a
-caller may allow *fields*, which it looks up itself. Text, depth, steps and the size of every result are
-limited, so an expression cannot exhaust memory or processor time.
+Python's own parser parses the text, which is then evaluated node by node; a node that is not in the list
+below is rejected with its position. Methods are looked up in a fixed table (`methods.py`) and other
+attributes do not exist, so an expression cannot reach the internals of the interpreter (CVE-2024-39835,
+CVE-2024-39289). A caller may allow *fields*, which it looks up itself. Text, depth, steps and the size of
+every result are limited, so an expression cannot exhaust memory or processor time.
 
 Two languages use it: `evaluate`, for `$(eval …)` and message filters, and `arithmetic`, for the
 angles `rad(…)` and `deg(…)` of parameter files.

@@ -61,7 +61,7 @@ class Budget:
         """Use up `work` units of the budget. Raises ResultTooLarge if fewer are left."""
         self._left -= work
         if self._left < 0:
-            raise ResultTooLarge("the expression builds too much")
+            raise ResultTooLarge("the expression does too much work")
 
     def spend_on_reading(self, *values: Any) -> None:
         """Charge for reading all parts of `values`, up to the largest allowed size.
@@ -114,8 +114,8 @@ class Budget:
     def _size_of(self, value: Any) -> int:
         """Return the size of a value when written out; counting stops above the limit.
 
-        A long string that occurs a thousand times in a list counts a thousand times, because `str` of that
-        list would repeat it as often.
+        A long string that occurs a thousand times in a list counts a thousand times, because `str` of the
+        list would contain it that often.
         """
         if isinstance(value, (str, bytes, range)):
             return len(value)

@@ -1,8 +1,8 @@
-"""Counts the values in a YAML text from its events, before any value is built.
+"""Count the values in a YAML text from its events, before any value is built.
 
-Nested lists of aliases double in size with every line, and so do mappings that merge others (`<<: [*a, *a]`);
-deep nesting exhausts the stack of the C library that builds values. The library's parser, which produces the
-events, does not have these problems.
+Nested lists of aliases can double in size with every line, and so can mappings that merge others (`<<: [*a,
+*a]`). Deep nesting exhausts the stack of the C library that builds values. The library's parser, which
+produces the events, does not have these problems.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
     try:
         while (event := next_event()) is not None:
             if event.__class__ is yaml.ScalarEvent and event.anchor is None:
-                outline.values += 1  # this is the most frequent event
+                outline.values += 1  # the most frequent event
             else:
                 outline.count(event)
     finally:

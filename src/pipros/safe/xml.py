@@ -1,4 +1,4 @@
-"""Reads XML files into elements that know their line and column. Document types and entities are refused.
+"""Read XML files into elements that know their line and column. Document types and entities are refused.
 
 A document type can define entities that expand to gigabytes or read other files. ROS files do not need one,
 so any `<!DOCTYPE` is an error.

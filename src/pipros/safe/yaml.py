@@ -1,6 +1,6 @@
-"""Reads YAML as in ROS parameter files: plain data and angles.
+"""Read YAML as in ROS parameter files: plain data and angles.
 
-It uses only the safe loader of PyYAML, so a document cannot create objects (CVE-2024-39780). Angles are
+Only the safe loader of PyYAML is used, so a document cannot create objects (CVE-2024-39780). Angles are
 written `deg(90)`, `rad(pi/2)`, `!degrees 90` or `!radians pi/2`, and are computed by a small arithmetic
 parser (CVE-2024-39289). The values of a text are counted before any is built (`outline.py`).
 """
@@ -187,6 +187,6 @@ def _documents(text: str | bytes, file: str, loader: Any, limits: Limits | None)
         raise YamlError(file, line, column, "invalid YAML: " + ", ".join(reasons)) from None
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         raise YamlError(file, 0, 0, f"invalid YAML: {str(error) or 'nested too deeply'}") from None
-    except (LookupError, ArithmeticError, AttributeError) as error:  # `!!bool maybe` raises one, for example
+    except (LookupError, ArithmeticError, AttributeError) as error:  # raised for `!!bool maybe`, for example
         reason = f"a value does not fit its tag ({error})"
         raise YamlError(file, 0, 0, f"invalid YAML: {reason}") from None

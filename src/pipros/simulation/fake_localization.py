@@ -1,4 +1,4 @@
-"""The `fake_localization` program: publishes the true pose of a simulated robot like an estimate of amcl.
+"""The `fake_localization` program: publishes the true pose of a simulated robot like an estimate by amcl.
 
 From `base_pose_ground_truth` and the odometry transform, it publishes `amcl_pose`, `particlecloud` and the
 transform from the map to the odometry's frame. A pose on `initialpose` shifts the estimate.
@@ -25,7 +25,7 @@ _NS_PER_S: Final = 1_000_000_000
 
 
 class FakeLocalization:
-    """Estimates of one robot. Callbacks run in several threads."""
+    """Publishes the estimates for one robot. Callbacks run in several threads."""
 
     def __init__(self, node: Node) -> None:
         """Read the parameters, and register the topics."""

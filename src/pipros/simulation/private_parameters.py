@@ -1,4 +1,4 @@
-"""Private parameters of a node, with defaults."""
+"""Read the private parameters of a node, with defaults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A test program that runs without a ROS system, as a unittest case."""
+"""Run a test program that needs no ROS system as a unittest case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Queries for tests: whether a node publishes or subscribes to a topic."""
+"""Query for tests whether a node publishes or subscribes to a topic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The nodes of a launch file during a pytest test, on an existing master."""
+"""Run the nodes of a launch file during a pytest test, on an existing master."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Launch files in pytest: a collected file with one item per `<test>`."""
+"""Collect launch files in pytest, with one item per `<test>`."""
 
 from __future__ import annotations
 

@@ -70,9 +70,10 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 @pytest.fixture
 def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
-    """A master for the test, in this process and on a free port. `ROS_MASTER_URI` is set to its address.
+    """A master for the test, in this process and on a free port.
 
-    The address is `ros_master.uri`. Tests that run in parallel have separate masters.
+    `ROS_MASTER_URI` is set to its address, `ros_master.uri`. Tests that run in parallel have separate
+    masters.
     """
     from pipros.basics.env import DEFAULT_MASTER_URI, Environment
     from pipros.launch.roscore import Core

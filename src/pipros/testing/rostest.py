@@ -1,6 +1,6 @@
-"""rostest: runs each test in a launch file on a new system with all the file's nodes.
+"""rostest: runs each test in a launch file on a new system with all of the file's nodes.
 
-The outer run uses unittest as well: one case per `<test>`, which passes if the test program exited and wrote
+The outer run uses unittest, too: one case per `<test>`, which passes if the test program exited and wrote
 results. The results themselves are reported separately, with a second exit code.
 """
 
@@ -42,7 +42,7 @@ class SystemFixture(Protocol):
     def run_id(self) -> str: ...
 
     def set_up(self) -> None:
-        """Prepare the master and the process monitor."""
+        """Start or find the master, and prepare the process monitor."""
 
     def start_nodes(self) -> Sequence[str]:
         """Start the launch file's nodes. Return the names of the nodes that could not be started."""
@@ -182,7 +182,7 @@ class Rostest:
         return run
 
     def _find_problem(self, test: Test) -> str:
-        """Return the reason the test program cannot run; an empty string if it can."""
+        """Return why the test program cannot run; an empty string if it can."""
         node = test.node
         try:
             found = find_executables(self._index.find(node.package), node.type)

@@ -1,4 +1,4 @@
-"""Runs unittest cases like rosunit, with one console line per case and a result file at the end.
+"""Run unittest cases like rosunit, with one console line per case and a result file at the end.
 
 Output from the cases is written to the result file, so that the console stays readable. The lines about cases
 are written to the stream that was `sys.stdout` at the start of the run.
@@ -83,7 +83,7 @@ class CaseResult(unittest.TestResult):
         kind, value, frames = error
         shown = _frames_of_interest(frames)
         if not shown and not isinstance(value, (AssertionError, PiprosError)):
-            shown = traceback.extract_tb(frames)  # an error in the tools themselves needs the full traceback
+            shown = traceback.extract_tb(frames)  # an error in the tools themselves: keep the full traceback
         where = "".join(traceback.format_list(shown))
         self._break(test, outcome, kind.__name__ if kind else "", f"{value}\n{where}")
 

@@ -1,4 +1,4 @@
-"""Summaries at the end of test runs, with Noetic's texts and colours."""
+"""Format the summaries at the end of test runs, with Noetic's wording and colours."""
 
 from __future__ import annotations
 

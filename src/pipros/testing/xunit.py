@@ -19,7 +19,7 @@ CDATA_END = "\n]]>"
 
 
 class UnreadableResults(PiprosError):
-    """A result file is not XML, or is not in xUnit format."""
+    """A result file is not XML, or not in xUnit format."""
 
 
 def format_suite(suite: Suite) -> str:

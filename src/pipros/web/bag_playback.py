@@ -31,7 +31,7 @@ from pipros.web.topic_watch import TopicWatch, TopicWatches
 from pipros.web.watched_system import LOOK_INTERVAL_S, WatchedSystem
 
 FIRST_WINDOW_NS: Final = NS_PER_S // 10
-"""The first window of time in which the newest message before a moment is looked for."""
+"""Length of the first time window in which the newest message before a moment is searched for."""
 WINDOW_GROWTH: Final = 4
 LEAD_S: Final[Mapping[str, float | None]] = {
     "/tf": 2.0,
@@ -41,7 +41,10 @@ LEAD_S: Final[Mapping[str, float | None]] = {
     "/rosout": 5.0,
     "/rosout_agg": 5.0,
 }
-"""Seconds before the moment that the tabs need of a topic; None for all. Of others, the newest message."""
+"""For some topics, the seconds before the moment that tabs need; None for all.
+
+Of other topics, they need the newest message.
+"""
 LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
     (
         "map_msgs/OccupancyGridUpdate",

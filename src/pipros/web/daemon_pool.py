@@ -23,7 +23,7 @@ class DaemonPool:
     def __init__(self, name: str, limit: int) -> None:
         """Create a pool that runs up to `limit` functions at a time.
 
-        Further functions are queued in order.
+        Excess functions are queued in order.
         """
         self._workers = Workers(name, limit)
 

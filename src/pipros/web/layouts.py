@@ -44,7 +44,7 @@ PLUGIN_TABS: Final[Mapping[str, str]] = {
     "rqt_top": "nodes",
     "rqt_topic": "topics",
 }
-"""The tabs of the page that replace plugins of rqt."""
+"""The page's tabs that replace rqt plugins."""
 
 
 class BadLayout(PiprosError, ValueError):

@@ -24,7 +24,7 @@ CALL_BY_HAND_S = 600.0
 
 
 class ServiceCalls:
-    """Calls services in threads."""
+    """Calls services in threads, on behalf of browsers."""
 
     def __init__(self, master: Callable[[], MasterClient]) -> None:
         self._master = master

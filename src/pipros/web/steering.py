@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 SILENCE_S = 0.5
-"""A robot is stopped if its browser has sent no command for this long."""
+"""A robot is stopped if the browser has sent no command for this long."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,7 @@
 """The headers that both ends of a TCPROS connection exchange first, and the rules for refusing a connection.
 
 This module does no I/O: it takes headers and returns headers or a refusal. Sources:
-http://wiki.ros.org/ROS/TCPROS and, where that page says nothing, genuine rospy and roscpp. The end that
-connects
+http://wiki.ros.org/ROS/TCPROS and, where that page is silent, genuine rospy and roscpp. The end that connects
 sends first; a refusal is a header with the single field `error`, after which the connection closes.
 """
 
@@ -94,7 +93,7 @@ def refuse(reason: str) -> dict[str, str]:
 
 
 def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Return the reason a publisher refuses the subscriber that sent `fields`; None if it accepts.
+    """Return why a publisher refuses the subscriber that sent `fields`; None if it accepts.
 
     Only the md5sum is compared, so a type with another name but the same md5sum is accepted.
     """
@@ -113,7 +112,7 @@ def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
 
 
 def service_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Return the reason a service server refuses the client that sent `fields`; None if it accepts."""
+    """Return why a service server refuses the client that sent `fields`; None if it accepts."""
     missing = _missing(fields, ("service", "md5sum", "callerid"))
     if missing:
         return missing

@@ -1,16 +1,16 @@
 """The part of HTTP/1.1 that XML-RPC needs: bytes in, messages out.
 
 Theory of operation: a reader is in one of two states. It waits for a head (everything up to the blank line),
-or for a body whose end is given by `Content-Length`, by chunks, or, for responses only, by the end of the
-connection. Memory grows with the bytes that arrived, never with the length that a peer announces, and an
+or for a body. The end of a body is given by `Content-Length`, by chunks or, for responses only, by the end of
+the connection. Memory grows with the bytes that have arrived, never with the length that a peer announces. An
 announced length beyond the limit is refused before the body is received.
 
 h11 implements all of HTTP, but takes 17 ms to import and 40 us per request; this module takes 1 ms and 8 us.
 The master answers a request in less time than h11 needs to read it. A test compares this reader with h11
 (`tests/unit/wire/test_http_against_h11.py`).
 
-The output suits other implementations: XmlRpc++ (roscpp) looks for `Content-length: ` in upper or lower case,
-and supports neither chunks nor compression; Python's `http.server` accepts anything.
+The output works with other implementations: XmlRpc++ (roscpp) looks for `Content-length: ` in upper or lower
+case, and supports neither chunks nor compression; Python's `http.server` accepts anything.
 """
 
 from __future__ import annotations
@@ -338,7 +338,7 @@ class ResponseReader(_Reader):
         return None
 
     def end(self) -> Response | None:
-        """Return the response that the end of the connection completes, if there is one.
+        """Return the response that is completed by the end of the connection, if any.
 
         Raises:
             HttpError: the connection ended in the middle of a response.

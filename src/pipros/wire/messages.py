@@ -2,9 +2,9 @@
 
 `MessageReader` is for topics and service requests. Sockets receive directly into memory that is reused,
 because new buffers of megabytes cause page faults, which dominate the time for large messages. A receiver
-that keeps the messages would have to copy them; it can receive large messages as separate `bytes` objects.
-`ReplyReader` is
-for service replies, which are messages preceded by a byte that says whether the call succeeded.
+that keeps messages would have to copy them, so it can receive large messages as separate `bytes` objects
+instead. `ReplyReader` is for service replies, which are messages preceded by a byte that says whether the
+call succeeded.
 
 Source: http://wiki.ros.org/ROS/TCPROS
 """
@@ -104,9 +104,9 @@ class MessageReader:
 
     @property
     def whole_bytes(self) -> int:
-        """Size of the next message if it should be received as `bytes`, for `feed_whole`; 0 if not.
+        """Size of the next message if `feed_whole` should receive it as `bytes`; otherwise 0.
 
-        It should if only the length of the message has arrived, and an earlier message was as large.
+        It should if only the message's length has arrived and an earlier message was as large.
         """
         if self._expects_large and self._end - self._start == 4:
             (length,) = _unpack_length(self._view, self._start)

@@ -2,8 +2,8 @@
 
 `decode_call` and `decode_response` use two readers. The fast one (`xmlrpc_fast`) handles the plain documents
 that ROS peers send, and gives up on anything else. The complete one (`xmlrpc_expat`) then reads the document
-with Expat. It alone decides which documents are invalid, so every refusal is worded in one place. A property
-test checks that both readers agree on every document that the fast reader accepts.
+with Expat. Only the complete reader decides which documents are invalid, so every error text is in one place.
+A property test checks that both readers agree on every document that the fast reader accepts.
 
 The fast reader is worth its code: a nested dictionary with 1,000 keys takes 0.9 ms instead of 4.6 ms
 (`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us. Compiling its patterns takes 4 ms, longer

@@ -1,4 +1,4 @@
-"""The complete XML-RPC reader: reads any well-formed document, and words every refusal.
+"""The complete XML-RPC reader: reads any well-formed document, and explains why others are invalid.
 
 Theory of operation: the reader keeps a stack of open elements. `_MAY_CONTAIN` lists which elements an element
 may contain; any other is an error. Complete values are collected in the enclosing element, and combined when
@@ -50,7 +50,7 @@ def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple
     """Return the method and parameters of a call, like `wire.xmlrpc.decode_call`."""
     root, children = _read(body, nesting_limit)
     if root != "methodCall" or not children or not isinstance(children[0], _Name):
-        raise ProtocolError("an XML-RPC call was expected: a methodCall element that has a methodName")
+        raise ProtocolError("the document must be an XML-RPC call: a methodCall element with a methodName")
     params = children[1] if len(children) == 2 else []
     if len(children) > 2 or not isinstance(params, list):
         raise ProtocolError("a methodCall must have one methodName and one params element")
@@ -66,7 +66,9 @@ def decode_response(body: bytes | bytearray, nesting_limit: int) -> tuple[Any, b
             return content.value, True
         if isinstance(content, list) and len(content) == 1:
             return content[0], False
-    raise ProtocolError("an XML-RPC response was expected: a methodResponse element with one value or fault")
+    raise ProtocolError(
+        "the document must be an XML-RPC response: a methodResponse element with a value or fault"
+    )
 
 
 class _Name:
@@ -103,7 +105,7 @@ def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
         parent = open_elements[-1]
         if tag not in _MAY_CONTAIN.get(parent.tag, _NOTHING):
             if tag == "nil":
-                raise ProtocolError("nil is not a value that ROS supports")
+                raise ProtocolError("ROS does not support the value nil")
             raise ProtocolError(f"element <{tag[:40]}> is not allowed in <{parent.tag}> in XML-RPC")
         if tag in ("array", "struct"):
             containers += 1

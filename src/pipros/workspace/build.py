@@ -83,7 +83,7 @@ def build(
     """Build a workspace.
 
     Args:
-        projects: packages in the workspace that an earlier call has built.
+        projects: packages in the workspace that an earlier call of this function has built.
 
     Raises:
         WorkspaceError: nothing can be built.
@@ -248,7 +248,7 @@ class _Build:
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
-        """Mark a package with compiled tests for genuine catkin, if tests are run and catkin is installed."""
+        """Let genuine catkin build a package with compiled tests if tests are run and it is installed."""
         compiled = [test for test in project.tests if test.target]
         if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")
@@ -298,7 +298,7 @@ class _Build:
         self._state.pop(package.name, None)
 
     def _is_blocked(self, package: SourcePackage) -> bool:
-        """Return True, and report the package as skipped, if one of its dependencies failed."""
+        """If one of the package's dependencies failed, report the package as skipped and return True."""
         for name in sorted(package.all_dependencies):
             culprit = self._failed.get(name)
             if culprit is not None:

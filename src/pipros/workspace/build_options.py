@@ -20,7 +20,7 @@ class BuildOptions:
         jobs: arguments for make, for packages with compiled code.
         targets: custom targets to run in addition to `all`.
         is_alone: whether to build the packages in `only` without their dependencies. Packages that need
-            genuine catkin are then listed in the result instead of built, unless they are in `genuine`.
+            genuine catkin are then not built but listed in the result, unless they are in `genuine`.
         genuine: if `is_alone` is true, the packages that genuine catkin builds regardless of their code.
         sources: the source folders that the devel space lists; empty for the workspace's source space.
     """

@@ -1,4 +1,4 @@
-"""Measures the search time for each package folder, for `rospack profile`."""
+"""Measure how long it takes to search each folder, for `rospack profile`."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ with open(_init, encoding="utf-8") as _source:
 
 
 def python_sources(project: Project) -> list[str]:
-    """Return the files on which the Python modules of a package depend."""
+    """Return the files on which a package's Python modules depend."""
     setup = os.path.join(project.folder, "setup.py")
     return [setup] if project.has_python_setup else []
 
@@ -145,7 +145,7 @@ def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> Non
     try:
         stubs = package_stubs(project.name, definitions)
     except (DefinitionError, NotFound):
-        return  # the package does not list the invalid file
+        return  # the package does not list the invalid file, so the build ignores it
     for path, text in stubs.items():
         write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
 

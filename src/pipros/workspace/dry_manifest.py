@@ -1,7 +1,7 @@
-"""Represents the complete contents of `manifest.xml`, the manifest that preceded catkin's `package.xml`.
+"""Represent the complete contents of `manifest.xml`, which preceded catkin's `package.xml`.
 
-Building and finding packages uses `manifest.py`; this module is for programs that show or edit such files.
-Source: http://wiki.ros.org/Manifest
+This module is for programs that show or edit such files. To build and find packages, pipros uses
+`manifest.py`. Source: http://wiki.ros.org/Manifest
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class ROSDep:
 
 
 class VersionControl:
-    """Location of the sources."""
+    """The location of the sources."""
 
     def __init__(self, type_: str, url: str) -> None:
         self.type = type_
@@ -146,7 +146,7 @@ class DryManifest:
         ]
 
     def xml(self) -> str:
-        """Return the contents as the text of a manifest file."""
+        """Return the contents in the format of a manifest file."""
         if not self.brief:
             described = f"  <description>{self.description}</description>"
         else:
@@ -176,7 +176,7 @@ class DryManifest:
 
 
 def read_into(manifest: DryManifest, text: str, file: str) -> None:
-    """Fill a manifest from the text of a file.
+    """Fill a manifest from the content of a file.
 
     Raises:
         MalformedManifest: the text is not a manifest.

@@ -1,4 +1,4 @@
-"""Finds programs by package and name, for rosrun, roslaunch and rostest.
+"""Find programs by package and name, for rosrun, roslaunch and rostest.
 
 Built programs (`devel/lib/<package>`) take precedence over those in the package's folder. A name without a
 folder matches at any depth; `scripts/talker.py` is compared with the end of the path.
@@ -36,7 +36,7 @@ class Executables:
 
     @property
     def relay(self) -> Path | None:
-        """The built program, if the only other candidate is the source script that it runs."""
+        """The built program if the only other candidate is the source script that it runs; otherwise None."""
         if len(self.runnable) != 2:
             return None
         built, source = self.runnable

@@ -44,7 +44,7 @@ def find_in_workspaces(
         project: a package.
         path: a file or folder in the package.
         _workspaces: the workspaces to search instead of the workspaces in `CMAKE_PREFIX_PATH`.
-        considered_paths: list to which all checked paths are appended.
+        considered_paths: a list to which all checked paths are appended.
         first_matching_workspace_only, first_match_only: whether to stop at the first workspace with a match,
         or at the first match.
         workspace_to_source_spaces: source folders of workspaces, if already known.

@@ -20,8 +20,8 @@ _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
 _PYTHON = "/usr/bin/python3"
 
-# If ROS_DISTRO differs, an environment hook in Debian's packages adds a line to the output that catkin
-# evaluates as Python.
+# If ROS_DISTRO differs, an environment hook of Debian's packages prints a line, which catkin would evaluate
+# as Python.
 _DEBIAN = "Debian"
 
 
@@ -49,7 +49,7 @@ class NativeTools:
 
 
 def find_tools(variables: Mapping[str, str]) -> NativeTools:
-    """Find CMake and genuine catkin, and check that there is a compiler.
+    """Find CMake and genuine catkin, and check that a compiler is installed.
 
     Args:
         variables: the environment; only `PATH` and `CMAKE_PREFIX_PATH` are used.
@@ -61,8 +61,9 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
     cmake = shutil.which("cmake", path=path)
     if cmake is None:
         raise MissingTools(
-            "cmake is not in PATH. Install CMake, a C++ compiler and genuine catkin (Debian: "
-            "apt install cmake make g++ catkin ros-core-dev), or put a file CATKIN_IGNORE into its folder"
+            "cmake is not in PATH. Install CMake, a C++ compiler and genuine catkin "
+            "(Debian: apt install cmake make g++ catkin ros-core-dev), "
+            "or put a file CATKIN_IGNORE into the package's folder"
         )
     if shutil.which("make", path=path) is None or shutil.which("c++", path=path) is None:
         raise MissingTools("make or c++ is not in PATH. Install them (Debian: apt install make g++)")
@@ -71,7 +72,7 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
         return NativeTools(cmake, toplevel.parents[3])
     raise MissingTools(
         "genuine catkin is not installed. Install it (Debian: apt install catkin ros-core-dev), "
-        "or put a file CATKIN_IGNORE into its folder"
+        "or put a file CATKIN_IGNORE into the package's folder"
     )
 
 
@@ -104,8 +105,8 @@ def build(
 ) -> None:
     """Build packages into the devel space. The tools inherit this process's standard output.
 
-    Also build pipros's message packages that the local ROS installation lacks. pipros's Python packages need
-    no build; CMake finds them as they are. Blocks until the tools exit, without a time limit.
+    Those of pipros's message packages that the local ROS installation lacks are built, too. pipros's Python
+    packages need no build; CMake finds them as they are. Blocks until the tools exit, without a time limit.
 
     Args:
         packages: the packages to build, including their dependencies in the workspace.

@@ -1,4 +1,4 @@
-"""Index of the ROS packages in the folders of `ROS_PACKAGE_PATH` and of the packages shipped with pipros."""
+"""An index of the ROS packages on `ROS_PACKAGE_PATH`, and of the packages shipped with pipros."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class PackageIndex:
 
     @property
     def advice(self) -> str:
-        """How to correct ROS_PACKAGE_PATH if a package was not found; empty if all folders exist."""
+        """How to correct ROS_PACKAGE_PATH if a package was not found; empty if all its folders exist."""
         cure = (
             "source the setup file of your workspace, or export ROS_PACKAGE_PATH=FOLDER "
             "with the folder of its packages"
@@ -112,8 +112,9 @@ class PackageIndex:
         return None
 
     def duplicates(self) -> dict[str, list[Path]]:
-        """Return each name that occurs more than once, with all its folders, starting with the folder that is
-        used.
+        """Return each name that occurs more than once, with all its folders.
+
+        The first folder is the one in use.
         """
         folders: dict[str, list[Path]] = {}
         for name, folder in self._found.occurrences():

@@ -1,4 +1,4 @@
-"""Isolated builds, in which each package has its own build space and devel space."""
+"""Build packages in isolation: each has its own build space and devel space."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class IsolatedResult:
     """The outcome of an isolated build.
 
     Attributes:
-        errors: the errors of the package that failed, at which the build stops.
-        needs_genuine: a package that genuine catkin has to build, at which the build stops as well.
+        errors: the errors of the package that failed. The build stops at this package.
+        needs_genuine: a package that genuine catkin must build. The build stops here, too.
     """
 
     errors: list[str] = field(default_factory=list)
@@ -60,7 +60,7 @@ def build_isolated(
 ) -> IsolatedResult:
     """Build packages one after another. The devel spaces of earlier packages are underlays of later ones.
 
-    Genuine catkin builds packages with compiled code and their dependencies. Compiled code is only discovered
+    Genuine catkin builds packages with compiled code and their dependencies. Compiled code is discovered only
     when the build reaches such a package. The build then starts over.
 
     Args:
@@ -176,7 +176,7 @@ def _build_plain(
 
 
 def _without_headings(say: Say) -> Say:
-    """Return a version of `say` that omits the lines that `catkin_make` prints around each package."""
+    """Return a function like `say` that omits the lines that `catkin_make` prints around each package."""
     return lambda line: None if line.startswith(_BUILDER_LINES) else say(line)
 
 

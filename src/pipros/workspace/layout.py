@@ -167,7 +167,7 @@ def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
 
 
 def closure(packages: Sequence[SourcePackage], wanted: set[str]) -> set[str]:
-    """Return the wanted packages and all their direct and indirect dependencies that are in the workspace."""
+    """Return the chosen packages and all their direct and indirect dependencies that are in the workspace."""
     by_name = {package.name: package for package in packages}
     known: set[str] = set()
     pending = [name for name in wanted if name in by_name]

@@ -22,9 +22,7 @@ class BuiltWorkspace:
     sources: tuple[Path, ...] = ()
 
     def executables_of(self, package: str) -> Path:
-        """Return the folder for a package's built programs. The folder exists only if there are any
-        programs.
-        """
+        """Return the folder for a package's built programs. It exists only if there are such programs."""
         return self.prefix / "lib" / package
 
 

@@ -23,8 +23,8 @@ _POSIX_SHELL = "/bin/sh"
 def program_environment(variables: Mapping[str, str], executable: str = sys.executable) -> dict[str, str]:
     """Return the environment for a program in a package.
 
-    In it, `python3` and `python` run the given interpreter, and `ROS_DISTRO`, `ROS_VERSION` and
-    `ROS_PYTHON_VERSION` are set as by Noetic's setup files.
+    `python3` and `python` run the given interpreter. `ROS_DISTRO`, `ROS_VERSION` and `ROS_PYTHON_VERSION`
+    have the values that Noetic's setup files set.
     """
     environment = {**DISTRIBUTION, **variables}
     own = os.path.dirname(os.path.abspath(executable))
@@ -38,7 +38,7 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
 def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -> list[str]:
     """Return the command line that runs a program, with a prefix such as `gdb -ex run --args`.
 
-    The prefix is split into words like a shell does; no shell runs.
+    The prefix is split into words as by a shell; no shell is run.
 
     Raises:
         ValueError: the prefix has an unclosed quote.
@@ -90,7 +90,7 @@ def _start_of(program: Path) -> bytes:
 
 
 def _is_bare_shell_script(program: Path) -> bool:
-    """Return True for text without `#!`, which the kernel refuses to run but a shell runs as a script."""
+    """Return True for a text file without `#!`. A shell runs such a script, but the kernel refuses to."""
     if program.suffix == ".py":
         return False
     try:

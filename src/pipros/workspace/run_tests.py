@@ -40,7 +40,7 @@ def run_tests(
     Args:
         targets: the `catkin_make` targets, such as `run_tests`.
         say: called with each line to print.
-        leave_error: called for each test that cannot run, to write a result file with the reason.
+        leave_error: called for each test that cannot be run, to write a result file with the reason.
         script_runner: command that runs a Python test without pytest, given the script and the result file.
     """
     results = layout.build / "test_results"

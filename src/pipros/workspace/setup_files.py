@@ -115,7 +115,7 @@ def functions_code(shell: str) -> str:
     """Return shell code that defines `roscd`, completion and the other shell functions, for a shell supported
     by `pipros env --shell`.
 
-    Code for `sh` also defines them in bash and zsh, because these can evaluate it, too.
+    Code for `sh` also works in bash and zsh.
     """
     if shell == "fish":
         return f"source {quoted_for_fish(str(SHELL_FOLDER / 'ros.fish'))}\n"
@@ -189,8 +189,8 @@ def _write(file: Path, content: str) -> None:
     """Write a setup file with an old modification time, so that genuine catkin can replace it.
 
     CMake does not copy a file whose timestamp differs by less than a second from that of the existing file.
-    With the current time, this file would therefore remain if genuine catkin built the workspace right
-    afterwards.
+    With the current time, this file would therefore not be replaced if genuine catkin built the workspace
+    right afterwards.
     """
     if write_if_changed(file, content):
         earlier = time.time() - _OLDER_BY_S

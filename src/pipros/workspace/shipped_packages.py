@@ -1,4 +1,4 @@
-"""Finds pipros packages that a build with genuine catkin needs and the genuine ROS installation lacks.
+"""Find the pipros packages that a build with genuine catkin needs but genuine ROS lacks.
 
 Message packages are built along with the workspace. Python packages need no build: `find_package()` finds a
 small configuration file for each of them.
@@ -39,7 +39,7 @@ def shipped_packages(
     substitute for these. The dependencies of message packages are included.
 
     Args:
-        components: further required names, in addition to the dependencies in the manifests.
+        components: names that are required in addition to the dependencies in the manifests.
     """
     shipped = {package.name: package for package in read_source_space(SHARED_PACKAGES, os.environ).packages}
     seen = {package.name for package in packages}

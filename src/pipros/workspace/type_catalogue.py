@@ -1,4 +1,4 @@
-"""Lookup of message, service and action types."""
+"""Look up message, service and action types."""
 
 from __future__ import annotations
 

@@ -215,7 +215,7 @@ def test_the_callers_limits_apply() -> None:
     for text, limits, words in [
         ("1 + 1", Limits(expression_characters=4), "longer than 4 characters"),
         ("'abc' + 'de'", Limits(expression_size=4), "more than 4 characters or elements"),
-        ("1 + 1 + 1 + 1", Limits(expression_work=2), "builds too much"),
+        ("1 + 1 + 1 + 1", Limits(expression_work=2), "does too much work"),
     ]:
         with pytest.raises(ExpressionError, match=words):
             evaluate(text, limits=limits)

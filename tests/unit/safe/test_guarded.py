@@ -62,7 +62,7 @@ def test_many_small_results_exhaust_the_budget() -> None:
 
     for _ in range(10):
         of.charge("x" * 100)
-    with pytest.raises(ResultTooLarge, match="builds too much"):
+    with pytest.raises(ResultTooLarge, match="does too much work"):
         of.charge("x")
 
 

@@ -82,7 +82,7 @@ def _is_below(folder: str, mount_point: str) -> bool:
 
 
 class Kept:
-    """Cached report, which states its own age and is refreshed after `period_s` seconds."""
+    """A cached report that states its age. It is refreshed after `period_s` seconds."""
 
     def __init__(self, read: Callable[[], Report], period_s: float) -> None:
         self._read, self._period_s = read, period_s

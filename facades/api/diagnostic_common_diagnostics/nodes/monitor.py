@@ -1,4 +1,4 @@
-"""Shared code of the monitors: starting the node, reading parameters, and publishing reports."""
+"""Shared code of the monitors: start the node, read parameters, and publish reports."""
 
 from __future__ import annotations
 

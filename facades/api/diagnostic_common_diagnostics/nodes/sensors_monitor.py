@@ -49,7 +49,7 @@ def _volts(path: Path) -> float | None:
 
 
 def _text(path: Path) -> str:
-    """Return the text of a kernel file.
+    """Return the content of a kernel file.
 
     Return an empty string if the file does not exist or the device does not respond.
     """

@@ -1,4 +1,4 @@
-"""`rospy.impl.init`: starting a node without `init_node`."""
+"""`rospy.impl.init`: starts a node without `init_node`."""
 
 from __future__ import annotations
 

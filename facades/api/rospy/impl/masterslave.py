@@ -26,7 +26,7 @@ STATUS, MSG, VAL = 0, 1, 2
 LOG_API = True
 
 
-def is_publishers_list(paramName: str) -> tuple[str, str]:  # this is rospy's name for the check
+def is_publishers_list(paramName: str) -> tuple[str, str]:  # rospy's name for the check
     """Mark a parameter of `apivalidate` that must be a list of URIs."""
     return PUBLISHERS, paramName
 

@@ -4,4 +4,4 @@ from rospy.impl.transport import InternalOfRospy
 
 
 class Poller(InternalOfRospy):
-    """Detector of closed connections in genuine rospy. In pipros, links detect this themselves."""
+    """Detects closed connections in genuine rospy. pipros's links detect them themselves."""

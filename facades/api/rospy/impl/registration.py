@@ -25,7 +25,7 @@ from rospy.names import get_namespace as get_namespace
 
 
 class RegManager(InternalOfRospy, RegistrationListener):
-    """Keeper of genuine rospy's registrations with the master.
+    """Repeats registrations with the master in genuine rospy.
 
     In pipros, `pipros.node.registration` does this.
     """
@@ -35,7 +35,7 @@ _listeners = RegistrationListeners()
 
 
 def get_registration_listeners() -> RegistrationListeners:
-    """Return this process's listeners, which are notified of further registrations."""
+    """Return this process's listeners, which are notified of all later registrations."""
     managers.watch(_listeners.notify_added, _listeners.notify_removed)
     return _listeners
 

@@ -9,7 +9,7 @@ _star_names(__name__, "rosgraph_msgs.msg:Clock rosgraph rospy traceback")
 
 
 def init_simtime() -> None:
-    """Make the node use `/clock` if `/use_sim_time` is set. `init_node` does this itself.
+    """Make the node use `/clock` if `/use_sim_time` is true. `init_node` does this itself.
 
     Raises:
         ROSInitException: init_node has not been called.

@@ -52,7 +52,7 @@ class Watch:
                 self._net.add(now - latest.to_sec(), now)
 
     def wait_for_chain(self) -> None:
-        """Wait without a limit until the frames are connected. Raises ROSInterruptException on shutdown."""
+        """Wait indefinitely until the frames are connected. Raises ROSInterruptException on shutdown."""
         if self.pair is None:
             return
         source, target = self.pair

@@ -15,9 +15,10 @@ USAGE = "\nusage: mux OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]\n"
 
 
 class Mux:
-    """Republisher of the selected topic. In lazy mode it subscribes to no other topic.
+    """Republishes the messages of the selected topic.
 
-    Until the first message has determined the type, it subscribes to all topics.
+    In lazy mode, it subscribes to no other topic. Until the first message has determined the type, it
+    subscribes to all topics.
     """
 
     def __init__(self, target: str, selection: Selection, *, lazy: bool, latch: bool) -> None:

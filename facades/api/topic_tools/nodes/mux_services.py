@@ -12,7 +12,7 @@ from topic_tools.nodes.output import base_name, check_names
 
 
 def _call(name: str, kind: str, doing: str, *topic: str) -> Any:
-    """Wait without a limit for a mux service and call it. Print progress and errors.
+    """Wait indefinitely for a mux service, and call it. Print progress and errors.
 
     Return None if the call fails.
     """

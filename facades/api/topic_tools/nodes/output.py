@@ -116,7 +116,7 @@ class Output(rospy.SubscribeListener):
 
 
 class Input:
-    """A topic with a subscription that can be switched on and off. Redundant calls have no effect."""
+    """An input topic whose subscription can be switched on and off. Redundant calls have no effect."""
 
     def __init__(self, topic: str, callback: Callable[[AnyMsg], object]) -> None:
         self.topic = rospy.resolve_name(topic)

@@ -14,7 +14,7 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 
 
 class Relay:
-    """Republisher of a topic. In lazy mode, it subscribes only while its output has subscribers.
+    """Republishes a topic. In lazy mode, it subscribes only while its output has subscribers.
 
     In stealth mode, it subscribes only while another node subscribes to the topic passed to `look_at`.
     """

@@ -1,4 +1,4 @@
-"""The services of `mux` and `demux`, and the topic that publishes the selection."""
+"""The services of `mux` and `demux`, and the topic on which they publish the selection."""
 
 from __future__ import annotations
 
@@ -31,10 +31,7 @@ class Services:
     """The services of a mux or demux, and the latched topic `selected`."""
 
     def __init__(self, kind: str, selection: Selection) -> None:
-        """Advertise `selected`.
-
-        `kind` is `Mux` or `Demux`, whose lower-case form is the remappable namespace.
-        """
+        """Advertise `selected`. `kind` is `Mux` or `Demux`; in lower case, it is the remappable namespace."""
         self._kind = kind
         self._selection = selection
         self._namespace = rospy.resolve_name(kind.lower())

@@ -23,7 +23,7 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class ServiceDefinition:
-    """Type of a service. The texts are as in `Definition`."""
+    """Type of a service, with the definitions as in `Definition.text`."""
 
     type: str
     md5sum: str

@@ -23,7 +23,7 @@ from pipros.wire.handshake import ANY, WireType, request_topic_link
 HEADER_S: Final = 5.0
 """Timeout for the connection header of a publisher."""
 LATCHING_PUBLISHERS: Final = 20
-"""Publishers of one topic that are asked whether they latch messages."""
+"""Maximum number of a topic's publishers that are queried for whether they latch messages."""
 RETRY_S: Final = 10.0
 """Time after which a peer that did not send its definition is queried again."""
 CORRECTION_S: Final = 10.0

@@ -27,7 +27,7 @@ class Delivery:
         throttle_s: minimum time between two messages.
         queue_length: maximum number of messages queued for throttling or a slow connection; 0 drops messages
             that exceed the throttle rate.
-        fragment_size: number of characters above which a text is split; 0 if texts are never split.
+        fragment_size: maximum number of characters in an unsplit operation; 0 if operations are never split.
     """
 
     encoding: Encoding = Encoding.JSON

@@ -85,7 +85,7 @@ def check_codec(encoding: Encoding) -> None:
 
 
 MOST_FRAGMENTS = 10_000
-"""Maximum number of fragments of a text. If there would be more, larger fragments are used."""
+"""Maximum number of fragments of an operation. If there would be more, larger fragments are used."""
 
 _NUMBERS = itertools.count(1)
 
@@ -106,7 +106,7 @@ def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> F
 
 
 def fragment_frames(whole: Frame, size: int) -> Sequence[Frame]:
-    """Split a text into `fragment` operations if it is longer than `size`. If `size` is 0, never split."""
+    """Split an encoded operation into fragments if it is longer than `size`. If `size` is 0, never split."""
     if not size or not whole.is_text or whole.size <= size:
         return (whole,)
     text = b"".join(whole.parts).decode()

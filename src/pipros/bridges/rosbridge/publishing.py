@@ -21,7 +21,7 @@ EARLY_S: Final = 1.0
 """Maximum time that the first messages of a publisher wait for a subscriber."""
 EARLY_BYTES: Final = 8 * 1024 * 1024
 GATHERING_S: Final = 0.1
-"""Time that they wait for further subscribers after the first has connected."""
+"""Time that these messages wait for more subscribers after the first has connected."""
 
 CallLater = Callable[[float, Callable[[], object]], object]
 """Calls a function in another thread after a delay in seconds. The function may block."""

@@ -96,7 +96,7 @@ class Bridge:
         return ClientSession(self, outbox)
 
     def close(self) -> None:
-        """Withdraw the services of clients, and ignore further subscriptions."""
+        """Withdraw the services of clients, and ignore all later subscriptions."""
         self.services.close()
         self.topics.close()
         self.calls.close()

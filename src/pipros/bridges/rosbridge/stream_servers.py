@@ -24,7 +24,7 @@ from pipros.web.daemon_pool import DaemonPool
 
 CHUNK_BYTES: Final = 64 * 1024
 ENTERING: Final = 16
-"""Maximum number of connections that wait to become clients."""
+"""Maximum number of connections waiting to become clients."""
 ACCEPTING_TURNS: Final = 3
 """Iterations of the event loop in which asyncio accepts a pending connection. If the server were closed
 before they have passed, the socket of that connection would stay open.

@@ -25,7 +25,7 @@ class BadInput(PiprosError):
 
 
 def json_object(text: str | bytes) -> dict[str, Any]:
-    """Parse a text that is one JSON object.
+    """Parse text that must be a single JSON object.
 
     Raises:
         BadInput: the text is not a JSON object, or is nested too deeply.

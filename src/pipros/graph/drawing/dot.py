@@ -1,7 +1,7 @@
 """Writes the graph in Graphviz's DOT language, without a layout.
 
-The packages graphviz and pydot are not used, because they build the same lines from objects, and their main
-purpose, running Graphviz, is not needed here.
+The packages graphviz and pydot are not used: they build the same lines from objects, and mainly serve to run
+Graphviz, which is not needed here.
 """
 
 from __future__ import annotations

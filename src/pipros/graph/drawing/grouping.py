@@ -1,4 +1,4 @@
-"""Makes graphs smaller. Topics that belong together become one box, and so do namespaces of large graphs."""
+"""Make graphs smaller: draw topics that belong together, or a large graph's namespaces, as one box."""
 
 from __future__ import annotations
 

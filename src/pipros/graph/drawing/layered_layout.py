@@ -1,11 +1,11 @@
-"""Lays out a directed graph in layers from left to right, in the direction of the arrows.
+"""Lay out a directed graph in layers from left to right, in the direction of the arrows.
 
-Uses the method of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
+The method is that of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
 placed in a layer to the right of all its predecessors or, in large graphs with many cycles, to the right of
-its nearest predecessor. Long arrows get a bend in each layer they cross, the order within layers is improved
-by barycentres, and heights are fitted by least squares. Vertices without arrows form a grid below the others.
-The vertices of a group form a band across all layers, so that a rectangle can be drawn around them. The page
-and the pictures share this module.
+its nearest predecessor. Long arrows get a bend in each layer that they cross. The order within layers is
+improved by barycentres, and vertical positions are fitted by least squares. Vertices without arrows form a
+grid below the others. The vertices of a group form a band across all layers, so that a rectangle can be drawn
+around them. The page and the pictures share this module.
 
 The only pure Python library for such layouts, grandalf 0.8, does not support bands for groups, and takes 2.6
 s instead of 16 ms for 100 nodes and 300 topics.
@@ -156,9 +156,7 @@ class _LayeredLayout(Generic[Key]):
         return layer
 
     def _nearest_layers(self) -> list[int]:
-        """Assign each vertex the layer given by its distance from the nearest vertex that has no
-        predecessors.
-        """
+        """Assign each vertex to a layer by its distance from the nearest vertex without predecessors."""
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         is_source = [True] * count
@@ -299,7 +297,7 @@ class _LayeredLayout(Generic[Key]):
         return columns, right - self._gap
 
     def _grid_width(self) -> float:
-        """Return the width of a grid of all isolated vertices with the proportions of a screen."""
+        """Return the width at which a grid of all isolated vertices has a screen's aspect ratio."""
         sizes = [self._sizes[vertex] for vertex in self._isolated]
         area = sum((width + ROW_GAP) * (height + ROW_GAP) for width, height in sizes)
         return max([math.sqrt(area * _GRID_ASPECT), *(width for width, _ in sizes)])
@@ -427,7 +425,7 @@ def _ascending(wanted: Sequence[float]) -> list[float]:
     >>> _ascending([1.0, 5.0, 3.0, 9.0])
     [1.0, 4.0, 4.0, 9.0]
     """
-    pools: list[tuple[float, int]] = []  # the sum and number of the members that share a value
+    pools: list[tuple[float, int]] = []  # the sum and the number of the values in each pool
     for value in wanted:
         total, count = value, 1
         while pools and pools[-1][0] / pools[-1][1] > total / count:

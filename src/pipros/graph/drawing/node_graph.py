@@ -1,4 +1,4 @@
-"""Selects the nodes, topics and arrows to draw, by mode, filters and hidden parts, as in rqt_graph."""
+"""Select the nodes, topics and arrows to draw, by mode and filters, as in rqt_graph."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def node_graph(
 
     Args:
         connections: connections reported by the nodes that answered.
-        unreachable: nodes that did not answer; their registrations count as connections.
+        unreachable: nodes that did not answer; their registrations are drawn as connections.
     """
     return _Builder(state, frozenset(connections), frozenset(unreachable), options or GraphOptions()).build()
 

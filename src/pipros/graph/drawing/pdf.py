@@ -1,8 +1,8 @@
-"""Writes a drawing as a one-page PDF with lines and text.
+"""Write a drawing as a one-page PDF with lines and text.
 
-`view_frames` uses it to write `frames.pdf`, which tutorials and scripts open, even if Graphviz is not
-installed. The libraries reportlab and fpdf2 are not used, because they draw far more than these shapes and
-need Pillow. They take 31 and 55 MB when installed, and 60 and 290 ms to import.
+With it, `view_frames` writes `frames.pdf`, which tutorials and scripts open, even if Graphviz is not
+installed. The libraries reportlab and fpdf2 are not used, because they do far more than is needed here and
+require Pillow. They take up 31 and 55 MB, and 60 and 290 ms to import.
 """
 
 from __future__ import annotations

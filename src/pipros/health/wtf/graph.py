@@ -114,7 +114,7 @@ graph_warnings: list[Rule] = [
 
 
 def with_running_system(subject: Subject, complain: Callable[[str], Any]) -> Subject:
-    """Return the subject with the running system; call `complain` for each node that does not answer.
+    """Return the subject, extended by the running system. Call `complain` for each node that does not answer.
 
     Raises:
         PiprosError: the master does not answer.

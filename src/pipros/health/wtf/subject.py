@@ -34,7 +34,7 @@ class CheckedPackage:
 
 @dataclass(frozen=True, slots=True)
 class Subject:
-    """The setup of a shell, the packages or launch files to check, and the running system.
+    """The environment, the packages or launch files to check, and the running system.
 
     Attributes:
         variables: the environment variables.
@@ -71,12 +71,12 @@ class Subject:
 
     @property
     def words(self) -> dict[str, str]:
-        """The replacements that rule texts may contain: the variables, by their names in lower case."""
+        """The values for placeholders in rules' texts: the environment variables, by lower-case name."""
         words = {name.lower(): value for name, value in self.variables.items()}
         return {**words, "ros_master_uri": self.master_uri}
 
     def with_package(self, name: str) -> Subject:
-        """Return the subject with a package and its dependencies.
+        """Return the subject, extended by a package and its dependencies.
 
         Raises:
             CannotCheck: the package or a dependency does not exist or is invalid.
@@ -94,7 +94,7 @@ class Subject:
         return replace(self, package=package, packages=(name, *package.dependencies))
 
     def with_launch_files(self, files: Sequence[str], arguments: Mapping[str, str]) -> Subject:
-        """Return the subject with launch files, and with the package that contains the first of them.
+        """Return the subject, extended by launch files and the package that contains the first of them.
 
         Raises:
             CannotCheck: a file cannot be loaded.

@@ -1,4 +1,4 @@
-"""Client-side state of a goal: its progress, as far as the client knows.
+"""Client-side state of a goal: the progress that is known to the client.
 
 The server publishes the status of its goals several times a second, and a result at the end. These are
 separate topics, so messages may arrive in any order, and a status may be missed. A single status may
@@ -132,7 +132,7 @@ class ClientGoal:
             return []
         try:
             states = self.on_status(status)
-        except ValueError:  # statuses that were missed no longer matter
+        except ValueError:  # missed statuses no longer matter
             states = []
         return states + self._enter((State.DONE,))
 

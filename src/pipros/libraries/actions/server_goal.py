@@ -12,7 +12,7 @@ from pipros.libraries.actions.status import Status
 
 
 class Event(Enum):
-    """Events of a goal. The values complete "a goal must be … to be" in error messages."""
+    """Events of a goal. The values complete "a goal must be … to be" in error texts."""
 
     ACCEPT = "active"
     REJECT = "rejected"

@@ -13,7 +13,7 @@ from enum import Enum, auto
 
 
 class State(Enum):
-    """States of a side. The values are the names in Noetic's state machine."""
+    """States of one side of a bond. The values are the names in Noetic's state machine."""
 
     WAITING = "SM.WaitingForSister"
     ALIVE = "SM.Alive"
@@ -22,7 +22,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """Events of a side."""
+    """Events of one side of a bond."""
 
     SISTER_ALIVE = auto()
     SISTER_ENDS = auto()

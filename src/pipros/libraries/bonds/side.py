@@ -19,13 +19,13 @@ TIMEOUTS: Mapping[State, Event] = {
 
 
 class RestartableTimer:
-    """Timer that calls a function once, in its own thread, after the last restart."""
+    """Timer that calls a function once, in a separate thread, when the time since `restart` is over."""
 
     def __init__(self) -> None:
         self._timer: Timer | None = None
 
     def restart(self, duration_s: float, call: Callable[[], object]) -> None:
-        """Start the timer again."""
+        """Start the timer, or start it again."""
         self.cancel()
         self._timer = Timer(duration_s, call)
         self._timer.daemon = True
@@ -44,7 +44,7 @@ class BondSide:
 
     Args:
         durations_s: length of each timeout. A change takes effect when the timeout is next started.
-        send: publishes a status message; called with whether this side is alive.
+        send: publishes a status message. The argument is whether this side is alive.
         notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
         enter: called with each new state while the lock is held.
         ignores_silence: returns whether to ignore a heartbeat timeout. It may block.
@@ -89,14 +89,14 @@ class BondSide:
             self.handle(event)
 
     def receive(self, instance_id: str, is_alive: bool) -> bool:
-        """Handle a message from an instance. Return False if it is neither this side nor its sister."""
+        """Handle a message. Return False if its sender is neither this side nor its sister."""
         with self._changed:
             self.sister_id = instance_id if self.sister_id is None else self.sister_id
         if instance_id != self.sister_id:
             return False
         self.handle(Event.SISTER_ALIVE if is_alive else Event.SISTER_ENDS)
         if is_alive and self.state is State.DEAD:
-            self.publish()  # the sister has missed the announcement of the end
+            self.publish()  # the sister has missed the message that this side has ended
         return True
 
     def handle(self, event: Event) -> None:
@@ -137,7 +137,7 @@ class BondSide:
         self.publish()
 
     def wait(self, is_reached: Callable[[State], bool], timeout_s: float | None) -> bool:
-        """Wait for a state, without a limit if `timeout_s` is None. Return whether it was reached."""
+        """Wait for a state, indefinitely if `timeout_s` is None. Return whether it was reached."""
 
         def is_ended() -> bool:
             return is_reached(self.state) or self.is_over()

@@ -54,7 +54,7 @@ class Analyzer(Protocol):
         """Return whether the analyzer accepts statuses with the given name."""
 
     def analyze(self, status: Status, now_s: float) -> bool:
-        """Process a status whose name matches. Return whether the status was accepted."""
+        """Process a status whose name `match` accepts. Return whether the status was accepted."""
 
     def report(self, now_s: float) -> list[Status]:
         """Return the statuses of the analyzer itself, named `path`, and of its items.
@@ -65,7 +65,7 @@ class Analyzer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Criteria:
-    """Criteria for the names that an analyzer accepts. A name must match at least one of them."""
+    """Criteria for the names that an analyzer accepts. A name must satisfy at least one of them."""
 
     names: frozenset[str] = frozenset()
     starts: tuple[str, ...] = ()
@@ -144,10 +144,9 @@ class Items:
 
 
 def summed_up(levels: Sequence[int]) -> int:
-    """Combine several levels.
+    """Combine several levels. Return STALE if all are STALE, otherwise the highest, but at most ERROR.
 
-    Return STALE if all levels are STALE, otherwise the highest level, capped at ERROR. Return OK if there are
-    none.
+    Without levels, return OK.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)

@@ -1,4 +1,4 @@
-"""Conversion of recorded statuses to CSV rows, one file per name, in `diagnostic_analysis` format."""
+"""Convert recorded statuses to CSV rows, one file per name, in the format of `diagnostic_analysis`."""
 
 from __future__ import annotations
 

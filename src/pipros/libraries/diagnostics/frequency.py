@@ -1,4 +1,4 @@
-"""Event frequency over the last few reports."""
+"""Measure the frequency of events over the last few reports."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class BadReading(PiprosError, ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A status without its name."""
+    """The level, message and values of a status."""
 
     level: int
     message: str
@@ -112,7 +112,7 @@ def parsed_hddtemp(answer: str) -> list[DiskHeat]:
         return []
     fields = answer.strip("|").split("|")
     disks = []
-    for start in range(0, len(fields), 5):  # an empty field separates two disks
+    for start in range(0, len(fields), 5):  # disks are separated by an empty field
         match fields[start : start + 4]:
             case [device, model, degrees, unit]:
                 value = float(degrees) if degrees.isdecimal() else None

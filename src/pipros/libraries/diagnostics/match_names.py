@@ -16,10 +16,7 @@ TIME_LIMIT_S = 0.1
 
 
 class _TimeIsUp(Exception):
-    """Exception that the signal handler raises.
-
-    `re` runs the main thread's signal handlers while it matches.
-    """
+    """Raised by the signal handler, which `re` runs even during a match."""
 
 
 def _end_match(*_: object) -> None:

@@ -1,4 +1,4 @@
-"""Regular expressions of unknown origin, matched with a time limit.
+"""Match regular expressions of unknown origin with a time limit.
 
 Python's `re` may need exponential time: `(a+)+$` and 40 characters take days. While matching, it prevents all
 threads and signal handlers of the process from running. Therefore a child process does the matching, and
@@ -6,7 +6,7 @@ gives up after a tenth of a second of processor time. Results are cached, so eac
 request.
 
 The alternatives are worse. A check for nested quantifiers misses `a?a?a?…aaa` and refuses `(left|right)*`. A
-matcher that needs linear time (RE2) is a compiled dependency without look-ahead and back references.
+matcher that takes linear time (RE2) is a compiled dependency, and lacks look-ahead and back references.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class NamePatterns:
 
 
 class _Child:
-    """The child process, which starts with the first request and ends with this process."""
+    """The child process. It is started by the first request and ends with this process."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None

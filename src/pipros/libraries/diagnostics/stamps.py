@@ -1,4 +1,4 @@
-"""Age of message timestamps on arrival."""
+"""Measure the age of message timestamps on arrival."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class StampDelays:
         self.has_any = True
 
     def judged(self, least: float, greatest: float) -> tuple[int, str]:
-        """Return the level and message for the given bounds on the delay, and count reports with problems."""
+        """Return the level and message for the given bounds on the delay. Count the reports with problems."""
         if not self.has_any:
             return 1, "No data since last update."
         found = (0, "Timestamps are reasonable.")

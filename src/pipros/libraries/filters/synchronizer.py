@@ -1,7 +1,7 @@
 """Match messages from several inputs by timestamp, with the same results as in Noetic.
 
 Each input has a queue keyed by timestamp. A new message may complete a set (one message from each input),
-which `add` removes from the queues and returns. From a queue longer than `queue_size`, the oldest messages
+which `add` removes from the queues and returns. If a queue is longer than `queue_size`, its oldest messages
 are dropped.
 
 If time is simulated and `reset` is true, a backward jump of the clock clears each queue when its input's next
@@ -18,7 +18,7 @@ Queue = dict[int, Any]
 
 
 class ExactSynchronizer:
-    """Matcher of messages with equal timestamps."""
+    """Matches messages with equal timestamps."""
 
     def __init__(self, inputs: int, queue_size: int, reset: bool = False) -> None:
         self.queues: list[Queue] = [{} for _ in range(inputs)]
@@ -65,7 +65,7 @@ class ExactSynchronizer:
 
 
 class ApproximateSynchronizer(ExactSynchronizer):
-    """Matcher of messages whose timestamps differ by less than `slop` nanoseconds.
+    """Matches messages whose timestamps differ by less than `slop` nanoseconds.
 
     If several messages from an input match, the message nearest in time to the new message is preferred.
     Earlier inputs take precedence.
@@ -92,10 +92,7 @@ class ApproximateSynchronizer(ExactSynchronizer):
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """Like the base class's method.
-
-        If `index` is not given, the message's own queue is searched like all other queues.
-        """
+        """Like the base class's method, but if `index` is not given, search the message's own queue, too."""
         is_behind = self._is_behind(queue, simulated_now, index)
         queue[stamp] = message
         while len(queue) > self.queue_size:

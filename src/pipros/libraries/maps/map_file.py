@@ -1,4 +1,6 @@
-"""The YAML file of a map, and the cells in its image. See http://wiki.ros.org/map_server#Map_format.
+"""Read and write the YAML file of a map, and the cells in its image.
+
+See http://wiki.ros.org/map_server#Map_format.
 
 Cells are numbers, stored row by row from the lowest y. 0 is free, 100 is occupied, and -1 is unknown. Values
 between 0 and 100 are degrees of occupancy.
@@ -47,7 +49,7 @@ class MapDescription:
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """A map, which consists of a description, the size in cells, and the cells."""
+    """A map: its description, its size in cells, and the cells."""
 
     description: MapDescription
     width: int
@@ -59,7 +61,9 @@ def read_map(file: str) -> Grid:
     """Read a map from a YAML file and its image.
 
     Raises:
-        MapError: NoMapFile, BadMapDescription or BadMapImage.
+        NoMapFile: the YAML file or the image cannot be opened.
+        BadMapDescription: the YAML file is invalid.
+        BadMapImage: the image is invalid.
     """
     description = read_description(file)
     return make_grid(description, read_picture(description.image))

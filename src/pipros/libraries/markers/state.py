@@ -29,7 +29,7 @@ CONFLICT_S = 1.0
 
 
 class _Callbacks:
-    """The feedback callbacks of a marker, by event type, and a default callback."""
+    """The feedback callbacks of a marker: one per event type, and a default callback."""
 
     def __init__(self) -> None:
         self.default_feedback_cb: Callback | None = None

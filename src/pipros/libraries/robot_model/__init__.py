@@ -1,4 +1,4 @@
-"""Robots described by URDF: links, joints, and link poses for given joint positions.
+"""Robot models from URDF: links, joints, and link poses for given joint positions.
 
 Start with `urdf.py`.
 """

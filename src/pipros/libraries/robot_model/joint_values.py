@@ -44,7 +44,7 @@ class JointValues:
 
     Attributes:
         names: all published joints, in the order in which the URDF lists them.
-        free: values of joints that do not follow another joint: `min`, `max`, `zero`, and if known,
+        free: values of joints that do not follow another joint: `min`, `max`, `zero` and, if known,
             `position`, `velocity`, `effort`. Programs that use joint_state_publisher read and write these
             values.
         dependent: rules for joints that follow another joint.
@@ -105,7 +105,7 @@ class JointValues:
                     joint[what] = values[number]
 
     def sweep(self, delta: float) -> None:
-        """Move each joint by `delta` within its range: back and forth, or around if continuous."""
+        """Move each joint by `delta`: back and forth within its range, or around if it is continuous."""
         for joint in self.free.values():
             if "position" not in joint:
                 continue

@@ -1,4 +1,4 @@
-"""Text output of a robot's tree, as in `check_urdf` and `urdf_to_graphviz`."""
+"""Format a robot's tree as text, as in `check_urdf` and `urdf_to_graphviz`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
 
 
 def _walk(robot: Robot, children: dict[str, list[Joint]]) -> Iterator[tuple[int, int, Joint]]:
-    """Yield each link's depth, number among its siblings and joint, depth first. Omit the root."""
+    """Yield each link's depth, number among its siblings, and joint, depth first. Omit the root."""
     waiting = [(1, number, joint) for number, joint in enumerate(children.get(robot.root, ()), 1)][::-1]
     while waiting:
         depth, number, joint = waiting.pop()

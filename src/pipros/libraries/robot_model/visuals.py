@@ -1,4 +1,4 @@
-"""Reader for the shapes and materials in a URDF: what RobotModel in rviz draws."""
+"""Read the shapes and materials in a URDF, which rviz's RobotModel display draws."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ class Shape:
     Attributes:
         kind: box, cylinder, sphere or mesh.
         origin: the pose relative to the link.
-        size: box: edge lengths; cylinder: radius, radius, length; sphere: radius; mesh: scale.
+        size: edge lengths of a box; radius, radius and length of a cylinder; radius of a sphere; scale of a
+            mesh.
         uri: the file of a mesh.
         color: None if the URDF has no material, so that the mesh's own materials apply.
-        texture: URI of the material's texture; empty if it has none.
+        texture: URI of the material's texture; empty if it does not have one.
     """
 
     kind: str
@@ -62,7 +63,7 @@ class _Material:
 def read_shapes(text: str) -> list[LinkShapes]:
     """Return the links of a URDF with their shapes, in file order.
 
-    A material that is only named is the first definition of that name, anywhere in the file.
+    A reference to a material by name stands for the first definition of that name, anywhere in the file.
 
     Raises:
         UrdfError: the text is not XML, or a shape is invalid.
@@ -91,7 +92,7 @@ def read_shapes(text: str) -> list[LinkShapes]:
 
 
 def _material(element: Element) -> _Material | None:
-    """Return the material that an element defines, or None if it only names one."""
+    """Return the material that an element defines, or None if it only refers to a material by name."""
     color, texture = element.first("color"), element.first("texture")
     if color is None and texture is None:
         return None
@@ -128,7 +129,7 @@ def _shape(element: Element, materials: Mapping[str, _Material]) -> Shape:
     if (mesh := geometry.first("mesh")) is not None:
         scale = vector_of(mesh, "scale", (1.0, 1.0, 1.0))
         return Shape("mesh", origin, scale, required(mesh, "filename"), color, texture)
-    raise UrdfError(f"line {geometry.line}: <geometry> must have an element box, cylinder, sphere or mesh")
+    raise UrdfError(f"line {geometry.line}: <geometry> must contain <box>, <cylinder>, <sphere> or <mesh>")
 
 
 def named_files(links: list[LinkShapes]) -> frozenset[str]:

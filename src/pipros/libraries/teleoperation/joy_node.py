@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class JoyPublisher:
-    """Publishes the state of one joystick, from the opening of its device until it is lost."""
+    """Publishes the state of one joystick from the time its device is opened until it is lost."""
 
     def __init__(self, node: Node, device: str) -> None:
         self._node = node
@@ -75,8 +75,8 @@ class JoyPublisher:
     def run(self, descriptor: int) -> None:
         """Publish the state after each change, until the device is lost or the node is shut down.
 
-        Button changes are published at once, axis changes after an interval in which further changes are
-        collected.
+        Button changes are published at once. Axis changes are collected for an interval and published
+        together.
         """
         stick = Joystick(
             self.deadzone,

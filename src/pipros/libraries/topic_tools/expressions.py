@@ -47,7 +47,7 @@ class Transformation:
 
         Args:
             text: the expression.
-            modules: modules to import. Modules that cannot be imported are listed in `missing`.
+            modules: modules to import. The attribute `missing` lists those that cannot be imported.
             now: function that returns the current time.
 
         Raises:
@@ -76,9 +76,8 @@ class Transformation:
 class Template:
     """Field values for `relay_field`, given as YAML whose strings may be expressions in the message `m`.
 
-    A string is an expression if Python could evaluate it with `m` and functions as the only names. Other
-    strings are literals. For example, `m.data`, `m.x * 2` and `len(m.data)` are evaluated, but `base_link`
-    and `map` are not.
+    A string is an expression if `m` and known functions are the only names in it. Other strings are literals.
+    For example, `m.data`, `m.x * 2` and `len(m.data)` are evaluated, but `base_link` and `map` are not.
 
     >>> Template("{frame_id: map, seq: m + 1, stamp: {secs: 3}}").fields(4)
     {'frame_id': 'map', 'seq': 5, 'stamp': {'secs': 3}}

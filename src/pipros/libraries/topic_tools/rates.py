@@ -14,18 +14,18 @@ _SECOND = 1_000_000_000
 
 
 class Rule(Protocol):
-    """Rule that decides whether the next message passes."""
+    """Decides whether the next message passes."""
 
     @property
     def has_gone_back(self) -> bool:
-        """Whether the clock had jumped back at the last call to `passes`, if the rule reports such jumps."""
+        """Whether the clock had jumped back at the last call to `passes`. Only some rules detect this."""
 
     def passes(self, now_ns: int, size_bytes: int) -> bool: ...
 
 
 @dataclass(slots=True)
 class MessageRate:
-    """Rule that lets a message pass more than 1/`per_second` seconds after the last passed message.
+    """Lets a message pass if more than 1/`per_second` seconds have passed since the last one.
 
     If the clock jumps back because a bag was restarted, the interval starts again at the new time.
 
@@ -52,7 +52,7 @@ class MessageRate:
 
 @dataclass(slots=True)
 class ByteRate:
-    """Rule that lets a message pass if less than `size` bytes have passed in the last `window_s` seconds.
+    """Lets a message pass if less than `size` bytes have passed in the last `window_s` seconds.
 
     As in Noetic's `throttle`, `size` (BYTES_PER_SEC) is the total for the window, not divided by the window's
     length.
@@ -84,7 +84,7 @@ class ByteRate:
 
 @dataclass(slots=True)
 class Dropping:
-    """Rule that drops the first `dropped` messages out of every `of` messages.
+    """Drops the first `dropped` messages out of every `of` messages.
 
     >>> rule = Dropping(1, of=3)
     >>> [rule.passes(0, 0) for _ in range(6)]

@@ -1,4 +1,4 @@
-"""The topics of a mux or demux, and the selection."""
+"""The topics of a mux or demux, and which of them is selected."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Detection of frames that have moved far enough to be reported, as in `tf_change_notifier`."""
+"""Detect frames that have moved far enough to be reported, as in `tf_change_notifier`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class FramePair:
     _reported: Pose | None = field(default=None, init=False)
 
     def has_moved(self, pose: Pose) -> bool:
-        """Return whether to report a pose: it is the first, or far enough from the last reported pose."""
+        """Return True if a pose is the first one, or far enough from the last reported pose."""
         if self._reported is not None and not self._is_far(self._reported, pose):
             return False
         self._reported = pose

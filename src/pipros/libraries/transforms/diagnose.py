@@ -1,4 +1,4 @@
-"""Checks for recorded transforms: timestamps, rotations, parents, publishers and loops. Performs no I/O."""
+"""Check recorded transforms: timestamps, rotations, parents, publishers and loops. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def not_normalized(received: Iterable[ReceivedTransform]) -> list[str]:
         f"rotation from [{listed(each.parent)}] to [{listed(each.child)}] is not unit length, "
         f"{each.rotation_length}"
         for each in received
-        if not abs(each.rotation_length - 1) <= LENGTH_TOLERANCE  # this is also true for NaN
+        if not abs(each.rotation_length - 1) <= LENGTH_TOLERANCE  # also true for NaN
     )
 
 

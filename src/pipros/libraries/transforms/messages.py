@@ -1,4 +1,4 @@
-"""Conversion of poses and times from any objects with the fields of geometry_msgs messages."""
+"""Convert poses and times from any objects with the fields of geometry_msgs messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Velocities of frames, computed from their poses at the ends of an interval. Times are in nanoseconds."""
+"""Compute the velocities of frames from their poses at the start and end of an interval.
+
+Times are in nanoseconds.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +26,8 @@ def twist(
     """Return the linear (m/s) and angular (rad/s) velocity of a frame, like tf's lookupTwistFull.
 
     Args:
-        start, end: poses of the frame relative to the observation frame at the ends of an interval of
-            `duration`.
+        start, end: poses of the frame relative to the observation frame at the start and end of an interval
+            of `duration`.
         tracked: pose of the frame relative to the reference frame, in which the velocities are expressed.
         reference_point: pose of the frame whose origin is the reference point, relative to the reference
             frame.

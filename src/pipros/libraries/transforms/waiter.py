@@ -1,4 +1,4 @@
-"""Waiting for transforms, on a clock that the caller passes."""
+"""Wait for transforms, on a clock that the caller passes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _JUMP_NS = 3 * NS_PER_S
 
 
 class Clock(Protocol):
-    """A node's clock."""
+    """The clock of a node."""
 
     @property
     def is_simulated(self) -> bool: ...

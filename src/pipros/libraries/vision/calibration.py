@@ -1,7 +1,7 @@
 """Camera calibrations as text: YAML, and the INI format of Videre Design.
 
-Both formats, including their peculiarities, are those of camera_calibration_parsers: matrices may have
-surplus values, and a missing camera name is read as `unknown`.
+Both formats are the same as in camera_calibration_parsers, even in that matrices may have surplus values, and
+that a missing camera name is read as `unknown`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Calibration:
 
 
 def parse(text: str, file: str) -> Calibration:
-    """Parse the text of a calibration file. The suffix of `file` determines the format.
+    """Parse the content of a calibration file. The suffix of `file` determines the format.
 
     Raises:
         CalibrationError: the suffix is not .yaml, .yml or .ini, or the text is malformed.
@@ -56,7 +56,7 @@ def parse(text: str, file: str) -> Calibration:
 
 
 def formatted(calibration: Calibration, file: str) -> str:
-    """Format a calibration as the text of a file. The suffix of `file` determines the format.
+    """Format a calibration as the content of a file. The suffix of `file` determines the format.
 
     Raises:
         CalibrationError: the suffix is not .yaml, .yml or .ini, or the format does not support the
@@ -98,7 +98,7 @@ def parse_yaml(text: str, file: str = "<string>") -> Calibration:
 
 
 class _Reading:
-    """Reader for the values in a mapping. Errors name the key."""
+    """Reads the values in a mapping. Errors name the key."""
 
     def __init__(self, file: str, values: dict[Any, Any]) -> None:
         self._file = file

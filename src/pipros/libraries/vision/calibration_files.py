@@ -32,7 +32,7 @@ def save(path: str, calibration: Calibration) -> None:
 
     Raises:
         OSError: the file cannot be written.
-        CalibrationError: the format that the suffix selects does not support the calibration.
+        CalibrationError: the format selected by the file's suffix does not support the calibration.
     """
     text = formatted(calibration, path)
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)

@@ -21,7 +21,7 @@ PIXEL_FORMATS: Final = {
 
 
 class CameraError(PiprosError):
-    """A camera or a video file cannot be opened, or delivers no images."""
+    """A camera or a video file cannot be opened, or provides no images."""
 
 
 class Capture:
@@ -57,12 +57,14 @@ class Capture:
         """Return the next image as an array of RGB pixels. Wait for the camera, for a few seconds at most.
 
         Raises:
-            CameraError: there is no image, because the camera was unplugged or the video has ended.
+            CameraError: no image can be read, for example because the camera was unplugged or the video has
+                ended.
         """
         is_read, image = self._video.read()
         if not is_read:
             raise CameraError(
-                f"{self.device} delivers no image: it is unplugged or in use, or the video has ended"
+                f"cannot read an image from {self.device}: "
+                "the camera is unplugged or in use, or the video has ended"
             )
         return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
 

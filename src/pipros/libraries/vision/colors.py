@@ -1,4 +1,4 @@
-"""Conversion between colour arrangements, with the integer arithmetic of OpenCV's cvtColor."""
+"""Convert images between colour arrangements, with the integer arithmetic of OpenCV's cvtColor."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pipros.pictures.encodings import Color
 _PLACES = {Color.RGB: (0, 1, 2), Color.BGR: (2, 1, 0), Color.RGBA: (0, 1, 2, 3), Color.BGRA: (2, 1, 0, 3)}
 """Index in (red, green, blue, alpha) of each channel of an image."""
 
-# These are the weights of red, green and blue in a grey value, in units of 2**-15 (ITU-R BT.601).
+# Weights of red, green and blue in a grey value, in units of 2**-15 (ITU-R BT.601).
 _GRAY = (9798, 19235, 3735)
 _GRAY_SHIFT = 15
 
-# These are the same weights in units of 2**-14, which OpenCV uses for Bayer patterns.
+# The same weights in units of 2**-14, which OpenCV uses for Bayer patterns.
 _BAYER_GRAY = (4899, 9617, 1868)
 _BAYER_GRAY_SHIFT = 14
 
-# These are the coefficients for YUV, in units of 2**-20 (ITU-R BT.601, luma from 16 to 235).
+# Coefficients for YUV, in units of 2**-20 (ITU-R BT.601, luma from 16 to 235).
 _YUV_SHIFT = 20
 _LUMA, _U_TO_BLUE, _U_TO_GREEN, _V_TO_GREEN, _V_TO_RED = 1220542, 2116026, -409993, -852492, 1673527
 

@@ -1,4 +1,4 @@
-"""Conversion of images between encodings with numpy, with the rules and results of `cv_bridge`."""
+"""Convert images between encodings with numpy, with the rules and results of `cv_bridge`."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ def convert_for_display(
     if encoding_in == target.name:
         return image
     try:
-        # Depth images are displayed in grey. Genuine cv_bridge treats only this type in this way.
+        # Depth images are displayed in grey. As in genuine cv_bridge, this applies only to this type.
         return convert(image, "mono16" if encoding_in == "16UC1" else encoding_in, target.name)
     except RuntimeError as error:
         raise ConversionError(

@@ -1,4 +1,4 @@
-"""Conversion of pixel values to another type, rounded and saturated as in OpenCV."""
+"""Convert pixel values to another type, rounded and saturated as in OpenCV."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Removal of lens distortion from points."""
+"""Remove lens distortion from points."""
 
 from __future__ import annotations
 

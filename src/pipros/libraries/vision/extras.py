@@ -1,4 +1,4 @@
-"""Import of numpy, with an error message that names the extra to install."""
+"""Import numpy, with an error message that names the extra to install."""
 
 from __future__ import annotations
 

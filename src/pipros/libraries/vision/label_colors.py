@@ -6,7 +6,7 @@ from typing import Any
 
 from pipros.libraries.vision.extras import numpy as np
 
-# These are red, green and blue for the labels 0, 1, 2, …, which are the CSS colours in alphabetical order.
+# Red, green and blue for the labels 0, 1, 2, …: the CSS colours in alphabetical order.
 _COLORS = bytes.fromhex(
     "eff8fff9ebd600ffff7effd3effffff5f5dcffe3c4000000ffebcd0000ff892be1a42a2adeb8865f9e9f7eff00d2691e"
     "ff7e506394ecfff8dcdc133b00ffff00008a008a8ab8850aa9a9a9006300a9a9a9bcb76b8a008a546b2eff8b009931cc"

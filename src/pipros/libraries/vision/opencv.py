@@ -1,4 +1,4 @@
-"""Import of OpenCV, with an error message that names the extra to install."""
+"""Import OpenCV, with an error message that names the extra to install."""
 
 from __future__ import annotations
 

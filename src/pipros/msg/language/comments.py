@@ -26,7 +26,7 @@ class Comments:
 
 
 def comments_of(text: str) -> Comments:
-    """Return the comments in the text of a message, or of one part of a service or action.
+    """Return the comments in the definition of a message, or of one part of a service or action.
 
     All comments before the first declaration form the head. If they consist of several blocks separated by
     empty lines, and the last block directly precedes the declaration, that block belongs to the declaration.

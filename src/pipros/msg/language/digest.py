@@ -124,9 +124,7 @@ def service_md5(spec: ServiceSpec, lookup: Lookup) -> str:
 
 
 def md5_of_halves(request: CompleteSpec, response: CompleteSpec) -> str:
-    """Return the MD5 sum of a service, computed from the text of the request followed by the text of the
-    response.
-    """
+    """Return the MD5 sum of a service, computed from the request's text followed by the response's."""
     return _hash(request.md5_text() + response.md5_text())
 
 

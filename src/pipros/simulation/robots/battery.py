@@ -16,8 +16,8 @@ class BatterySettings:
         capacity_ah: charge of a full battery, in ampere hours.
         full_v, empty_v: voltages of a full and of an empty battery, interpolated linearly in between.
         idle_a: current while the robot does not move.
-        drive_a: additional current at maximum speed, proportionally less at lower speeds.
-        charge_a: current of the charger.
+        drive_a: additional current at maximum speed; proportional to the speed.
+        charge_a: current from the charger.
     """
 
     capacity_ah: float = 1.8
@@ -29,7 +29,7 @@ class BatterySettings:
 
 
 class Battery:
-    """A battery, full at first.
+    """A battery, which is full at the start.
 
     Attributes:
         charge_ah: the remaining charge.
@@ -59,7 +59,7 @@ class Battery:
         return self.charge_ah <= 0.0 and not self.is_charging
 
     def step(self, load: float, duration_s: float) -> None:
-        """Advance the time, with the motors at `load`, from 0 to 1."""
+        """Advance the time, with the motors at the given load, from 0 to 1."""
         settings = self.settings
         used = 0.0 if self.is_empty else settings.idle_a + settings.drive_a * load
         current = (settings.charge_a if self.is_charging else 0.0) - used

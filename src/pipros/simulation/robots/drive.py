@@ -21,7 +21,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """A motion along an arc: metres forwards, and radians by which the robot turns at a constant rate."""
+    """A motion along an arc: the distance in metres, and the turn in radians, at constant rates."""
 
     forwards: float = 0.0
     turn: float = 0.0

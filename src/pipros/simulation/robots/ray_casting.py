@@ -1,10 +1,10 @@
 """Compute the distances along rays to the walls of a world, and to discs.
 
-Theory of operation. All rays advance together, as arrays. In each round a ray either goes to the boundary of
-the next cell, which is exact (Amanatides and Woo, 1987), or, if walls are far away, by the number of cells
-that `World.jumps` says are free around it. A distance of t cells changes no coordinate by more than t, so a
-jump cannot pass a wall. Rays that have hit a wall are removed from the arrays. A scan of an ordinary room
-takes about 20 rounds instead of one for each cell.
+Theory of operation. All rays advance together, as arrays. In each round, a ray either advances to the
+boundary of the next cell, which is exact (Amanatides and Woo, 1987), or, if walls are far away, jumps by the
+number of cells that are free around it according to `World.jumps`. A distance of t cells changes no
+coordinate by more than t, so a jump cannot pass a wall. Rays that have hit a wall are removed from the
+arrays. A scan of an ordinary room takes about 20 rounds, instead of one round per cell.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def cast_rays(world: World, x: Array, y: Array, angle: Array, limit: Array) -> A
 
 
 def distances_to_discs(x: float, y: float, angle: Array, discs: Array) -> Array:
-    """Return the distance to the first disc along each ray from one point; infinity if it hits no disc.
+    """Return the distance to the first disc along each ray from one point; infinity if there is no disc.
 
     Args:
         angle: directions in radians, shape (n,).

@@ -23,7 +23,7 @@ class Robot:
         wheel_speeds: their speeds during the last step, in rad/s.
         is_bumped: whether something blocked the last step.
         battery: the battery.
-        random: source of the odometry noise; each robot has its own.
+        random: source of the odometry noise; separate for each robot.
     """
 
     def __init__(self, settings: RobotSettings, start: Pose, seed: np.random.SeedSequence) -> None:
@@ -41,7 +41,7 @@ class Robot:
         self.place(self._start)
 
     def scan_noise(self, steps: int) -> np.random.Generator:
-        """Return the noise source for one scan, independent of the scans made before."""
+        """Return the noise source for one scan, which does not depend on earlier scans."""
         key = (*self._seed.spawn_key, steps)
         return np.random.default_rng(np.random.SeedSequence(self._seed.entropy, spawn_key=key))
 
@@ -61,7 +61,7 @@ class Robot:
         self._command_s = now_s
 
     def planned(self, now_s: float, duration_s: float) -> Motion:
-        """Return the motion of the next step if the robot is not blocked."""
+        """Return the motion that the robot makes in the next step unless it is blocked."""
         if now_s - self._command_s > self.settings.command_timeout_s or self.battery.is_empty:
             return Motion()
         return Motion(self._command.forwards * duration_s, self._command.turn * duration_s)

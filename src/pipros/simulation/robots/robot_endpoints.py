@@ -24,12 +24,12 @@ _GOOD, _LITHIUM_ION = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """Names of frames and topics, with the name of the robot as a prefix if it has one.
+    """The names of a robot's frames and topics, prefixed with the robot's name if it has one.
 
     Attributes:
         odom_frame: frame of the odometry.
-        base_frames: frames of the robot, all at the same place. The first is a child of `odom_frame`, each
-            other one of the frame before it.
+        base_frames: frames of the robot, all at the same place. The first is a child of `odom_frame`; each of
+            the others is a child of the frame before it.
         scan_frame, scan_topic: frame and topic of the laser.
         wheel_joints: the left and the right one.
     """
@@ -41,7 +41,7 @@ class Interface:
     wheel_joints: tuple[str, str] = ("wheel_left_joint", "wheel_right_joint")
 
     def of(self, robot: str) -> Interface:
-        """Return the names for a robot."""
+        """Return the names for a robot with this name."""
         if not robot:
             return self
         return Interface(
@@ -98,7 +98,7 @@ class RobotEndpoints:
         return self._robot.settings.laser is not None and bool(self._scan.connection_count)
 
     def publish_motion(self, stamp: Time) -> None:
-        """Publish odometry, true pose and wheels if they have subscribers, and the bumper if it changed."""
+        """Publish odometry, true pose and wheels to any subscribers, and the bumper if it has changed."""
         robot, names = self._robot, self.names
         if self._odom.connection_count:
             self._odom.publish(self._odometry(stamp, names.odom_frame, robot.odometry))

@@ -42,7 +42,7 @@ class RobotsNode:
         """Register all topics and services.
 
         Args:
-            names: names of frames and topics.
+            names: names of frames and topics, before each robot's name is added as a prefix.
             speed: simulated seconds per second.
 
         Raises:

@@ -91,7 +91,7 @@ _ANY_NUMBER = {"min_angle", "x", "y", "yaw"}
 
 
 def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
-    """Return settings in which the values of a mapping replace the defaults.
+    """Return the default settings, changed by the values in a mapping.
 
     Args:
         where: name of the mapping, for errors.

@@ -1,4 +1,4 @@
-"""The page of simulated robots: shows walls, robots and laser scans; moves robots by dragging or arrow keys.
+"""The page of simulated robots. It shows walls, robots and laser scans; users drag or steer robots.
 
 The page affects only this node: it moves the node's robots without a topic or a service.
 """

@@ -93,7 +93,7 @@ class Simulation:
             robot.step(motion, STEP_S, is_blocked=is_blocked)
 
     def _is_blocked(self, robot: Robot, pose: Pose) -> bool:
-        """Return True if a wall is in the way, or a robot from which this robot does not move away."""
+        """Return True if the robot would move into a wall, or towards another robot that it touches."""
         if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
             return True
         for other in self.robots.values():

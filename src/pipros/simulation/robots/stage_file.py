@@ -163,7 +163,7 @@ def _number_or_word(word: str) -> float | str:
 
 
 def _numbers(model: Model, key: str, default: list[float]) -> list[float]:
-    """Return the numbers of a property. Missing ones are taken from the default."""
+    """Return the numbers of a property. Missing numbers are taken from the default."""
     value = model.values.get(key, default)
     if not isinstance(value, list):
         raise InvalidSettings(f"{key} of a {model.kind} must be a list of numbers, got {value!r}")

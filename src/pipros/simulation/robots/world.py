@@ -30,8 +30,8 @@ class World:
     """The walls of a world.
 
     Attributes:
-        jumps: for each cell, and a border of one cell around the grid: WALL, OUTSIDE, or the number of cells
-            that are certain to be free in each direction, including diagonals.
+        jumps: WALL, OUTSIDE, or a number of cells that are certain to be free in every direction, including
+            diagonals; for each cell and for a border of one cell around the grid.
         resolution: metres per cell.
         left, bottom: position of the lower left corner of the grid, excluding the border.
     """
@@ -112,8 +112,8 @@ class World:
 def _free_distances(occupied: NDArray[np.bool_]) -> Jumps:
     """Return `World.jumps`.
 
-    The cells blocked at a distance of 2r are those blocked at a distance of r, shifted by -r, 0 and r along
-    both axes: the distances 1, 2, 4, … need one pass each.
+    The cells blocked within a distance of 2r are those blocked within r, shifted by -r, 0 and r along both
+    axes, so each of the distances 1, 2, 4, … needs one pass.
     """
     bordered = np.pad(occupied, 1, constant_values=True)
     jumps = np.zeros(bordered.shape, np.int16)

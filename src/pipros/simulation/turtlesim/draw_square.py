@@ -1,4 +1,4 @@
-"""`draw_square`: drives a turtle along a square, again and again."""
+"""`draw_square`: drives a turtle along a square repeatedly."""
 
 from __future__ import annotations
 

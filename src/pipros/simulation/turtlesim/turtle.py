@@ -2,8 +2,8 @@
 
 Coordinates are in metres from the lower left corner of the picture, x to the right and y up; angles are
 radians, 0 to the right, counter-clockwise. Positions and velocities are in double precision. The side of the
-world, the arguments of services and the published pose are in single precision, as in the genuine turtlesim,
-where it affects the published numbers: the first turtle is at 5.544444561004639.
+world, the arguments of services and the published pose are in single precision, as in genuine turtlesim,
+because this shows in the published numbers: the first turtle is at 5.544444561004639.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Pose:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line that a pen drew, in pixels."""
+    """A line drawn by a pen, in pixels."""
 
     start: Point
     end: Point
@@ -117,7 +117,7 @@ class Turtle:
         self.look = look
         self.pen = Pen()
         self.x, y, self.theta = pose
-        self._down = SIDE_M - y  # computed like in genuine turtlesim, so that numbers match to the last digit
+        self._down = SIDE_M - y  # computed as in genuine turtlesim, so that all digits match
         self._log = log
         self._namespace = namespace
         self._command = self._active = _STAND  # the newest command, and the one used in the last tick

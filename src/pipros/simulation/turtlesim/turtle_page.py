@@ -42,7 +42,7 @@ class TurtlePage:
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield turtles and new lines after each change, or the whole picture if new lines do not suffice."""
+        """Yield turtles and new lines after each change; the whole picture if new lines do not suffice."""
         drawn: _Drawn | None = None
         sent: Any = None
         while True:
@@ -53,7 +53,7 @@ class TurtlePage:
             await asyncio.sleep(FRAME_S)
 
     async def steer(self, arguments: Mapping[str, Any]) -> None:
-        """Command a turtle of this node, like a message on its `cmd_vel`."""
+        """Set the velocity of one of this node's turtles, as a message on its `cmd_vel` topic would."""
         linear, angular = arguments.get("linear"), arguments.get("angular")
         if not all(isinstance(value, int | float) and math.isfinite(value) for value in (linear, angular)):
             raise RequestRefused("linear and angular must be finite numbers")

@@ -192,7 +192,7 @@ class Turtlesim:
     def _check_name(self, name: str) -> None:
         """Raise `Rejected` if a name is not legal in topics, or resolves to the topics of another turtle."""
         if name and (not names.is_legal(name) or names.is_private(name) or names.canonicalize(name) != name):
-            raise Rejected(f"[{name}] is not a name for a turtle")
+            raise Rejected(f"[{name}] is not a valid name for a turtle")
         taken = {self._node.resolve(turtle) for turtle in self.world.turtles if turtle != name}
         if name and self._node.resolve(name) in taken:
             raise Rejected(f"[{name}] is the name of another turtle")

@@ -32,7 +32,7 @@ class World:
         picture: background and lines, without turtles.
         lines: the newest lines, for pages.
         lines_drawn: the number of lines since the last `clear`.
-        clears: how often the picture was cleared.
+        clears: number of times that the picture has been cleared.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class World:
             raise Rejected(f"too many turtles; the limit is {self._limit} (turtles in PIPROS_LIMITS)")
         name = name or self._new_name()
         if name in self.turtles:
-            raise Rejected(f"A turtled named [{name}] already exists")  # this is the genuine text
+            raise Rejected(f"A turtled named [{name}] already exists")  # the genuine text
         turtle = Turtle(name, (x, y, theta), self._look(), self._log, self._namespace + name)
         self.turtles[name] = turtle
         self._log.info("Spawning turtle [%s] at x=[%f], y=[%f], theta=[%f]", name, x, y, theta)

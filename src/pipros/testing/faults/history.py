@@ -11,7 +11,7 @@ _FILLER = "0123456789abcdef"
 
 
 class TornMessage(ValueError):
-    """A text does not match its checksum, because bytes were changed, lost or mixed."""
+    """A message does not match its checksum, because bytes were changed, lost or mixed."""
 
 
 def numbered_text(source: str, number: int, size: int = 0) -> str:
@@ -117,7 +117,7 @@ class History:
             return sequence.last if sequence else 0
 
     def sent(self, source: str) -> int:
-        """Return the number of texts that `next_text` made for a source."""
+        """Return how often `next_text` was called for a source."""
         with self._lock:
             return self._sent.get(source, 0)
 
@@ -129,7 +129,7 @@ class History:
 
     @property
     def gaps(self) -> list[Gap]:
-        """The gaps for each sink and source."""
+        """The gaps, for each sink and source."""
         with self._lock:
             return [gap for sequence in self._sequences.values() for gap in sequence.gaps]
 

@@ -1,4 +1,4 @@
-"""Random schedules for killing processes with signals. The same seed gives the same schedule."""
+"""Plan at random when to kill which process. The same seed gives the same schedule."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 
 _CALL_LIMIT_S = 60.0
 _WAIT_S = 30.0
-"""Time limit for a forwarded call. Genuine nodes wait for their master without a limit."""
+"""Time limit for a forwarded call. Genuine nodes wait for their master indefinitely."""
 
 _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
 """Methods whose values are user data, not addresses."""
@@ -125,7 +125,7 @@ class FaultProxy:
         self._stall(kinds, stall=True)
 
     def resume(self, *kinds: Kind) -> None:
-        """Undo `stall`, and forward the bytes that were held back."""
+        """Undo `stall`, and forward the bytes held back."""
         self._stall(kinds, stall=False)
 
     def refuse(self, *kinds: Kind, refuse: bool = True) -> None:

@@ -1,4 +1,4 @@
-"""Expectations that topics and services exist, or do not exist, within a time limit."""
+"""Check that topics and services appear, or do not appear, within a time limit."""
 
 from __future__ import annotations
 

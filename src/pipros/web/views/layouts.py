@@ -43,5 +43,5 @@ class LayoutActions:
     def _check(self) -> None:
         if not self._may_save:
             raise RequestRefused(
-                "this page may not store layouts: it is served to others without --control, or is --read-only"
+                "this page may not store layouts: restart it without --read-only, or with --control"
             )

@@ -1,1 +1,1 @@
-"""The CMake and catkin commands, as they apply to packages without compiled code."""
+"""The CMake and catkin commands, as far as packages without compiled code need them."""

@@ -42,7 +42,7 @@ class ReadContext:
         scope: the current variables.
         components: the packages that `find_package()` has found.
         find_package: finds a package by name.
-        has_foreign_packages: whether unknown commands may exist that only CMake itself would find.
+        has_foreign_packages: whether packages were found whose commands only CMake itself knows.
         empy_hint: the location of such commands, if they are in a template that cannot be expanded.
     """
 
@@ -100,7 +100,7 @@ class ReadContext:
         self.need_native_build(command, f"needs {what}, which only CMake itself can execute")
 
     def need_native_build(self, command: Command, what: str) -> None:
-        """Record that genuine catkin has to build the package; `what` completes "the package [x] …"."""
+        """Record that genuine catkin must build the package. `what` completes "the package [x] …"."""
         self.project.needs_cmake.append(NativeTarget(what, self.file, command.line))
 
     def run_extras(self, package: FoundPackage) -> None:

@@ -22,7 +22,8 @@ class Installation:
 
     Attributes:
         copy: the copy to make below the install space; None for code.
-        is_python: whether it is a `catkin_install_python()` script, which is also written to the devel space.
+        is_python: whether this is a `catkin_install_python()` script, which is also written to the devel
+            space.
         code: the text of `install(CODE)`.
         script: the file of `install(SCRIPT)`.
     """

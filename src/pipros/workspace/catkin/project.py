@@ -1,4 +1,4 @@
-"""The contents of a package's `CMakeLists.txt` as values. `project_reader.py` produces them."""
+"""The contents of a package's `CMakeLists.txt` as values, as read by `project_reader.py`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Reads a package's `CMakeLists.txt`.
+"""Read a package's `CMakeLists.txt`.
 
-The file is executed command by command, as CMake does, as far as packages without compiled code need it.
+The file is executed command by command, as by CMake, as far as packages without compiled code need it.
 Commands that only CMake itself can run are recorded, with file and line. The command handlers are in the
 tables of `*_commands.py`.
 """

@@ -53,7 +53,9 @@ class StepRunner:
                 self.run(file)
 
     def run(self, name: str) -> bool:
-        """Run a target, or make a file; return False if the package has neither with that name.
+        """Run a target or make a file.
+
+        Return False if the package has neither a target nor a file of that name.
 
         Raises:
             CMakeError: a command failed, or no step creates a missing file.

@@ -28,7 +28,7 @@ class BuildStep:
         outputs: the files that the commands make. A target has no outputs; its commands always run.
         commands: command lines, each with its working folder.
         depends: files and targets that must be built first.
-        is_wanted: whether it belongs to the target `all`.
+        is_wanted: whether the step belongs to the target `all`.
     """
 
     name: str
@@ -92,7 +92,7 @@ class BuildSteps:
 
 
 def _read(words: Sequence[str], scope: Scope, step: BuildStep) -> BuildStep:
-    """Return the step, completed with the given words."""
+    """Return the step, extended by the given words."""
     sections: dict[str, list[str]] = {name: [] for name in (*_LISTS, *_ONE_VALUE)}
     commands: list[list[str]] = []
     current: list[str] = []
@@ -142,7 +142,7 @@ def _without_shell(words: Sequence[str], folder: str) -> Iterable[tuple[str, tup
 
 
 def _dependency(word: str, scope: Scope) -> str:
-    """Resolve a dependency: an existing source file, else a file in the build tree, else a target."""
+    """Resolve a dependency: an existing source file, a file in the build tree, or a target, in this order."""
     if os.path.exists(scope.in_source(word)):
         return scope.in_source(word)
     return word if os.path.isabs(word) or "/" not in word else scope.in_binary(word)

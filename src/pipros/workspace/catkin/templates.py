@@ -1,4 +1,4 @@
-"""Expansion of empy 3 templates (`x.cmake.em`, `x.sh.em`), and the command `em_expand()`.
+"""Expand empy 3 templates (`x.cmake.em`, `x.sh.em`), and run the command `em_expand()`.
 
 Templates contain Python code. A separate process expands them with the environment's `em` module.
 """
@@ -24,7 +24,7 @@ _PREFIXES = ("CATKIN_", "CMAKE_", "PROJECT_", "PYTHON_")
 
 
 def needs_empy() -> str:
-    """Return the end of an error text that says how to install empy."""
+    """Return the part of an error text that explains how to install empy."""
     return f"needs empy 3 ({install_command('templates')})"
 
 
@@ -61,7 +61,7 @@ def expanded(template: str, context: ReadContext, *, is_installed: bool = False)
 
 
 def _run(template: str, definitions: str, environment: Mapping[str, str]) -> str:
-    """Return the expanded template, whose variables the Python code in `definitions` sets."""
+    """Return the expanded template. The Python code in `definitions` sets its variables."""
     command = [sys.executable, "-m", "em", "--raw-errors", "-F", definitions, template]
     try:
         ended = subprocess.run(  # noqa: S603

@@ -52,7 +52,7 @@ def test_the_files_of_a_robot_are_those_of_meshes_and_textures() -> None:
         ("<robot><link name='a'><visual/></link></robot>", "<geometry>"),
         (
             "<robot><link name='a'><visual><geometry/></visual></link></robot>",
-            "box, cylinder, sphere or mesh",
+            "<box>, <cylinder>, <sphere> or <mesh>",
         ),
         (
             "<robot><material name='m'><color rgba='1 1'/></material></robot>",

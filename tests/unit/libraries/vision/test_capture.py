@@ -33,7 +33,7 @@ def test_a_video_gives_its_images_as_rgb_until_it_ends(video: str) -> None:
         image = capture.read()
         assert image.shape == (HEIGHT, WIDTH, 3)
         assert image[HEIGHT // 2, WIDTH // 2].tolist() == pytest.approx([255, 0, 0], abs=3)
-    with pytest.raises(CameraError, match=r"video\.avi delivers no image"):
+    with pytest.raises(CameraError, match=r"cannot read an image from .*video\.avi"):
         capture.read()
     capture.close()
 

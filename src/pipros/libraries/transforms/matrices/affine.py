@@ -1,4 +1,4 @@
-"""Functions that create translation, reflection, rotation, scale and shear matrices, and their inverses."""
+"""Create translation, reflection, rotation, scale and shear matrices, and recover their parameters."""
 
 from __future__ import annotations
 

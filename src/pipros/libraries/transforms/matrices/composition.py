@@ -1,4 +1,4 @@
-"""Composition of matrices from scale, shear, rotation, translation and perspective, and the inverse."""
+"""Compose matrices from scale, shear, rotation, translation and perspective, and decompose them."""
 
 from __future__ import annotations
 
@@ -162,5 +162,5 @@ def _horn(source: Array, target: Array) -> Array:
         )
     )
     _, vectors = np.linalg.eigh(symmetric)
-    qw, qx, qy, qz = vectors[:, -1].tolist()  # this is the eigenvector for the largest eigenvalue
+    qw, qx, qy, qz = vectors[:, -1].tolist()  # the eigenvector for the largest eigenvalue
     return quaternion_matrix((qx, qy, qz, qw))[:3, :3]
