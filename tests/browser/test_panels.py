@@ -294,6 +294,7 @@ CONTENTS = {
     "Reconfigure": ".servers",
     "Bags": "select[aria-label=Bag]",
     "Fleet": ".note",
+    "ROS 2": ".note",
 }
 
 
@@ -301,7 +302,7 @@ def test_the_view_of_every_tab_can_be_a_panel(robot: RosSystem, open_tab: OpenTa
     page = Page(robot)
     for views in (
         "row(graph~topics~plot~console~params)~row(nodes~images~tf~diagnostics)",
-        "row(services~publish~actions~teleop)~row(reconfigure~scene~bags~fleet)",
+        "row(services~publish~actions~teleop)~row(reconfigure~scene~bags~fleet~ros2)",
     ):
         tab = open_tab(page, f"panels/column({views})", size=(1800, 1000))
         count = views.count("~") + 1
