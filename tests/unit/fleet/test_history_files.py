@@ -79,7 +79,7 @@ def test_too_small_a_limit_raises(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["../x.mcap", "/etc/passwd", "a/b.mcap", "x.bag", ".mcap", "a\n.mcap"])
-def test_names_that_lead_elsewhere_are_no_files(tmp_path: Path, name: str) -> None:
+def test_names_that_lead_elsewhere_are_refused(tmp_path: Path, name: str) -> None:
     assert not is_file_name(name)
     assert HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES).read("robot1", name) is None
 
