@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any
@@ -64,13 +65,26 @@ def test_the_member_with_the_largest_files_loses_its_oldest_one(tmp_path: Path) 
     old.write_bytes(b"x")
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
     noisy = connection("/robot1/image")
-    for number in range(9):
-        files.write("robot1", noisy, number * S, bytes((number,)) + body("x" * (FILE_BYTES // 2)))
+    for number in range(12):
+        files.write("robot1", noisy, number * S, os.urandom(FILE_BYTES // 2))  # does not compress
     files.close()
     sizes = [path.stat().st_size for path in tmp_path.glob("*/*.mcap*")]
     assert sum(sizes) <= SMALLEST_LIMIT_BYTES
     assert old.exists()
-    assert files.list("robot1")[-1].end_ns == 8 * S
+    kept = files.list("robot1")
+    assert 0 < kept[0].begin_ns < kept[-1].end_ns == 11 * S
+
+
+def test_the_file_that_is_being_written_may_be_deleted_as_well(tmp_path: Path) -> None:
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    for number in range(12):
+        member = f"robot{number}"
+        files.write(member, connection("/image"), number * S, os.urandom(FILE_BYTES // 2))
+    files.close()
+    assert sum(path.stat().st_size for path in tmp_path.glob("*/*")) <= SMALLEST_LIMIT_BYTES
+    (lost, *_) = [number for number in range(12) if not files.list(f"robot{number}")]
+    files.write(f"robot{lost}", connection("/image"), 12 * S, b"")
+    assert files.list(f"robot{lost}")[0].messages == 1
 
 
 def test_too_small_a_limit_raises(tmp_path: Path) -> None:
