@@ -1,4 +1,4 @@
-"""What a router records of members, and how an operator who joins late gets it."""
+"""Recording at a router, and copies of the files for operators who join late."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def recorded(path: Path) -> list[tuple[str, str]]:
         return [(each.connection.topic, each.message.data) for each in bag.messages()]
 
 
-def test_an_operator_who_joins_late_gets_what_happened(claimed_port: ClaimedPort, tmp_path: Path) -> None:
+def test_an_operator_who_joins_late_gets_the_history(claimed_port: ClaimedPort, tmp_path: Path) -> None:
     address = f"tcp/127.0.0.1:{claimed_port.number}"
     router = open_router([address])
     files = HistoryFiles(tmp_path / "history", SMALLEST_LIMIT_BYTES)
@@ -87,7 +87,7 @@ def test_with_certificates_an_observer_gets_the_history(claimed_port: ClaimedPor
         router.close()
 
 
-def test_what_others_receive_is_recorded_without_further_traffic(
+def test_messages_for_other_members_are_recorded_without_extra_traffic(
     claimed_port: ClaimedPort, tmp_path: Path
 ) -> None:
     address = f"tcp/127.0.0.1:{claimed_port.number}"

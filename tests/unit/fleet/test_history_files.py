@@ -1,4 +1,4 @@
-"""Files of a history: their messages, their limit, and names from other machines."""
+"""Files of a history: their messages, their size limit, and their names."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def texts(path: Path) -> list[tuple[str, str]]:
         return [(each.connection.topic, each.message.data) for each in bag.messages()]
 
 
-def test_a_file_can_be_read_while_the_history_goes_on(tmp_path: Path) -> None:
+def test_files_can_be_read_while_recording_continues(tmp_path: Path) -> None:
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
     map_topic, odometry = connection("/robot1/map", latching=True), connection("/robot1/odom")
     files.write("robot1", map_topic, 1 * S, body("map"))
@@ -75,7 +75,7 @@ def test_the_member_with_the_largest_files_loses_its_oldest_one(tmp_path: Path) 
     assert 0 < kept[0].begin_ns < kept[-1].end_ns == 11 * S
 
 
-def test_the_file_that_is_being_written_may_be_deleted_as_well(tmp_path: Path) -> None:
+def test_the_current_file_may_be_deleted(tmp_path: Path) -> None:
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
     for number in range(12):
         member = f"robot{number}"
@@ -93,7 +93,7 @@ def test_too_small_a_limit_raises(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["../x.mcap", "/etc/passwd", "a/b.mcap", "x.bag", ".mcap", "a\n.mcap"])
-def test_names_that_lead_elsewhere_are_no_files(tmp_path: Path, name: str) -> None:
+def test_names_with_paths_are_refused(tmp_path: Path, name: str) -> None:
     assert not is_file_name(name)
     assert HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES).read("robot1", name) is None
 
