@@ -33,7 +33,7 @@ class Cable:
         self.address = f"tcp/127.0.0.1:{self._proxy.address[1]}"
 
     def stall(self, *, stall: bool = True) -> None:
-        """Pass nothing on, in either direction, as a cable that is pulled; or pass it on again."""
+        """Stop or resume forwarding in both directions, like pulling or plugging a cable."""
         self._loop.call(lambda: self._switch.stall(stall=stall))
 
     def cut(self) -> None:
@@ -111,8 +111,8 @@ def test_a_router_that_is_restarted_joins_all_again(claimed_port: ClaimedPort) -
             router.close()
 
 
-def test_what_is_latched_during_a_short_cut_arrives(claimed_port: ClaimedPort) -> None:
-    """The link is back before the other members, or a look at it, can notice."""
+def test_messages_latched_during_a_short_cut_arrive(claimed_port: ClaimedPort) -> None:
+    """The link is back before the other members or the next poll can notice."""
     address = f"tcp/127.0.0.1:{claimed_port.number}"
     router = open_router([address])
     with Member("robot1", address) as robot, Member("operator", address) as operator:
@@ -175,7 +175,7 @@ def test_a_killed_member_disappears_and_its_successor_takes_the_name(
     port.release()
 
 
-def test_closing_a_link_does_not_wait_for_a_router_that_is_silent(claimed_port: ClaimedPort) -> None:
+def test_closing_a_link_does_not_wait_for_a_silent_router(claimed_port: ClaimedPort) -> None:
     port = claimed_port.number
     with running_router(port), cable_to(port) as cable:
         member = Member("robot1", cable.address)
@@ -233,7 +233,7 @@ def test_a_masters_restart_does_not_end_the_membership(ros: RosSystem, claimed_p
 
 
 def test_commands_overtake_images_on_a_narrow_link(claimed_port: ClaimedPort) -> None:
-    """The images alone would take 20 s; a command waits for none of them."""
+    """Sending all images takes 20 s; a command does not wait for them."""
     file = """
     bandwidth_kbit: 400
     share:

@@ -1,4 +1,4 @@
-"""`pipros fleet` as a command: router, members, what it prints, and its end."""
+"""The command `pipros fleet`: routers and members, output, errors and shutdown."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a router records of members, and how an operator who joins late gets it."""
+"""Recording at a router, and copies of the files for operators who join late."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from pipros.bag.opening import open_bag
+from pipros.fleet.access import Role
 from pipros.fleet.agent import new_instance
+from pipros.fleet.certificates import Authority
 from pipros.fleet.history_files import SMALLEST_LIMIT_BYTES, HistoryFiles
+from pipros.fleet.key_files import read_keys
 from pipros.fleet.recorder import Recorder
 from pipros.fleet.status import history_file, history_of
 from pipros.fleet.zenoh_session import connect, open_router
@@ -24,7 +27,7 @@ def recorded(path: Path) -> list[tuple[str, str]]:
         return [(each.connection.topic, each.message.data) for each in bag.messages()]
 
 
-def test_an_operator_who_joins_late_gets_what_happened(claimed_port: ClaimedPort, tmp_path: Path) -> None:
+def test_an_operator_who_joins_late_gets_the_history(claimed_port: ClaimedPort, tmp_path: Path) -> None:
     address = f"tcp/127.0.0.1:{claimed_port.number}"
     router = open_router([address])
     files = HistoryFiles(tmp_path / "history", SMALLEST_LIMIT_BYTES)
@@ -60,7 +63,31 @@ def test_an_operator_who_joins_late_gets_what_happened(claimed_port: ClaimedPort
         router.close()
 
 
-def test_what_others_receive_is_recorded_without_further_traffic(
+def test_with_certificates_an_observer_gets_the_history(claimed_port: ClaimedPort, tmp_path: Path) -> None:
+    authority = Authority.create(tmp_path / "fleet")
+    robot_tls = read_keys(authority.add("robot1")).tls
+    viewer_tls = read_keys(authority.add("viewer", Role.OBSERVER)).tls
+    address = f"tls/127.0.0.1:{claimed_port.number}"
+    router = open_router([address], authority.router_tls(), authority.access())
+    files = HistoryFiles(tmp_path / "history", SMALLEST_LIMIT_BYTES)
+    recorder = Recorder(router, files, new_instance(), ["/map"], log=logging.getLogger("test"))
+    recorder.start()
+    try:
+        with Member("robot1", address, tls=robot_tls) as robot:
+            robot.node("base").advertise("/map", String, latch=True).publish(String("map"))
+            viewer = connect(address, viewer_tls)
+            try:
+                wait_until(lambda: history_of(viewer, "robot1"), 15, "the map")
+                (file,) = history_of(viewer, "robot1") or []
+                assert file.messages == 1
+            finally:
+                viewer.close()
+    finally:
+        recorder.close()
+        router.close()
+
+
+def test_messages_for_other_members_are_recorded_without_extra_traffic(
     claimed_port: ClaimedPort, tmp_path: Path
 ) -> None:
     address = f"tcp/127.0.0.1:{claimed_port.number}"

@@ -89,7 +89,7 @@ def test_a_member_cannot_pose_as_a_router(authority: Authority) -> None:
 
 
 def test_a_member_cannot_speak_for_another(authority: Authority, router: str) -> None:
-    """It can neither be present, nor publish, send commands or answer under another's name."""
+    """It cannot join, publish, send commands or answer under another name."""
     with (
         member(authority, "operator", router) as operator,
         member(authority, "robot1", router, ACCEPTS) as one,
@@ -121,7 +121,7 @@ def test_a_member_cannot_speak_for_another(authority: Authority, router: str) ->
             spy.close()
 
 
-def test_an_observer_sees_and_changes_nothing(authority: Authority, router: str) -> None:
+def test_an_observer_receives_but_changes_nothing(authority: Authority, router: str) -> None:
     with member(authority, "robot1", router, ACCEPTS) as robot, member(authority, "viewer", router) as viewer:
         talker = robot.node("talker").advertise("/chatter", String)
         commands = robot.receive("/cmd", name="base")
@@ -159,7 +159,7 @@ def test_revoking_ends_the_link_of_a_member(ros: RosSystem, authority: Authority
     port.release()
 
 
-def test_the_folder_of_an_authority(tmp_path: Path) -> None:
+def test_an_authority_adds_renews_and_revokes_members(tmp_path: Path) -> None:
     authority = Authority.create(tmp_path / "fleet")
     folder = authority.add("robot1")
     assert (folder / "member.key").stat().st_mode & 0o777 == 0o600
@@ -188,7 +188,7 @@ def test_the_folder_of_an_authority(tmp_path: Path) -> None:
 
 
 def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPort) -> None:
-    """A member that is present sends nonsense under every key that it may use."""
+    """A member sends malformed data with every key that it may use."""
     with running_router(claimed_port.number) as address, Member("operator", address) as operator:
         hostile = connect(address)
         try:
@@ -253,7 +253,7 @@ def test_a_member_of_another_version_is_reported_and_ignored(claimed_port: Claim
 
 
 def test_of_two_members_with_one_name_the_later_one_ends(claimed_port: ClaimedPort) -> None:
-    """They started on two sides of a cut link, so neither could see the other."""
+    """They joined while the link between them was cut, so neither could see the other."""
     with running_router(claimed_port.number) as address, Member("robot1", address) as first:
         twin = connect(address)
         try:
@@ -285,7 +285,7 @@ def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(claimed_port: Claime
 
 
 def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(claimed_port: ClaimedPort) -> None:
-    """One member sends to an accepted topic, and to names that are not accepted, as fast as it can."""
+    """One member publishes to accepted and refused topics as fast as it can."""
     with (
         running_router(claimed_port.number) as address,
         Member("robot1", address, "accept: {topics: [/cmd]}") as robot,
@@ -326,7 +326,7 @@ def test_an_oversized_message_is_dropped_and_later_ones_arrive(claimed_port: Cla
 
 
 def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -> None:
-    """A member is called like the node of the agent, and offers the service of that node."""
+    """A member has the name of the agent's node, and offers a service with the name of the node's own."""
     with running_router(claimed_port.number) as address, Member("operator", address) as operator:
         hostile = connect(address)
         try:

@@ -128,8 +128,8 @@ def test_inputs_reach_a_robot_only_if_its_file_accepts_them(router: str) -> None
         assert not [each for each in commands if each.data.startswith("stray")]
 
 
-def test_messages_never_run_in_circles(router: str) -> None:
-    """Both share and accept a topic of one name, and a third one shows both."""
+def test_messages_never_loop(router: str) -> None:
+    """Two members share and accept a topic with the same name, and a third one shows both."""
     file = "accept: {topics: [/**]}"
     with Member("a", router, file) as a, Member("b", router, file) as b, Member("c", router, file) as c:
         at_a, at_b = a.receive("/x"), b.receive("/x")
@@ -177,7 +177,7 @@ def load_empty() -> Any:
     return load_service_class("std_srvs/Empty")
 
 
-def test_a_member_that_leaves_takes_its_topics_along(router: str) -> None:
+def test_topics_of_a_member_that_leaves_disappear(router: str) -> None:
     with Member("operator", router) as operator:
         with Member("robot1", router) as robot:
             robot.node("talker").advertise("/chatter", String)
@@ -225,7 +225,7 @@ def test_a_rate_limit_keeps_the_last_message(router: str) -> None:
         assert counts[2] > 0, "what was dropped is counted"
 
 
-def test_whatever_is_dropped_before_the_link_is_counted(router: str) -> None:
+def test_messages_dropped_before_the_link_are_counted(router: str) -> None:
     file = "share: {topics: [{name: /**, latest_only: true}]}"
     with Member("robot1", router, file) as robot, Member("operator", router) as operator:
         talker = robot.node("talker").advertise("/chatter", String)

@@ -23,7 +23,7 @@ LOOK_S = 0.05
 
 
 class _Kept(logging.Handler):
-    """Keeps texts that are logged."""
+    """Handler that keeps the logged texts."""
 
     def __init__(self, texts: list[str]) -> None:
         super().__init__(logging.WARNING)

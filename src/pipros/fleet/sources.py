@@ -121,9 +121,11 @@ class Sender:
         """
         source = message.source
         with self._changed:
-            if self.outbox.is_unlimited(source.key) and not self._is_free(source):
+            is_free = self._is_free(source)
+            if not is_free and self.outbox.is_unlimited(source.key):
                 self._changed.wait_for(lambda: self._is_free(source) or self._is_full, CATCH_UP_S)
-            if self._is_full or source.rule.is_compressed or not self._is_free(source):
+                is_free = self._is_free(source)
+            if not is_free or source.rule.is_compressed or self._is_full:
                 self.outbox.push(source.key, message, len(message.body))
                 self._changed.notify_all()
                 return

@@ -1,4 +1,4 @@
-"""What the rules of a router let members do."""
+"""Access rules of a router."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MEMBERS = {"robot": Role.MEMBER, "visitor": Role.OBSERVER}
 
 
 def may(name: str, message: str, key: str) -> bool:
-    """Return whether a router accepts a message under a key from the owner of a certificate."""
+    """Return whether a router accepts a message with a key from the owner of a certificate."""
     found: Any = access_rules(MEMBERS)
     allowed = {
         rule for policy in found["policies"] if policy["subjects"] == [name] for rule in policy["rules"]
@@ -41,12 +41,12 @@ def may(name: str, message: str, key: str) -> bool:
         ("declare_subscriber", keys.into("other", "robot", "/x"), keys.into("robot", "other", "/x")),
     ],
 )
-def test_a_member_speaks_only_for_itself(message: str, own: str, of_another: str) -> None:
+def test_a_member_may_only_use_its_own_keys(message: str, own: str, of_another: str) -> None:
     assert may("robot", message, own)
     assert not may("robot", message, of_another)
 
 
-def test_an_observer_receives_and_changes_nothing() -> None:
+def test_an_observer_receives_but_changes_nothing() -> None:
     assert may("visitor", "declare_subscriber", keys.topic("robot", "/x"))
     assert may("visitor", "query", keys.parameters("robot", "get", "visitor"))
     assert may("visitor", "query", keys.history("robot", "a.mcap"))
@@ -55,7 +55,7 @@ def test_an_observer_receives_and_changes_nothing() -> None:
     assert not may("visitor", "query", keys.parameters("robot", "set", "visitor"))
 
 
-def test_routers_pass_everything_on_and_strangers_nothing() -> None:
+def test_routers_may_forward_everything_and_strangers_nothing() -> None:
     assert may(ROUTER, "put", keys.topic("robot", "/x"))
     assert not may("stranger", "put", keys.topic("stranger", "/x"))
     assert access_rules(MEMBERS)["default_permission"] == "deny"

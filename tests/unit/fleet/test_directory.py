@@ -1,4 +1,4 @@
-"""Directory documents of members, also of hostile ones."""
+"""Directory documents of members, including hostile ones."""
 
 from __future__ import annotations
 

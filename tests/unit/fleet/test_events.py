@@ -1,4 +1,4 @@
-"""The queue of events of an agent, and warnings that are logged once."""
+"""The event queue of an agent, and warnings that are logged once."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def test_the_file_of_a_robot_is_valid() -> None:
 
 
 @pytest.mark.parametrize("unit", UNITS, ids=lambda unit: unit.stem)
-def test_units_run_a_command_of_pipros(unit: Path, tmp_path: Path) -> None:
+def test_units_run_a_pipros_command(unit: Path, tmp_path: Path) -> None:
     """With systemd on the machine, it verifies the unit, for a program that exists."""
     (line,) = [line for line in unit.read_text().splitlines() if line.startswith("ExecStart=")]
     program, fleet, *rest = shlex.split(line.partition("=")[2])

@@ -1,4 +1,4 @@
-"""Fleet files: what they say, and what is wrong with them."""
+"""Fleet files: their settings and their error messages."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ def test_errors_name_the_file_and_the_place(text: str, reason: str) -> None:
     assert reason in str(caught.value)
 
 
-def test_a_file_that_cannot_be_read(tmp_path: Path) -> None:
+def test_unreadable_files_raise(tmp_path: Path) -> None:
     with pytest.raises(BadFleetFile, match="No such file"):
         read_fleet_file(tmp_path / "missing.yaml")
     with pytest.raises(BadFleetFile, match=r"not a regular file|directory"):

@@ -1,4 +1,4 @@
-"""Changes of transforms on their way to other members."""
+"""Changes to transforms that are sent to other members."""
 
 from __future__ import annotations
 

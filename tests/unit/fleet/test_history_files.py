@@ -1,7 +1,8 @@
-"""Files of a history: their messages, their limit, and names from other machines."""
+"""Files of a history: their messages, their size limit, and their names."""
 
 from __future__ import annotations
 
+import os
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,7 @@ def texts(path: Path) -> list[tuple[str, str]]:
         return [(each.connection.topic, each.message.data) for each in bag.messages()]
 
 
-def test_a_file_can_be_read_while_the_history_goes_on(tmp_path: Path) -> None:
+def test_files_can_be_read_while_recording_continues(tmp_path: Path) -> None:
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
     map_topic, odometry = connection("/robot1/map", latching=True), connection("/robot1/odom")
     files.write("robot1", map_topic, 1 * S, body("map"))
@@ -64,13 +65,26 @@ def test_the_member_with_the_largest_files_loses_its_oldest_one(tmp_path: Path) 
     old.write_bytes(b"x")
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
     noisy = connection("/robot1/image")
-    for number in range(9):
-        files.write("robot1", noisy, number * S, bytes((number,)) + body("x" * (FILE_BYTES // 2)))
+    for number in range(12):
+        files.write("robot1", noisy, number * S, os.urandom(FILE_BYTES // 2))  # does not compress
     files.close()
     sizes = [path.stat().st_size for path in tmp_path.glob("*/*.mcap*")]
     assert sum(sizes) <= SMALLEST_LIMIT_BYTES
     assert old.exists()
-    assert files.list("robot1")[-1].end_ns == 8 * S
+    kept = files.list("robot1")
+    assert 0 < kept[0].begin_ns < kept[-1].end_ns == 11 * S
+
+
+def test_the_current_file_may_be_deleted(tmp_path: Path) -> None:
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    for number in range(12):
+        member = f"robot{number}"
+        files.write(member, connection("/image"), number * S, os.urandom(FILE_BYTES // 2))
+    files.close()
+    assert sum(path.stat().st_size for path in tmp_path.glob("*/*")) <= SMALLEST_LIMIT_BYTES
+    (lost, *_) = [number for number in range(12) if not files.list(f"robot{number}")]
+    files.write(f"robot{lost}", connection("/image"), 12 * S, b"")
+    assert files.list(f"robot{lost}")[0].messages == 1
 
 
 def test_too_small_a_limit_raises(tmp_path: Path) -> None:
@@ -79,7 +93,7 @@ def test_too_small_a_limit_raises(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["../x.mcap", "/etc/passwd", "a/b.mcap", "x.bag", ".mcap", "a\n.mcap"])
-def test_names_that_lead_elsewhere_are_refused(tmp_path: Path, name: str) -> None:
+def test_names_with_paths_are_refused(tmp_path: Path, name: str) -> None:
     assert not is_file_name(name)
     assert HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES).read("robot1", name) is None
 

@@ -1,4 +1,4 @@
-"""What an agent loads."""
+"""Modules that an agent imports."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ def test_tokens_are_read_strictly() -> None:
         (keys.statistics("r1"), ("r1", "statistics", [])),
     ],
 )
-def test_keys_begin_with_the_member_that_answers_or_sends(
+def test_keys_begin_with_the_member_that_publishes_or_answers(
     key: str, expected: tuple[str, str, list[str]]
 ) -> None:
     assert keys.parts(key) == expected

@@ -1,4 +1,4 @@
-"""Who is present, by tokens."""
+"""Tokens of the members that are present."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which message is sent next over a link, and which are dropped."""
+"""Selection of the messages to send over a link, and of those to drop."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_rate_keeps_the_newest_message() -> None:
     assert not box.is_idle("a")
 
 
-def test_latest_only_replaces_the_message_that_waits() -> None:
+def test_latest_only_replaces_the_queued_message() -> None:
     box = outbox(a=Rule("/a", is_latest_only=True))
     for text in "123":
         box.push("a", text, 1)

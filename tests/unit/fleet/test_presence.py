@@ -1,4 +1,4 @@
-"""Members that join and leave, and links that are lost meanwhile."""
+"""Members that join and leave, also while the link is down."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ EARLY, NOW, LATE = "0" * 16, "5" * 16, "9" * 16
 
 
 class Heard:
-    """Keeps what `Presence` reports."""
+    """Listener that records what `Presence` reports."""
 
     def __init__(self) -> None:
         self.events: list[str] = []
@@ -86,7 +86,7 @@ def test_a_member_whose_agent_was_restarted_has_not_left() -> None:
     assert found.present()["robot1"].instance == LATE
 
 
-def test_of_two_namesakes_only_the_later_one_is_told() -> None:
+def test_of_two_namesakes_only_the_later_one_is_notified() -> None:
     found, events = presence()
     found.update(keys.live(ME, keys.VERSION, LATE), is_present=True, now_s=0)
     assert events == []

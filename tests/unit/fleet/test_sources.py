@@ -1,4 +1,4 @@
-"""Which thread sends a message over a link."""
+"""The threads that send messages over a link."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DEADLINE_S = 10
 
 
 class FakeLink:
-    """Keeps what is sent: the key, the size and the thread. Keys in `full` block until `has_room` is set."""
+    """Link that records the messages. Keys in `full` block until `has_room` is set."""
 
     is_connected = True
 
@@ -61,7 +61,7 @@ def source(sender: Sender, key: str, **rule: bool) -> Source:
 
 
 @pytest.mark.parametrize("size", [1, 1_000_000])
-def test_the_receiving_thread_sends_if_nothing_waits(link: FakeLink, sender: Sender, size: int) -> None:
+def test_the_receiving_thread_sends_if_nothing_is_queued(link: FakeLink, sender: Sender, size: int) -> None:
     sender.offer(Outgoing(source(sender, "a"), 0, bytes(size), is_latched=False))
     assert link.sent == [("a", size, threading.current_thread())]
 
@@ -72,7 +72,7 @@ def test_compressed_messages_are_left_to_the_thread(link: FakeLink, sender: Send
     assert link.sent[0][2] is not threading.current_thread()
 
 
-def test_a_topic_that_waits_for_the_link_blocks_no_other(link: FakeLink, sender: Sender) -> None:
+def test_a_topic_waiting_for_the_link_blocks_no_other(link: FakeLink, sender: Sender) -> None:
     link.full.add("images")
     images, commands = source(sender, "images"), source(sender, "commands")
     blocked = threading.Thread(
