@@ -1,4 +1,4 @@
-"""Bags of ROS 2 on the command line."""
+"""ROS 2 bags on the command line."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 
 def add_folders_option(parser: OptionParser) -> None:
-    """Add `--msgs`, which names folders with definitions of ROS 2."""
+    """Add `--msgs`, which names folders with ROS 2 definitions."""
     parser.add_option(
         "--msgs",
         dest="msgs",
         default=[],
         action="append",
         metavar="DIR",
-        help="find message definitions of ROS 2 in DIR, which contains packages",
+        help="find message ROS 2 definitions in DIR, which contains packages",
     )
 
 
@@ -36,13 +36,13 @@ def definition_folders(given: Sequence[str]) -> list[Path]:
 
 
 def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
-    """Open a bag of ROS 1 or ROS 2. Print a warning for each topic that cannot be converted.
+    """Open a ROS 1 bag or ROS 2. Print a warning for each topic that cannot be converted.
 
     Raises:
         BagError, OSError: see `open_any_bag`.
     """
     if not os.path.isdir(path) and not is_mcap(path) and _is_ros1(path):
-        return open_bag(path)  # opening a bag of ROS 1 does not need the imports for conversion
+        return open_bag(path)  # opening a ROS 1 bag does not need the imports for conversion
     from pipros.ros2.bags.reader import Ros2BagReader, open_any_bag
 
     bag = open_any_bag(path, folders=definition_folders(msgs))
