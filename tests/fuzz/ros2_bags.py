@@ -1,4 +1,4 @@
-"""Any bytes of a file of a bag of ROS 2, or of its metadata, are messages or raise BagError.
+"""Any bytes of a file of a ROS 2 bag, or of its metadata, are messages or raise BagError.
 
 python -m tests.fuzz.ros2_bags --seconds 60
 """

@@ -29,7 +29,7 @@ ID = bytes(range(16))
 
 
 class Server:
-    """An action server of ROS 1: rejects negative orders, and executes others until the test ends them."""
+    """A ROS 1 action server: rejects negative orders, and executes others until the test ends them."""
 
     def __init__(self, node: Node) -> None:
         self.goals: list[Any] = []
@@ -63,7 +63,7 @@ class Server:
 
 
 class Client:
-    """An action client of ROS 1."""
+    """A ROS 1 action client."""
 
     def __init__(self, node: Node) -> None:
         self.feedback: list[Any] = []

@@ -33,7 +33,8 @@ def test_a_gateway_runs_as_a_command(ros: RosSystem) -> None:
         assert f"/ros2_gateway_{domain}:" in status()
         wait_until(
             lambda: (
-                "left out: topics: to_ros2: /secret: the deny list (topics: to_ros2) has /secret" in status()
+                "left out: topics: to_ros2: /secret: the deny list (topics: to_ros2) contains /secret"
+                in status()
             ),
             what="the reason",
         )

@@ -1,4 +1,4 @@
-"""A gateway between a master and a domain of ROS 2, with an engine as the other side."""
+"""A gateway between a master and a ROS 2 domain, with an engine as the other side."""
 
 from __future__ import annotations
 
@@ -107,8 +107,8 @@ def test_late_subscribers_get_latched_messages_of_all_publishers(system: System)
     system.ros2.subscribe("/map", STRING, STRING_HASH, qos, samples.append)
     system.ros1.subscribe("/plan", String, lambda message: received.append(message.data))
 
-    wait_until(lambda: {*texts(samples)} == {"one", "two"}, what="latched messages of ROS 1")
-    wait_until(lambda: received, what="the latched message of ROS 2")
+    wait_until(lambda: {*texts(samples)} == {"one", "two"}, what="latched ROS 1 messages")
+    wait_until(lambda: received, what="the latched ROS 2 message")
     assert set(received) == {"plan"}
 
 
@@ -176,8 +176,8 @@ def test_unfit_types_are_left_out_with_the_reason(system: System) -> None:
     wait_until(lambda: len(gateway.status().left_out) == 2, what="the reasons")
 
     reasons = gateway.status().left_out
-    assert "no type of ROS 1 corresponds to no_msgs/msg/Such" in reasons["topics: to_ros1: /strange"].reason
-    assert "another definition there" in reasons["topics: to_ros1: /changed"].reason
+    assert "no type in ROS 1 corresponds to no_msgs/msg/Such" in reasons["topics: to_ros1: /strange"].reason
+    assert "definition of std_msgs/msg/String differs" in reasons["topics: to_ros1: /changed"].reason
 
 
 def test_static_rules_rename_topics(system: System) -> None:

@@ -91,7 +91,7 @@ def test_messages_of_ros2_arrive(engine: Ros2Engine, peer: Peer, type_hash: str)
         publisher.put(b"hello" * 200_000)
         return len(samples) > 2
 
-    wait_until(arrived, what="messages of ROS 2")
+    wait_until(arrived, what="ROS 2 messages")
 
     assert set(samples) == {Sample(b"hello" * 200_000, publisher.gid)}
     (endpoint,) = engine.endpoints()
@@ -126,7 +126,7 @@ def test_a_late_gateway_gets_latched_messages_of_ros2(engine: Ros2Engine, peer: 
 
 def test_services_of_ros2_are_called(engine: Ros2Engine, peer: Peer) -> None:
     caller = engine.caller("/add", ADD_KIND, ADD)
-    with pytest.raises(CallFailed, match="/add of ROS 2 is not available"):
+    with pytest.raises(CallFailed, match="the ROS 2 service /add is not available"):
         caller.call(b"request", 5.0)
     peer.serve("/add", lambda request: request[::-1])
     wait_until(lambda: caller.is_available, what="the service")
@@ -199,7 +199,7 @@ def test_an_engine_without_a_router_raises() -> None:
     port = ClaimedPort()
     address = f"tcp/127.0.0.1:{port.number}"
 
-    with pytest.raises(EngineError, match=f"no router of Zenoh answers at {address}"):
+    with pytest.raises(EngineError, match=f"no Zenoh router answers at {address}"):
         ZenohEngine(0, "/gateway", [address], timeout_s=0.2)
     port.release()
 

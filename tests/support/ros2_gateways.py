@@ -1,4 +1,4 @@
-"""A gateway between a master and a domain of ROS 2, with an engine as the other side."""
+"""A gateway between a master and a ROS 2 domain, with an engine as the other side."""
 
 from __future__ import annotations
 

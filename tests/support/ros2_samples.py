@@ -1,4 +1,4 @@
-"""Random messages of ROS 2, serialized by rosbags, and of ROS 1, serialized by their classes.
+"""Random ROS 2 messages, serialized by rosbags, and of ROS 1, serialized by their classes.
 
 python -m tests.support.ros2_samples --count 1000 compares all conversions with them.
 """
@@ -45,7 +45,7 @@ def store_of(distribution: Distribution) -> Any:
 
 
 def shared_types(distribution: Distribution) -> list[str]:
-    """Return the messages of ROS 2 that have a counterpart of the same name in ROS 1."""
+    """Return the ROS 2 messages that have a counterpart of the same name in ROS 1."""
     names = (
         name for name in carried(distribution).messages if name.partition("/")[0] not in _ONLY_ROS2.split()
     )

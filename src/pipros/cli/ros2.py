@@ -1,4 +1,4 @@
-"""`pipros ros2`: connects the running system to ROS 2 nodes, and shows the traffic."""
+"""`pipros ros2`: connects the running system to ROS 2 nodes, and shows what passes."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def _serve(argv: Sequence[str]) -> int:
     parser = option_parser(
         "pipros ros2",
         "[options] | status [options]",
-        "Passes topics, services and actions between the running system and nodes of ROS 2.",
+        "Passes topics, services and actions between the running system and ROS 2 nodes.",
     )
-    parser.add_option("--domain", metavar="N", type="int", help="the domain of ROS 2 (ROS_DOMAIN_ID, or 0)")
-    parser.add_option("--distro", help="the distribution of ROS 2: humble, jazzy, kilted or lyrical (jazzy)")
+    parser.add_option("--domain", metavar="N", type="int", help="the ROS 2 domain (ROS_DOMAIN_ID, or 0)")
+    parser.add_option("--distro", help="the ROS 2 distribution: humble, jazzy, kilted or lyrical (jazzy)")
     parser.add_option("--rules", metavar="FILE", help="what passes: allow and deny lists, and static rules")
     parser.add_option(
         "--mapping",

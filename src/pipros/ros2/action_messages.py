@@ -1,6 +1,6 @@
-"""The messages of actions in ROS 2 that are the same for every action: CDR from and to values. Pure.
+"""Encode and decode the ROS 2 messages that all actions share. Pure.
 
-Goals and feedback follow the ID of the goal, whose 16 bytes do not change their alignment.
+A goal or feedback follows the 16 bytes of the goal ID, which do not change its alignment.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class GoalInfo:
 
 
 def id_in_ros2(goal_id: str) -> bytes:
-    """Return the ID in ROS 2 of a goal of ROS 1: that of `id_in_ros1`, or one that depends on the text alone.
+    """Return the ID in ROS 2 of a ROS 1 goal: the inverse of `id_in_ros1`, or a UUID derived from the text.
 
     >>> id_in_ros2("00112233-4455-6677-8899-aabbccddeeff").hex()
     '00112233445566778899aabbccddeeff'
@@ -102,17 +102,17 @@ def id_in_ros2(goal_id: str) -> bytes:
 
 
 def id_in_ros1(goal: bytes) -> str:
-    """Return the ID in ROS 1 of a goal of ROS 2."""
+    """Return the ID in ROS 1 of a ROS 2 goal."""
     return str(uuid.UUID(bytes=goal))
 
 
 def with_id(goal: bytes, cdr: bytes) -> bytes:
-    """Return a request of `send_goal`, or a message of `feedback`, for the CDR of its goal or feedback."""
+    """Return a `send_goal` request or a feedback message for the CDR of the goal or feedback."""
     return _HEADER + goal + cdr[len(_HEADER) :]
 
 
 def split_id(cdr: bytes | memoryview) -> tuple[bytes, bytes]:
-    """Return the ID and the CDR of what follows it; also for a request of `get_result`.
+    """Return the goal ID and the CDR after it, for a `send_goal` or `get_result` request or feedback.
 
     Raises:
         ConversionError: the message is not little-endian CDR, or too short.
@@ -122,33 +122,33 @@ def split_id(cdr: bytes | memoryview) -> tuple[bytes, bytes]:
 
 
 def accepted_reply(stamp_ns: int, *, is_accepted: bool) -> bytes:
-    """Return a reply of `send_goal`."""
+    """Return a `send_goal` reply."""
     return _HEADER + bytes([is_accepted, 0, 0, 0]) + _time(stamp_ns)
 
 
 def is_accepted(cdr: bytes) -> bool:
-    """Return whether a reply of `send_goal` accepts the goal. Raises the same errors as `split_id`."""
+    """Return whether a `send_goal` reply accepts the goal. Raises the same errors as `split_id`."""
     return _body(cdr, 1)[0] != 0
 
 
 def cancel_request(goal: GoalInfo) -> bytes:
-    """Return a request of `cancel_goal`."""
+    """Return a `cancel_goal` request."""
     return _HEADER + _info(goal)
 
 
 def parse_cancel_request(cdr: bytes) -> GoalInfo:
-    """Parse a request of `cancel_goal`. Raises the same errors as `split_id`."""
+    """Parse a `cancel_goal` request. Raises the same errors as `split_id`."""
     body = _body(cdr, _INFO_BYTES)
     return GoalInfo(body[:ID_BYTES], _parse_time(body, ID_BYTES))
 
 
 def cancel_reply(code: CancelCode, goals: Sequence[GoalInfo]) -> bytes:
-    """Return a reply of `cancel_goal` with the goals that will be cancelled."""
+    """Return a `cancel_goal` reply with the goals that will be cancelled."""
     return _HEADER + bytes([code, 0, 0, 0]) + _COUNT.pack(len(goals)) + b"".join(map(_info, goals))
 
 
 def status_array(goals: Sequence[tuple[GoalInfo, Ros2Status]]) -> bytes:
-    """Return a message of `status`."""
+    """Return a status message."""
     parts = [_HEADER, _COUNT.pack(len(goals))]
     padding = b""
     for info, status in goals:
@@ -158,10 +158,10 @@ def status_array(goals: Sequence[tuple[GoalInfo, Ros2Status]]) -> bytes:
 
 
 def parse_status_array(cdr: bytes | memoryview) -> list[tuple[GoalInfo, Ros2Status]]:
-    """Parse a message of `status`. Raises the same errors as `split_id`; unknown statuses are left out."""
+    """Parse a status message. Raises the same errors as `split_id`; unknown statuses are left out."""
     (count,) = _COUNT.unpack_from(_body(cdr, _COUNT.size))
     body = _body(cdr, _COUNT.size + max(0, count * _STATUS_BYTES - _PADDING))
-    # The times of all statuses have the same distance; the ID of the first one has no padding behind it.
+    # All statuses have the same size once padding is inserted after the first ID, where CDR has none.
     body = body[: _COUNT.size + ID_BYTES] + bytes(_PADDING) + body[_COUNT.size + ID_BYTES :]
     found = []
     for start in range(_COUNT.size, _COUNT.size + count * _STATUS_BYTES, _STATUS_BYTES):

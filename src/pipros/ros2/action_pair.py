@@ -1,4 +1,4 @@
-"""An action of ROS 1 and one of ROS 2: message classes of the one, services and topics of the other."""
+"""A ROS 1 action and the corresponding ROS 2 action, with their message classes, services and topics."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from pipros.ros2.interfaces.type_hash import ActionHashes
 
 
 class ActionPair:
-    """Converts the parts of an action between objects of ROS 1 and CDR.
+    """Converts the parts of an action between ROS 1 message objects and CDR.
 
     Attributes:
-        plan, hashes: the conversion, and the type hashes in ROS 2.
-        goal, result, feedback: classes of the messages on the topics of the same names in ROS 1.
-        send_goal, get_result, cancel_goal, feedback_message, status: types in ROS 2.
+        plan, hashes: the conversion, and the ROS 2 type hashes.
+        goal, result, feedback: message classes of the ROS 1 topics with these names.
+        send_goal, get_result, cancel_goal, feedback_message, status: ROS 2 types.
     """
 
     cancel_goal: Final = CANCEL_GOAL

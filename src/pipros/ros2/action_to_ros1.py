@@ -1,4 +1,4 @@
-"""An action server of ROS 1, offered in ROS 2."""
+"""A ROS 1 action server, offered in ROS 2."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ from pipros.ros2.names import action_names
 KEPT_S: Final = 60.0
 """How long the result of a goal can be requested after its end."""
 DECISION_S: Final = 0.5
-"""Time for a server to reject a goal that it has received. Then the goal counts as accepted."""
+"""Time for a server to reject a goal that it has received, after which the goal counts as accepted."""
 _LATE_RESULT_S: Final = 5.0
-"""How long a result is awaited after the status of its goal said that the goal ended."""
+"""How long to wait for the result after the status reported the end of the goal."""
 _SLICE_S: Final = 0.5
 _QUEUE: Final = 100
 _LOG = logging.getLogger("pipros.ros2")
@@ -66,10 +66,11 @@ class _Goal:
 
 
 class ActionToRos1:
-    """Offers an action of ROS 1 in ROS 2: a node there has goals executed in ROS 1. Thread-safe.
+    """Offers a ROS 1 action in ROS 2, whose nodes can send goals to it. Thread-safe.
 
     Attributes:
-        calls: goals from ROS 2 so far. failures: those that did not reach the server.
+        calls: number of goals from ROS 2.
+        failures: number of goals that did not reach the server.
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
@@ -131,7 +132,7 @@ class ActionToRos1:
             stack.callback(engine.serve(service, kind, type_hash, answer, PartHashes(*parts)).close)
 
     def update(self) -> None:
-        """Forget goals that ended some time ago."""
+        """Remove goals that ended more than `KEPT_S` ago."""
         now_s = time.monotonic()
         with self._changed:
             self._forget(lambda goal: goal.has_ended and now_s - goal.ended_s > KEPT_S)
@@ -170,7 +171,7 @@ class ActionToRos1:
             if goal.status is None:
                 self.failures += 1
                 _LOG.warning(
-                    "the action server %s of ROS 1 did not respond to a goal within %g s", self._name, CALL_S
+                    "the ROS 1 action server %s did not respond to a goal within %g s", self._name, CALL_S
                 )
         if goal.status is None:
             self._cancel_out.publish(message.goal_id)
@@ -178,11 +179,11 @@ class ActionToRos1:
 
     @property
     def _is_connected(self) -> bool:
-        """Whether the server of ROS 1 receives goals, and its answers are received."""
+        """Whether the ROS 1 server is connected in both directions."""
         return all(each.connection_count for each in (self._goal_out, self._cancel_out, *self._subscribers))
 
     def _get_result(self, request: bytes) -> bytes:
-        """Wait for the end of a goal; return its result."""
+        """Wait until a goal ends, and return its result."""
         key, _ = split_id(request)
         with self._changed:
             goal = self._goals.find(id_in_ros1(key))
@@ -195,7 +196,7 @@ class ActionToRos1:
 
         while not self._wait(is_complete, time.monotonic() + KEPT_S):
             if self._is_closed:
-                raise PiprosError(f"the action {self._name} is no longer passed")
+                raise PiprosError(f"the action {self._name} was closed")
         return goal.result or self.pair.result_to_cdr(goal.status or Ros2Status.ABORTED)
 
     def _cancel(self, request: bytes) -> bytes:
@@ -268,7 +269,7 @@ class ActionToRos1:
             _LOG.warning("feedback of the action %s was dropped: %s", self._name, error)
 
     def _found(self, goal_id: Any) -> _Goal | None:
-        """Return the goal with an ID of ROS 1, which a node of ROS 1 may have sent."""
+        """Return the goal with a ROS 1 ID. Add it if a ROS 1 client sent it."""
         key = id_in_ros2(goal_id.id)
         goal = self._goals.find(id_in_ros1(key))
         if goal is None:

@@ -1,4 +1,4 @@
-"""An action server of ROS 2, offered in ROS 1."""
+"""A ROS 2 action server, offered in ROS 1."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, Sample, Topic
 from pipros.ros2.names import action_names
 
 STATUS_S: Final = 0.2
-"""Interval of status messages in ROS 1, as in actionlib."""
+"""Interval between ROS 1 status messages, as in actionlib."""
 ENDED_S: Final = 5.0
 """How long the status of a goal is published after its end, as in actionlib."""
 RESULT_S: Final = 60.0
@@ -50,7 +50,7 @@ _LOG = logging.getLogger("pipros.ros2")
 
 @dataclass(slots=True)
 class _Goal:
-    """A goal of ROS 1. `key` is its ID in ROS 2."""
+    """A ROS 1 goal. `key` is its ID in ROS 2."""
 
     id: str
     stamp: Time
@@ -61,12 +61,13 @@ class _Goal:
 
 
 class ActionToRos2:
-    """Offers an action of ROS 2 in ROS 1: a node there has goals executed in ROS 2. Thread-safe.
+    """Offers a ROS 2 action in ROS 1, whose nodes can send goals to it. Thread-safe.
 
-    Each goal has a thread that waits for its result, up to `Limits.fleet_calls`; further goals wait.
+    A thread waits for the result of each goal. Goals beyond `Limits.fleet_calls` are queued.
 
     Attributes:
-        calls: goals so far. failures: those that could not be passed.
+        calls: number of goals.
+        failures: number of goals that could not be passed.
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
@@ -87,8 +88,8 @@ class ActionToRos2:
         self._others: list[tuple[GoalInfo, Ros2Status]] = []
         self._publish_at_s = 0.0
         self._is_closed = threading.Event()
-        self._executing = Workers("goals of ROS 2", node.limits.fleet_calls)
-        self._cancelling = Workers("cancelled goals of ROS 2", _CANCELLING)
+        self._executing = Workers("ROS 2 goals", node.limits.fleet_calls)
+        self._cancelling = Workers("cancelled ROS 2 goals", _CANCELLING)
         self._goal_id, self._goal_status, self._statuses = (
             load_message_class(f"actionlib_msgs/{each}")
             for each in ("GoalID", "GoalStatus", "GoalStatusArray")
@@ -136,7 +137,7 @@ class ActionToRos2:
             stack.callback(subscriber.unregister)
 
     def update(self) -> None:
-        """Publish the statuses if it is time, and forget goals that ended some time ago."""
+        """Publish the statuses every `STATUS_S`, and remove goals that ended more than `ENDED_S` ago."""
         now_s = time.monotonic()
         with self._lock:
             if now_s < self._publish_at_s:
@@ -200,7 +201,7 @@ class ActionToRos2:
             self._end(goal, Status.ABORTED, None, str(error))
 
     def _await_result(self, request: bytes) -> bytes | None:
-        """Return the reply of `get_result`; None to try again.
+        """Return the `get_result` reply, or None if the request should be repeated.
 
         Raises:
             PiprosError: the action server has disappeared.
@@ -259,7 +260,7 @@ class ActionToRos2:
                 goal = self._find(info.goal)
                 if goal is None:
                     others.append((info, status))
-                elif not goal.ended_s and not status.has_ended:  # the end comes with the result
+                elif not goal.ended_s and not status.has_ended:  # the result ends the goal
                     goal.status = TO_ROS1[status]
             self._others = others
         self._publish_status()

@@ -1,4 +1,4 @@
-"""The services that a gateway offers on one side and calls on the other."""
+"""Services that a gateway offers on one side and calls on the other."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pipros.ros2.engine import Ros2Engine
 from pipros.ros2.type_pairs import ServicePair
 
 CALL_S: Final = 5.0
-"""Time for a service to answer, as in ros1_bridge."""
+"""Timeout of service calls, as in ros1_bridge."""
 
 
 class Ros1Service:
-    """A service of ROS 1, offered in ROS 2. If it fails, the client of ROS 2 gets no reply."""
+    """A ROS 1 service, offered in ROS 2. If it fails, the ROS 2 client gets no reply."""
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
         """Offer it.
@@ -53,7 +53,7 @@ class Ros1Service:
 
 
 class Ros2Service:
-    """A service of ROS 2, offered in ROS 1."""
+    """A ROS 2 service, offered in ROS 1."""
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
         """Offer it. Blocks until the master answers.
@@ -76,7 +76,7 @@ class Ros2Service:
 
     def _call(self, request: AnyMsg) -> AnyMsg:
         if not self._slots.acquire(blocking=False):
-            raise HandlerError("too many calls to ROS 2 are waiting")
+            raise HandlerError("too many pending calls to ROS 2")
         try:
             self.calls += 1
             reply = self._caller.call(self._plan.request.to_cdr(request.body), CALL_S)

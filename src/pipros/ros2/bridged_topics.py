@@ -1,7 +1,7 @@
-"""The topics that a gateway passes, one object for each direction.
+"""Topics that a gateway passes, with one object for each direction.
 
-Every topic that a gateway publishes in ROS 1 has a mark in its connection header. What has it is not passed
-to ROS 2 again, so no message runs in circles, whatever the number of gateways.
+The connection header of every topic that a gateway publishes in ROS 1 contains a mark. Gateways do not pass
+marked messages to ROS 2, so messages never loop, regardless of the number of gateways.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ MARK: Final = "pipros_ros2"
 STATIC_TRANSFORMS: Final = "/tf_static"
 _QUEUE: Final = 100
 _KEPT: Final = 100
-"""Latching publishers of one topic of which a late subscriber gets the last message."""
+"""Maximum number of latching publishers per topic whose last messages late subscribers receive."""
 _LOG = logging.getLogger("pipros.ros2")
 
 
 @dataclass(slots=True)
 class Counts:
-    """Messages of a topic since the gateway passes it."""
+    """Message counts of a topic since the gateway opened it."""
 
     messages: int = 0
     bytes: int = 0
@@ -56,7 +56,7 @@ class Counts:
         self.bytes += size
 
     def drop(self, reason: object) -> None:
-        """Count a message that cannot be passed; the first of each reason is logged."""
+        """Count a message that cannot be passed, and log the reason if it has changed."""
         self.dropped += 1
         if self.reason != str(reason):
             self.reason = str(reason)
@@ -76,15 +76,15 @@ class Pace:
         now_s = time.monotonic()
         if now_s < self._next_s:
             return False
-        is_late = now_s - self._next_s > self._interval_s  # a topic that was silent saves no messages
+        is_late = now_s - self._next_s > self._interval_s  # a pause does not permit a burst
         self._next_s = (now_s if is_late else self._next_s) + self._interval_s
         return True
 
 
 class StaticTransforms:
-    """Merges the messages of `/tf_static`: the newest transform to each frame.
+    """Merges `/tf_static` messages into one with the newest transform to each frame.
 
-    A latched topic keeps one message for each publisher, and the gateway is one publisher.
+    A latched topic keeps one message per publisher, and the gateway is a single publisher.
     """
 
     def __init__(self, limit_bytes: int) -> None:
@@ -94,7 +94,7 @@ class StaticTransforms:
         self._lock = threading.Lock()
 
     def merged(self, body: bytes) -> bytes:
-        """Add a message of ROS 1, and return one with all transforms.
+        """Add a ROS 1 message, and return one with all transforms.
 
         Raises:
             PiprosError: the message is malformed, or there are too many transforms.
@@ -121,7 +121,7 @@ class Route:
 
 
 class ToRos2:
-    """A topic of ROS 1 in ROS 2. Messages are received in ROS 1 only while ROS 2 has subscribers, or always
+    """A ROS 1 topic in ROS 2. Messages are received in ROS 1 only while ROS 2 has subscribers, or always
     if they are latched.
     """
 
@@ -160,7 +160,7 @@ class ToRos2:
             publishers: the nodes that publish the topic.
         """
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # a new one may have sent a message before the look
+        self._forget(self._publishing - now)  # a new node may already have sent a message
         self._publishing = now
         is_wanted = self._is_latched or any(
             each.subscriber_count for each in list(self._announcements.values())
@@ -187,7 +187,7 @@ class ToRos2:
             self.counts.passed(len(cdr))
 
     def _announcement_for(self, caller: str) -> Announcement:
-        """Return the publisher in ROS 2 for a node. If messages are latched, each has its own."""
+        """Return the ROS 2 publisher for a node. Each node has its own if messages are latched."""
         with self._lock:
             first = self._announcements[""]
             if not self._is_latched or self._merge is not None or self._first in ("", caller):
@@ -216,13 +216,13 @@ class ToRos2:
 
 
 class Known(Protocol):
-    """Returns a publisher of ROS 2 whose messages may pass, by its key; None for others."""
+    """Returns the ROS 2 publisher with a key, or None if its messages must not pass."""
 
     def __call__(self, key: bytes) -> Endpoint | None: ...
 
 
 class ToRos1:
-    """A topic of ROS 2 in ROS 1. Messages are received from ROS 2 only while ROS 1 has subscribers, or always
+    """A ROS 2 topic in ROS 1. Messages are received from ROS 2 only while ROS 1 has subscribers, or always
     if they are latched.
     """
 
@@ -238,7 +238,7 @@ class ToRos1:
         """Advertise the topic in ROS 1. Blocks until the master answers.
 
         Args:
-            on_change: called when subscribers of ROS 1 come and go, in any thread. Must not block.
+            on_change: called in any thread when ROS 1 subscribers connect or disconnect. Must not block.
 
         Raises:
             PiprosError: this node publishes the topic with another type.
@@ -277,7 +277,7 @@ class ToRos1:
         return any(link.caller_id != self._node.name for link in links)
 
     def update(self, publishers: Sequence[Endpoint]) -> None:
-        """Create and close the subscribers in ROS 2 that the publishers need."""
+        """Create and close ROS 2 subscribers so that they match the publishers."""
         durability_of = {each.key: each.qos.durability for each in publishers}
         desired: dict[Durability, TopicQos] = {}
         is_wanted = self._is_wanted
@@ -342,12 +342,12 @@ class ToRos1:
         for publisher in self._publishers:
             publisher.unregister()
 
-    # -- subscribers that come and go; see `pipros.node.publisher.PeerListener`
+    # -- ROS 1 subscribers that connect or disconnect; see `pipros.node.publisher.PeerListener`
 
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
     ) -> None:
-        """Send the last message of each latching publisher; the newest was sent by the publication."""
+        """Send the last message of each latching publisher. The publication has sent the newest one."""
         del topic_name, topic_publish
         for message, _ in list(self._latched.values()):
             if message is not self._newest:

@@ -1,4 +1,4 @@
-"""The distributions of ROS 2 that pipros knows, and how they differ on the wire and in bags."""
+"""The ROS 2 distributions that pipros knows, and how they differ on the wire and in bags."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Distribution(Enum):
-    """A distribution of ROS 2."""
+    """A ROS 2 distribution."""
 
     HUMBLE = "humble"
     JAZZY = "jazzy"

@@ -1,7 +1,8 @@
-"""What a gateway needs of a connection to ROS 2, whatever the middleware.
+"""Interface of a connection to ROS 2, independent of the middleware.
 
-An engine carries bytes: payloads are CDR with the encapsulation header. Names and types are those of ROS 2
-(`/chatter`, `std_msgs/msg/String`), which an engine translates to DDS or Zenoh. It converts no messages.
+An engine carries bytes: payloads are CDR with the encapsulation header. Names and types are in
+ROS 2 form (`/chatter`, `std_msgs/msg/String`), and an engine translates them to DDS or Zenoh. It does not
+convert messages.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ from pipros.basics.errors import PiprosError
 
 
 class Reliability(Enum):
-    """Whether lost messages are sent again. The values are the names in ROS 2."""
+    """Whether lost messages are sent again. The values are ROS 2 names."""
 
     RELIABLE = "reliable"
     BEST_EFFORT = "best_effort"
 
 
 class Durability(Enum):
-    """Whether late subscribers receive earlier messages. The values are the names in ROS 2."""
+    """Whether late subscribers receive earlier messages. The values are ROS 2 names."""
 
     VOLATILE = "volatile"
     TRANSIENT_LOCAL = "transient_local"
@@ -30,7 +31,7 @@ class Durability(Enum):
 
 @dataclass(frozen=True, slots=True)
 class TopicQos:
-    """The policies that gateways choose. All others have ROS 2's defaults.
+    """The policies that gateways choose. All others have ROS 2 defaults.
 
     Attributes:
         depth: number of messages that are kept; 0 keeps all, within the limits of the engine.
@@ -80,7 +81,7 @@ class Sample:
 
 
 GATEWAY_NODE = "ros1_gateway_"
-"""The nodes of gateways have this name, followed by the identity of the gateway."""
+"""Prefix of the name of a gateway's node. The identity of the gateway follows."""
 
 
 def gateway_of_node(node: str) -> str:
@@ -98,14 +99,14 @@ class EngineError(PiprosError):
 
 
 class CallFailed(EngineError):
-    """A service of ROS 2 is not available, or did not answer in time."""
+    """A ROS 2 service is not available, or did not answer in time."""
 
 
 class Subscription(Protocol):
     """A subscriber or a server of the engine."""
 
     def close(self) -> None:
-        """End it. No callback starts afterwards. May be called repeatedly."""
+        """Close the endpoint. No callback starts afterwards. May be called repeatedly."""
 
 
 class Announcement(Protocol):
@@ -128,7 +129,7 @@ class Caller(Protocol):
         """Return the reply.
 
         Raises:
-            CallFailed: no server is available, or the time is up.
+            CallFailed: no server is available, or the call timed out.
         """
 
     @property

@@ -1,7 +1,7 @@
-"""Passes topics, services and actions between a master and a domain of ROS 2.
+"""Passes topics, services and actions between a master and a ROS 2 domain.
 
-One thread looks at ROS 1, which may block. Another one compares both sides with what is passed, and opens
-and closes it. Messages pass through neither: the threads that receive them convert them.
+One thread observes ROS 1, which may block. Another thread compares both sides with the open topics, services
+and actions, and opens or closes them. Messages pass through neither: the receiving threads convert them.
 """
 
 from __future__ import annotations
@@ -35,24 +35,24 @@ from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
 from pipros.ros2.type_pairs import TypePair, TypePairs
 
 LOOK_S: Final = 0.5
-"""Interval of looks at the master."""
+"""Interval between queries of the master."""
 TICK_S: Final = 0.1
-"""Interval of looks at ROS 2, and at the subscribers of both sides."""
+"""Interval between checks of ROS 2 and of the subscribers on both sides."""
 COMPARE_S: Final = 5.0
-"""Interval at which what could not be opened is tried again."""
+"""Interval between attempts to open topics, services and actions that could not be opened."""
 DIAGNOSTICS_S: Final = 1.0
 _SKIPPED: Final = 1000
 _CLOCK: Final = "/clock"
 
 Open = ToRos1 | ToRos2 | Ros1Service | Ros2Service | ActionToRos1 | ActionToRos2
 Key = tuple[Kind, Direction, str]
-"""What is passed; the name is that of the side where it comes from."""
+"""Identifies a topic, service or action. The name is the one on the publishing or offering side."""
 _Wanted = tuple[object, Callable[[], Open]]
-"""What must be opened again if it changes, and a function that opens it."""
+"""A version, whose change requires opening again, and a function that opens."""
 
 
 def new_identity(node: Node) -> str:
-    """Return the identity of a new gateway. Those of one master share what precedes the `_`."""
+    """Return the identity of a new gateway. Gateways of one master share the part before the `_`."""
     try:
         master = str(node.master.get_param("/run_id"))
     except PiprosError:
@@ -78,7 +78,7 @@ class Gateway:
         """Store the settings.
 
         Args:
-            identity: see `new_identity`; that of the engine.
+            identity: the identity that the engine announces; see `new_identity`.
             is_local: whether ROS 2 is reached on this machine only.
         """
         self.identity = identity
@@ -107,7 +107,7 @@ class Gateway:
         self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
-        """Pass what the rules allow, from now on. Blocks until the master answers."""
+        """Start passing topics, services and actions. Blocks until the master answers."""
         trigger: Any = load_service_class("std_srvs/Trigger")
         self._node.serve(
             f"{self._node.name}/status",
@@ -122,12 +122,12 @@ class Gateway:
             self._threads.append(thread)
 
     def close(self) -> None:
-        """Stop. The node and the engine withdraw what is passed, when they are closed."""
+        """Stop the threads. Closing the node and the engine withdraws topics, services and actions."""
         self._is_closed.set()
         self._changed.set()
         self._looker.close()
 
-    # -- the thread that looks at ROS 1 --------------------------------------------------
+    # -- the thread that observes ROS 1 --------------------------------------------------
 
     def _look_repeatedly(self) -> None:
         while not self._is_closed.is_set():
@@ -138,10 +138,10 @@ class Gateway:
                     self._changed.set()
             except Exception as error:
                 if not self._is_closed.is_set():
-                    self.log.exception("the look at ROS 1 failed: %s", error)
+                    self.log.exception("ROS 1 could not be observed: %s", error)
             self._is_closed.wait(self._look_s)
 
-    # -- the thread that owns what is passed ------------------------------------------------
+    # -- the thread that opens and closes ------------------------------------------------
 
     def _update_repeatedly(self) -> None:
         while not self._is_closed.is_set():
@@ -157,7 +157,7 @@ class Gateway:
                     self.log.exception("the gateway failed: %s", error)
 
     def _update(self, graph: Ros1Graph, endpoints: Sequence[Endpoint]) -> None:
-        """Open, update and close topics, services and actions, so that they agree with both sides."""
+        """Open, update and close topics, services and actions, to match both sides."""
         self._known = {each.key: each for each in endpoints if not self._is_own(each)}
         found = _Found(self._known.values())
         now_s = time.monotonic()
@@ -180,7 +180,7 @@ class Gateway:
                 )
 
     def _wanted(self, graph: Ros1Graph, found: _Found, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
-        """Return what should be passed. Add to `skipped` what is left out."""
+        """Return the topics, services and actions to pass, and add the others to `skipped`."""
         wanted: dict[Key, _Wanted] = {}
         kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
             (
@@ -246,16 +246,16 @@ class Gateway:
                 self._pairs.check_hash(pair, each.type_hash)
         there = graph.topics.get(target)
         if there is not None and there.definition.type != pair.plan.ros1_type:
-            raise PiprosError(f"ROS 1 has it as {there.definition.type}, ROS 2 as {ros2_type}")
+            raise PiprosError(f"the type is {there.definition.type} in ROS 1, but {ros2_type} in ROS 2")
         if there is not None and target == _CLOCK:
-            raise PiprosError("ROS 1 has its own clock")
+            raise PiprosError("a ROS 1 node already publishes the clock")
         route = _route(target, name, pair, rule)
         return (target, ros2_type), lambda: ToRos1(
             self._node, self._engine, route, self.identity, self._publisher, self._changed.set
         )
 
     def _pair_of(self, rule: StaticRule | None) -> TypePair:
-        """Return the types that a rule names for a topic without publishers."""
+        """Return the type pair that a rule names for a topic without publishers."""
         if rule is None:
             raise PiprosError("no node publishes it")
         return self._pairs.of_rule(rule)
@@ -283,10 +283,10 @@ class Gateway:
         return pair, lambda: ActionToRos2(self._node, self._engine, name, pair, self.identity)
 
     def _check_rivals(self, kind: EndpointKind, name: str) -> None:
-        """Leave a name to another gateway of this master that offers it, and has the smaller identity."""
+        """Raise PiprosError if another gateway of this master with a smaller identity offers the name."""
         for each in self._engine.endpoints():
             if (each.kind, each.name) == (kind, name) and self._is_own(each) and each.gateway < self.identity:
-                raise PiprosError("another gateway of this master passes it")
+                raise PiprosError("another gateway of this master already passes it")
 
     def _settle(self, wanted: Mapping[Key, _Wanted], skipped: dict[str, LeftOut]) -> None:
         for key, (version, each) in list(self._open.items()):
@@ -298,7 +298,9 @@ class Gateway:
                 if key in self._open:
                     continue
                 if len(self._open) >= self._limit:
-                    raise PiprosError(f"too many are passed; {limit_text('bridge_topics', self._limit)}")
+                    raise PiprosError(
+                        f"too many topics, services and actions; {limit_text('bridge_topics', self._limit)}"
+                    )
                 self._open[key] = version, make()
 
     def _is_own(self, endpoint: Endpoint) -> bool:
@@ -306,7 +308,7 @@ class Gateway:
         return endpoint.gateway.partition("_")[0] == self.identity.partition("_")[0]
 
     def _publisher(self, key: bytes) -> Endpoint | None:
-        """Return a publisher of ROS 2 whose messages may pass. It may be newer than the last look."""
+        """Return the ROS 2 publisher with a key, or None if its messages must not pass."""
         found = self._known.get(key)
         if found is None:
             self._known = {each.key: each for each in self._engine.endpoints() if not self._is_own(each)}
@@ -314,7 +316,7 @@ class Gateway:
         return found
 
     def _report(self, skipped: Mapping[str, LeftOut]) -> None:
-        """Log why something is left out, once, unless a rule or the defaults say so."""
+        """Log each reason once, except for names that the rules or their defaults exclude."""
         for name, each in skipped.items():
             text = f"{name}: {each.reason}"
             if not each.by_rule and text not in self._reported and len(self._reported) < _SKIPPED:
@@ -339,7 +341,7 @@ class Gateway:
             self._diagnostics.publish([self.status().diagnosis(self._node.name)])
 
     def status(self) -> GatewayStatus:
-        """Return what passes, at which rate, and what is left out and why. Thread-safe."""
+        """Return the open topics, services and actions, and the names left out. Thread-safe."""
         rows = [
             _row(key, each, self._rates.get(key, 0.0))
             for key, (_, each) in sorted(
@@ -360,12 +362,12 @@ def _row(key: Key, each: Open, rate: float) -> Row:
 
 
 class _ByRule(PiprosError):
-    """The rules, or their defaults, leave a name out."""
+    """The rules or their defaults exclude a name."""
 
 
 @contextlib.contextmanager
 def _skipping(skipped: dict[str, LeftOut], key: Key) -> Iterator[None]:
-    """Leave something out if the block raises."""
+    """Add a name to `skipped` if the block raises."""
     try:
         yield
     except (PiprosError, ValueError) as error:
@@ -380,12 +382,12 @@ def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Rou
         return Route(ros1, ros2, pair)
     for given, found in ((rule.ros1_type, pair.plan.ros1_type), (rule.ros2_type, pair.plan.ros2_type)):
         if given and given != found:
-            raise PiprosError(f"the type is {found}, and the rule has {given}")
+            raise PiprosError(f"the rule requires the type {given}, got {found}")
     return Route(ros1, ros2, pair, rule.rate, rule.qos)
 
 
 class _Found:
-    """Publishers, services and actions of ROS 2 by name."""
+    """ROS 2 publishers, services and actions by name."""
 
     def __init__(self, endpoints: Iterable[Endpoint]) -> None:
         self.publishers: dict[str, list[Endpoint]] = defaultdict(list)

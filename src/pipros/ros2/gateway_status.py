@@ -1,4 +1,4 @@
-"""What a gateway reports about itself: what passes, at which rate, and what is left out and why. Pure."""
+"""Status reports of a gateway: open topics, services and actions with rates, and names left out. Pure."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ class Row:
     Attributes:
         kind, direction: the words of the rules.
         types: the types in ROS 1 and ROS 2.
-        active: whether a node of the other side uses a topic.
-        count: messages, calls or goals so far. rate: those per second.
-        dropped: messages, calls or goals that failed. reason: that of the last one.
+        active: whether a node on the other side subscribes; true for services and actions.
+        count: number of messages, calls or goals.
+        rate: messages, calls or goals per second.
+        dropped: number of messages, calls or goals that failed.
+        reason: why the last one failed, or empty.
     """
 
     kind: str
@@ -37,7 +39,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """Why a topic, service or action does not pass. `by_rule`: the rules or their defaults say so."""
+    """Why a name does not pass. `by_rule` is true if the rules or their defaults exclude it."""
 
     reason: str
     by_rule: bool = False

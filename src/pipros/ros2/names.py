@@ -1,4 +1,4 @@
-"""The names that topics, services, actions and types of ROS 2 have in DDS and in Zenoh."""
+"""Names of ROS 2 topics, services, actions and types in DDS and in Zenoh."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ class ActionNames:
 
 
 def checked_name(name: str) -> str:
-    """Return a fully qualified name of ROS 2.
+    """Return a fully qualified ROS 2 name.
 
     Raises:
-        InvalidName: a part does not begin with a letter or `_`, as ROS 1 allows for names that begin with a
-            digit behind a slash, or contains other characters.
+        InvalidName: a part does not begin with a letter or `_` (ROS 1 also allows digits), or contains
+            characters that are not allowed.
     """
     parts = name.split("/")
     if (
@@ -47,7 +47,7 @@ def checked_name(name: str) -> str:
         or not all(_PART.fullmatch(part) and "__" not in part for part in parts[1:])
     ):
         raise InvalidName(
-            f"[{name}] is not a name of ROS 2: behind each slash, a letter or _ must follow, then letters, "
+            f"[{name}] is not a ROS 2 name: each slash must be followed by a letter or _, then letters, "
             "digits and single _"
         )
     return name
@@ -83,7 +83,7 @@ def action_names(name: str) -> ActionNames:
 
 
 def topic_of_dds(name: str) -> str | None:
-    """Return the topic of ROS 2 for a name in DDS, or None if it is not a topic of ROS 2."""
+    """Return the ROS 2 topic for a name in DDS, or None if it is not a ROS 2 topic."""
     return name[2:] if name.startswith("rt/") else None
 
 
@@ -108,7 +108,7 @@ def dds_type(type_name: str) -> str:
 
 
 def type_of_dds(name: str) -> str | None:
-    """Return the type of ROS 2 for a type name in DDS, or None if it is not a type of ROS 2."""
+    """Return the ROS 2 type for a type name in DDS, or None if it is not a ROS 2 type."""
     match = _DDS_TYPE.fullmatch(name)
     return "/".join(match.groups()) if match else None
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 from pipros.net.workers import Workers
 
 RETRY_S: Final = 10.0
-"""Age at which an answer is requested again. Until the new one arrives, the old one counts."""
+"""Age at which an answer is requested again. The old answer is used until then."""
 _AT_ONCE: Final = 16
 _LOG = logging.getLogger("pipros.ros2")
 
@@ -29,7 +29,7 @@ class NodeQueries:
         self._is_closed = False
 
     def ask(self, key: Hashable, query: Callable[[], Any]) -> None:
-        """Start a query, unless it is running or its answer is recent. An answer of None counts as none."""
+        """Start a query, unless it is running or its answer is recent. Ignore its answer if it is None."""
         with self._changed:
             age_s = time.monotonic() - self._asked_s.get(key, -self._retry_s)
             if key in self._running or age_s < self._retry_s:

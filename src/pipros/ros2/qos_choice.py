@@ -1,4 +1,4 @@
-"""Which quality of service a gateway offers to ROS 2, and requests from it."""
+"""Choose the quality of service that a gateway offers to ROS 2 and requests from it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class QosOverride:
 class ReaderChoice:
     """A subscriber to create, and the publishers whose messages it passes on.
 
-    A subscriber may match further publishers, whose messages another one passes on.
+    A subscriber may also match publishers whose messages another subscriber passes on.
     """
 
     qos: TopicQos
@@ -44,10 +44,10 @@ class ReaderChoice:
 def offered_qos(
     topic: str, *, is_latched: bool, queue_size: int = 0, override: QosOverride | None = None
 ) -> TopicQos:
-    """Return the QoS of a publisher in ROS 2 for a topic of ROS 1.
+    """Return the QoS of a publisher in ROS 2 for a ROS 1 topic.
 
-    Reliable and volatile, as ROS 2's default. Latched topics are transient_local with one message for each
-    publisher of ROS 1, and so is `/tf_static`, whose transforms the gateway merges. `/clock` is best effort.
+    Reliable and volatile, the ROS 2 default. Latched topics are transient_local with one message for each
+    ROS 1 publisher, and so is `/tf_static`, whose transforms the gateway merges. `/clock` is best effort.
     """
     if topic == _CLOCK:
         qos = TopicQos(Reliability.BEST_EFFORT, Durability.VOLATILE, 1)
@@ -63,9 +63,8 @@ def requested_qos(
 ) -> tuple[ReaderChoice, ...]:
     """Return the subscribers that receive from all publishers of a topic in ROS 2.
 
-    One subscriber with the strongest policies that match all publishers of a durability: reliable if all of
-    them are. If some publishers are transient_local and others volatile, there are two subscribers, because
-    a transient_local one matches no volatile publisher.
+    There is one subscriber for each durability, because a transient_local subscriber does not match volatile
+    publishers. Each has the strongest policies that match all its publishers: reliable if all of them are.
     """
     latched = [each for each in publishers if each.qos.durability is Durability.TRANSIENT_LOCAL]
     volatile = [each for each in publishers if each.qos.durability is Durability.VOLATILE]

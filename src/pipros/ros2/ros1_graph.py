@@ -1,4 +1,4 @@
-"""What a gateway sees of ROS 1 in one look at the master and at the nodes."""
+"""The ROS 1 topics, services and actions that a gateway can pass."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from pipros.node.service_client import OpenCalls
 from pipros.ros2.node_queries import NodeQueries
 
 _ANSWERS_S = 0.3
-"""How long a look waits for the answers of nodes."""
+"""Maximum time that `look` waits for the answers of nodes."""
 _Key = tuple[str, str, tuple[str, ...]]
 """Name, type (of topics) and nodes of a topic or service."""
 _STATUSES = "actionlib_msgs/GoalStatusArray"
@@ -30,7 +30,7 @@ _PARTS = {
     "result": "ActionResult",
     "feedback": "ActionFeedback",
 }
-"""The types of an action's topics, or what they end in."""
+"""The types of an action's topics, or their suffixes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Ros1Topic:
 
 @dataclass(frozen=True, slots=True)
 class Ros1Graph:
-    """One look.
+    """A snapshot of ROS 1.
 
     Attributes:
         topics, services, actions: by name. The value of a service or an action is its type.
@@ -56,7 +56,7 @@ class Ros1Graph:
 
 
 class Ros1Looker:
-    """Looks at ROS 1. All calls may block, with deadlines."""
+    """Takes snapshots of ROS 1. All calls may block, with deadlines."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -70,9 +70,9 @@ class Ros1Looker:
         self._loop.start()
 
     def look(self) -> Ros1Graph | None:
-        """Return the graph; None if the master does not answer.
+        """Return the current graph, or None if the master does not answer.
 
-        Topics and services whose nodes do not answer within a fraction of a second are in a later graph.
+        Topics and services whose nodes do not answer within `_ANSWERS_S` appear in a later graph.
         """
         found = read_state(self._node.master)
         if found is None:
@@ -143,7 +143,7 @@ def actions_of(topics: Mapping[str, Ros1Topic], subscribers: Registrations) -> d
 
 
 def is_part_of_action(topic: str, kind: str) -> bool:
-    """Return whether a topic belongs to an action of ROS 1."""
+    """Return whether a topic belongs to a ROS 1 action."""
     last = topic.rpartition("/")[2]
     return _PARTS.get(last, "-") in (kind, _suffix(kind))
 

@@ -1,4 +1,4 @@
-"""What a gateway passes between ROS 1 and ROS 2: allow and deny lists, and static rules, from YAML.
+"""Rules for what a gateway passes between ROS 1 and ROS 2: allow and deny lists, and static rules, from YAML.
 
     topics:
       to_ros2: {allow: ["/camera/*"], deny: ["/camera/debug"]}
@@ -8,8 +8,8 @@
     services:
       to_ros1: {allow: [/reset]}
 
-Patterns have the wildcards of shells; `*` matches slashes, too. A direction is that of the messages, and for
-services and actions that of the requests: `to_ros1` lets nodes of ROS 2 call services of ROS 1.
+Patterns have the wildcards of shells; `*` matches slashes, too. The direction of a service or an action is
+the direction of its requests: `to_ros1` lets ROS 2 nodes call ROS 1 services.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _Choice = TypeVar("_Choice", bound=Enum)
 
 
 class Kind(Enum):
-    """What passes. The values are the keys of the file."""
+    """Kind of name. The values are the keys of the file."""
 
     TOPIC = "topics"
     SERVICE = "services"
@@ -40,7 +40,7 @@ class Kind(Enum):
 
 
 class Direction(Enum):
-    """Where messages or requests go. The values are the words in the file."""
+    """Direction of messages or requests. The values are the words in the file."""
 
     TO_ROS1 = "to_ros1"
     TO_ROS2 = "to_ros2"
@@ -48,7 +48,7 @@ class Direction(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether a name passes. `reason` says why not, for users."""
+    """Whether a name passes, and the reason if not, for users."""
 
     passes: bool
     reason: str = ""
@@ -56,7 +56,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class NameFilter:
-    """Patterns of names. An empty `allow` allows what the defaults allow."""
+    """Patterns of names. If `allow` is empty, the defaults apply."""
 
     allow: tuple[str, ...] = ()
     deny: tuple[str, ...] = ()
@@ -101,7 +101,7 @@ _NEVER = {
     ),
     Kind.ACTION: (),
 }
-"""Names of the machinery of either side, which pass only if an allow list has exactly their name."""
+"""Internal names of either side, which pass only if an allow list contains the exact name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,31 +114,31 @@ class GatewayRules:
     def verdict(self, kind: Kind, direction: Direction, name: str, *, is_local: bool) -> Verdict:
         """Return whether a topic, service or action passes.
 
-        Without an allow list, everything passes except what enters ROS 1: services and actions, and topics if
-        ROS 2 is reached beyond this machine.
+        Without an allow list, all names pass to ROS 2. Topics pass to ROS 1 if the gateway reaches ROS 2 on
+        this machine only; services and actions do not.
 
         Args:
-            is_local: whether the gateway talks to ROS 2 on this machine only.
+            is_local: whether the gateway reaches ROS 2 on this machine only.
         """
         chosen = self.filters.get((kind, direction), NameFilter())
         where = f"{kind.value}: {direction.value}"
         pattern = next((each for each in chosen.deny if fnmatchcase(name, each)), None)
         if pattern is not None:
-            return Verdict(False, f"the deny list ({where}) has {pattern}")
+            return Verdict(False, f"the deny list ({where}) contains {pattern}")
         if name in chosen.allow:
             return Verdict(True)
         if any(fnmatchcase(name, each) for each in _NEVER[kind]):
-            return Verdict(False, f"the name is internal; an allow list ({where}) can name it")
+            return Verdict(False, f"an internal name passes only if an allow list ({where}) contains it")
         if chosen.allow:
             passes = any(fnmatchcase(name, each) for each in chosen.allow)
-            return Verdict(passes, "" if passes else f"the allow list ({where}) does not have it")
+            return Verdict(passes, "" if passes else f"the allow list ({where}) does not match it")
         if direction is Direction.TO_ROS1 and not (is_local and kind is Kind.TOPIC):
-            reason = "from other machines " if kind is Kind.TOPIC else ""
-            return Verdict(False, f"nothing {reason}enters ROS 1 unless an allow list ({where}) has it")
+            source = " from other machines" if kind is Kind.TOPIC else ""
+            return Verdict(False, f"{kind.value}{source} enter ROS 1 only if an allow list ({where}) matches")
         return Verdict(True)
 
     def names(self, kind: Kind, direction: Direction, name: str) -> bool:
-        """Return whether an allow list has exactly this name."""
+        """Return whether an allow list contains this exact name."""
         return name in self.filters.get((kind, direction), NameFilter()).allow
 
     def from_the_start(self, direction: Direction) -> list[str]:
@@ -150,7 +150,7 @@ class GatewayRules:
         ]
 
     def renamed(self, direction: Direction, name: str) -> StaticRule | None:
-        """Return the static rule for a topic of the side that publishes."""
+        """Return the static rule for a topic, by its name on the publishing side."""
         for rule in self.static:
             source = rule.ros1 if direction is Direction.TO_ROS2 else rule.ros2
             if source == name and direction in rule.directions:

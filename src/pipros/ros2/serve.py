@@ -1,4 +1,4 @@
-"""`pipros ros2` until it is ended: a node of ROS 1, an engine for ROS 2, and a gateway between them."""
+"""Run `pipros ros2`: a ROS 1 node, a connection to ROS 2, and a gateway between them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from pipros.ros2.type_pairs import TypePairs
 from pipros.ros2.zenoh.engine import ZenohEngine
 
 _ENDING_S: Final = 0.3
-"""How long node, gateway and engine can delay the end of the process."""
+"""Maximum time that node, gateway and engine can delay the end of the process."""
 
 
 class AlreadyRunning(PiprosError):
@@ -34,11 +34,11 @@ class AlreadyRunning(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class GatewayOptions:
-    """What a gateway connects, and how.
+    """Settings of a gateway.
 
     Attributes:
-        distribution: that of ROS 2; None if the user did not name it.
-        routers: endpoints of Zenoh; empty for DDS.
+        distribution: the ROS 2 distribution; None if the user did not name it.
+        routers: Zenoh endpoints; empty for DDS.
     """
 
     discovery: Discovery
@@ -49,7 +49,7 @@ class GatewayOptions:
 
     @property
     def is_local(self) -> bool:
-        """Whether ROS 2 is reached on this machine only. Others can connect to a router of Zenoh."""
+        """Whether ROS 2 is reached on this machine only. Other machines can connect to a Zenoh router."""
         found = self.discovery
         if self.routers:
             return False
@@ -121,7 +121,7 @@ def _announcement(options: GatewayOptions) -> str:
 
 
 def _check_name(node: Node) -> None:
-    """Raise AlreadyRunning if the node of this name answers: starting it again would end it."""
+    """Raise AlreadyRunning if a node of this name answers, because a second one would shut it down."""
     try:
         ask_pid(node.master.lookup_node(node.name), node.name)
     except PiprosError:

@@ -29,16 +29,16 @@ from pipros.ros2.rules import StaticRule
 
 
 class WrongHash(ConversionError):
-    """A node of ROS 2 has another definition of a type."""
+    """The definition of a type differs from that of a ROS 2 node."""
 
 
 @dataclass(frozen=True, slots=True)
 class TypePair:
-    """A type of ROS 1 and one of ROS 2.
+    """A ROS 1 type and the corresponding ROS 2 type.
 
     Attributes:
-        raw: class of messages of ROS 1 that are not decoded.
-        type_hash: hash of the type of ROS 2; empty in Humble.
+        raw: class of undecoded ROS 1 messages.
+        type_hash: hash of the ROS 2 type; empty in Humble.
     """
 
     plan: Plan
@@ -48,7 +48,7 @@ class TypePair:
 
 @dataclass(frozen=True, slots=True)
 class ServicePair:
-    """A service of ROS 1 and one of ROS 2."""
+    """A ROS 1 service and the corresponding ROS 2 service."""
 
     plan: ServicePlan
     md5sum: str
@@ -91,10 +91,10 @@ class TypePairs:
         return self._learned[name] if name in self._learned else self._installed.message(name)
 
     def of_ros1(self, definition: Definition) -> TypePair:
-        """Return the pair for a type of ROS 1, which need not be installed.
+        """Return the pair for a ROS 1 type, which need not be installed.
 
         Raises:
-            PiprosError: no type of ROS 2 corresponds, or a definition is unknown or invalid.
+            PiprosError: no ROS 2 type corresponds, or a definition is unknown or invalid.
         """
         with self._lock:
             if installed_class(definition.type) is None:
@@ -103,14 +103,14 @@ class TypePairs:
             return self._pair(plan, definition)
 
     def of_ros2(self, ros2_type: str) -> TypePair:
-        """Return the pair for a type of ROS 2. Raises the same errors as `of_ros1`."""
+        """Return the pair for a ROS 2 type. Raises the same errors as `of_ros1`."""
         with self._lock:
             plan = self._plans.for_ros2(ros2_type)
             found = installed_class(plan.ros1_type)
             if found is not None:
                 return self._pair(plan, Definition(plan.ros1_type, found._md5sum, found._full_text))
             if plan.ros1_type not in self._definitions:
-                raise NotFound(f"no package with {plan.ros1_type} is installed")
+                raise NotFound(f"the package of {plan.ros1_type} is not installed")
             return self._pair(plan, self._definitions[plan.ros1_type])
 
     def of_rule(self, rule: StaticRule) -> TypePair:
@@ -119,23 +119,24 @@ class TypePairs:
             return self.of_ros2(rule.ros2_type)
         found = installed_class(rule.ros1_type)
         if found is None:
-            raise NotFound(f"no package with {rule.ros1_type} is installed")
+            raise NotFound(f"the package of {rule.ros1_type} is not installed")
         return self.of_ros1(Definition(rule.ros1_type, found._md5sum, found._full_text))
 
     def check_hash(self, pair: TypePair, announced: str) -> None:
-        """Compare the hash of a type with that of a node of ROS 2.
+        """Compare the hash of a type with that of a ROS 2 node.
 
         Raises:
             WrongHash: they differ.
         """
         if announced and pair.type_hash and announced != pair.type_hash and not self._is_lenient:
             raise WrongHash(
-                f"{pair.plan.ros2_type} has another definition there (hash {announced[:15]}…, here "
-                f"{pair.type_hash[:15]}…); give --distro, or the folder of the package with --msgs"
+                f"the peer's definition of {pair.plan.ros2_type} differs: "
+                f"expected the hash {pair.type_hash[:15]}…, got {announced[:15]}…; "
+                "set --distro, or give the folder of the package with --msgs"
             )
 
     def of_service(self, ros1_type: str) -> ServicePair:
-        """Return the pair for a service of ROS 1. Raises the same errors as `of_ros1`."""
+        """Return the pair for a ROS 1 service. Raises the same errors as `of_ros1`."""
         with self._lock:
             plan = self._plans.service(ros1_type)
             found: Any = load_service_class(ros1_type)
@@ -145,17 +146,17 @@ class TypePairs:
             return ServicePair(plan, found._md5sum, self._plans.service_hash(plan.ros2_type), parts)
 
     def of_ros2_service(self, ros2_type: str) -> ServicePair:
-        """Return the pair for a service of ROS 2. Raises the same errors as `of_ros1`."""
+        """Return the pair for a ROS 2 service. Raises the same errors as `of_ros1`."""
         with self._lock:
             return self.of_service(self._plans.ros1_service(ros2_type))
 
     def of_action(self, ros1_type: str, ros2_type: str = "") -> ActionPair:
-        """Return the pair for an action of ROS 1, such as `nav_msgs/GetMap`.
+        """Return the pair for a ROS 1 action, such as `nav_msgs/GetMap`.
 
         Raises the same errors as `of_ros1`.
 
         Args:
-            ros2_type: the action of ROS 2, instead of the one that the rules determine.
+            ros2_type: the ROS 2 action, instead of the one that the rules determine.
         """
         with self._lock:
             plan = self._plans.action(ros1_type, ros2_type)
@@ -166,7 +167,7 @@ class TypePairs:
             return self._actions[key]
 
     def of_ros2_action(self, ros2_type: str) -> ActionPair:
-        """Return the pair for an action of ROS 2. Raises the same errors as `of_ros1`."""
+        """Return the pair for a ROS 2 action. Raises the same errors as `of_ros1`."""
         with self._lock:
             return self.of_action(self._plans.ros1_action(ros2_type), ros2_type)
 
@@ -187,12 +188,12 @@ class TypePairs:
         return TypePair(plan, class_like(header), type_hash)
 
     def _learn(self, definition: Definition) -> None:
-        """Add a definition that a publisher sent. The first one of a type counts."""
+        """Add a definition from a publisher. The first definition of each type is used."""
         if definition.type in self._definitions:
             return
         if self._learned_bytes + len(definition.text) > self._limit_bytes:
             raise LimitExceeded(
-                f"too many definitions were received; {limit_text('bridge_queue_bytes', self._limit_bytes)}"
+                f"too many received definitions; {limit_text('bridge_queue_bytes', self._limit_bytes)}"
             )
         specs = specs_from_text(definition.type, definition.text)
         self._learned_bytes += len(definition.text)

@@ -1,4 +1,4 @@
-"""Bags of ROS 2: written ones are read by rosbags, and those of rosbags are read like bags of ROS 1."""
+"""ROS 2 bags: written ones are read by rosbags, and those of rosbags are read like ROS 1 bags."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_rosbags_reads_converted_bags(
     code = rosbag(["convert", "--ros2", distribution.value, "--storage", storage, "run.bag", "out"])
 
     assert code == 0
-    assert "WARNING: /statistics is left out: no type of ROS 2" in capsys.readouterr().err
+    assert "WARNING: /statistics is left out: no type in ROS 2" in capsys.readouterr().err
     store = store_of(distribution)
     with Reader("out") as reader:
         found = [(c.topic, c.msgtype, time, bytes(data)) for c, time, data in reader.messages()]
@@ -223,7 +223,7 @@ def test_what_does_not_fit_is_left_out_with_a_reason(capsys: pytest.CaptureFixtu
 
     error = capsys.readouterr().err
     assert "messages of /solid are left out: shape_msgs/SolidPrimitive: a field has a length of 4" in error
-    assert "/9 is left out: [/9] is not a name of ROS 2" in error
+    assert "/9 is left out: [/9] is not a ROS 2 name" in error
     assert "messages of /two are left out: a topic has one type in ROS 2: std_msgs/msg/String, not" in error
     assert "/broken is left out: " in error
     with Reader("out") as reader:
@@ -338,7 +338,7 @@ def test_a_file_cannot_make_reading_endless(messages: str) -> None:
     database.commit()
     database.close()
 
-    with pytest.raises(BagFormatError, match="must have the tables"):
+    with pytest.raises(BagFormatError, match="its tables are missing"):
         Ros2BagReader(Path("evil.db3"))
 
 
@@ -369,7 +369,7 @@ def test_topics_with_unknown_types_are_left_out(capsys: pytest.CaptureFixture[st
 
     error = capsys.readouterr().err
     assert (
-        "WARNING: /state is left out: the type robot_interfaces/msg/State of ROS 2 jazzy is unknown" in error
+        "WARNING: /state is left out: the type robot_interfaces/msg/State is unknown in ROS 2 jazzy" in error
     )
     assert "--msgs" in error
 

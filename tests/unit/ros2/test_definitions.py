@@ -59,7 +59,7 @@ def test_a_definition_without_fields_has_one_byte() -> None:
         ("int32<=4 x", "only strings have a maximum length"),
         ("a/b/c/d x", "is not a type"),
         ("int32 9x", "a field name must be a letter"),
-        ("int32 x\nint8 x", "already a declaration of x"),
+        ("int32 x\nint8 x", "x is declared twice"),
     ],
 )
 def test_invalid_declarations_raise(line: str, reason: str) -> None:
@@ -140,7 +140,7 @@ def test_folders_precede_carried_types(tmp_path: Path) -> None:
 def test_an_unknown_type_names_the_folders_that_were_searched(tmp_path: Path) -> None:
     catalog = Catalog(Distribution.HUMBLE, installed_definitions(), [tmp_path])
 
-    with pytest.raises(NotFound, match=rf"my_msgs/msg/Mine of ROS 2 humble is unknown.*{tmp_path}"):
+    with pytest.raises(NotFound, match=rf"my_msgs/msg/Mine is unknown in ROS 2 humble.*{tmp_path}"):
         catalog.message("my_msgs/msg/Mine")
 
 

@@ -1,4 +1,4 @@
-"""The names of ROS 2 in DDS and Zenoh."""
+"""The ROS 2 names in DDS and Zenoh."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_keys_equal_the_published_ones() -> None:
 
 @pytest.mark.parametrize("name", ["chatter", "/", "/a/", "/9a", "/a//b", "/a__b", "/a-b", "", "/é"])
 def test_names_that_ros2_refuses_raise(name: str) -> None:
-    with pytest.raises(InvalidName, match="is not a name of ROS 2"):
+    with pytest.raises(InvalidName, match="is not a ROS 2 name"):
         names.dds_topic(name)
 
 

@@ -64,7 +64,7 @@ def test_little_enters_ros1_by_default(
     verdict = GatewayRules().verdict(kind, direction, "/a", is_local=is_local)
 
     assert verdict.passes is passes
-    assert ("enters ROS 1 unless an allow list" in verdict.reason) is not passes
+    assert ("enter ROS 1 only if an allow list" in verdict.reason) is not passes
 
 
 RULES = """
@@ -87,16 +87,16 @@ services:
             Kind.TOPIC,
             Direction.TO_ROS2,
             "/camera/debug_image",
-            "the deny list (topics: to_ros2) has",
+            "the deny list (topics: to_ros2) contains",
         ),
         (Kind.TOPIC, Direction.TO_ROS1, "/cmd_vel", ""),
-        (Kind.TOPIC, Direction.TO_ROS1, "/scan", "the allow list (topics: to_ros1) does not have it"),
+        (Kind.TOPIC, Direction.TO_ROS1, "/scan", "the allow list (topics: to_ros1) does not match it"),
         (Kind.TOPIC, Direction.TO_ROS1, "/rosout", ""),
-        (Kind.TOPIC, Direction.TO_ROS2, "/rosout", "the name is internal"),
-        (Kind.TOPIC, Direction.TO_ROS2, "/turn/_action/status", "the name is internal"),
+        (Kind.TOPIC, Direction.TO_ROS2, "/rosout", "an internal name"),
+        (Kind.TOPIC, Direction.TO_ROS2, "/turn/_action/status", "an internal name"),
         (Kind.SERVICE, Direction.TO_ROS1, "/reset", ""),
         (Kind.SERVICE, Direction.TO_ROS1, "/shutdown", "the deny list"),
-        (Kind.SERVICE, Direction.TO_ROS1, "/node/get_loggers", "the name is internal"),
+        (Kind.SERVICE, Direction.TO_ROS1, "/node/get_loggers", "an internal name"),
     ],
 )
 def test_lists_decide(kind: Kind, direction: Direction, name: str, reason: str) -> None:
@@ -132,7 +132,7 @@ def test_static_rules_rename_topics() -> None:
         ("topics: {to_ros1: {allow: [a]}}", "must begin with / or"),
         ("services: {static: []}", "unknown key static"),
         ("topics: {static: [{}]}", "ros1 must be the full name of a topic"),
-        ("topics: {static: [{ros1: /a, ros2: /9}]}", "is not a name of ROS 2"),
+        ("topics: {static: [{ros1: /a, ros2: /9}]}", "is not a ROS 2 name"),
         ("topics: {static: [{ros1: /a, direction: up}]}", "expected one of to_ros1, to_ros2, got 'up'"),
         ("topics: {static: [{ros1: /a, rate: 0}]}", "rate must be a number greater than zero"),
         ("topics: {static: [{ros1: /a, qos: {depth: -1}}]}", "depth must be a whole number"),

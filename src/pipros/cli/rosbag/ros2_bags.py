@@ -24,7 +24,7 @@ def add_folders_option(parser: OptionParser) -> None:
         default=[],
         action="append",
         metavar="DIR",
-        help="find message definitions of ROS 2 in DIR, which contains packages",
+        help="find message ROS 2 definitions in DIR, which contains packages",
     )
 
 
@@ -42,7 +42,7 @@ def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
         BagError, OSError: see `open_any_bag`.
     """
     if not os.path.isdir(path) and not is_mcap(path) and _is_ros1(path):
-        return open_bag(path)  # imported late: a ROS 1 bag does not need the conversion
+        return open_bag(path)  # opening a ROS 1 bag does not need the imports for conversion
     from pipros.ros2.bags.reader import Ros2BagReader, open_any_bag
 
     bag = open_any_bag(path, folders=definition_folders(msgs))

@@ -1,1 +1,1 @@
-"""Bags of ROS 2 (MCAP and SQLite): reading them as bags of ROS 1, and writing them."""
+"""ROS 2 bags (MCAP and SQLite): reading them as ROS 1 bags, and writing them."""

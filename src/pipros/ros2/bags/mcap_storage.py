@@ -1,4 +1,4 @@
-"""MCAP files of ROS 2, the default since Iron (https://mcap.dev/spec/registry, profile `ros2`)."""
+"""ROS 2 MCAP files, the default since Iron (https://mcap.dev/spec/registry, profile `ros2`)."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class McapStorage:
 
 
 def has_cdr(path: Path) -> bool:
-    """Return whether an MCAP file has channels with messages of ROS 2. False if its summary is unreadable.
+    """Return whether an MCAP file has channels with ROS 2 messages. False if its summary is unreadable.
 
     Raises:
         BagError: the library is missing.

@@ -1,7 +1,7 @@
-"""`metadata.yaml`, which describes the files and topics of a bag of ROS 2.
+"""`metadata.yaml`, which describes the files and topics of a ROS 2 bag.
 
 Versions differ in the QoS profiles: up to version 8 they are text with numbers, in version 9 a list with
-words. Humble and Iron cannot read the latter (ros2/rosbag2#2013).
+words. Humble and Iron cannot read version 9 (ros2/rosbag2#2013).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class BagMetadata:
     """The content of `metadata.yaml`.
 
     Attributes:
-        start_ns, duration_ns: the time of the first message, and to the last one.
+        start_ns, duration_ns: time of the first message, and the time from it to the last.
         distribution: the distribution that wrote the bag, or None if it is unknown.
         compression: the format in which files or messages are compressed, or empty.
     """

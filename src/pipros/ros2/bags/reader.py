@@ -1,4 +1,4 @@
-"""Read bags of ROS 2 like bags of ROS 1: messages are converted when they are read."""
+"""Read ROS 2 bags like ROS 1 bags: messages are converted when they are read."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ from pipros.ros2.interfaces.ros1_text import ros1_definition, ros1_name
 
 _METADATA = "metadata.yaml"
 _LAST_WITHOUT_DISTRIBUTION = 5
-_OPTIONS = "give the folders with definitions of ROS 2 by --msgs"
+_OPTIONS = "give the folders with ROS 2 definitions by --msgs"
 
 
 class Ros2BagReader(BagReader):
-    """A bag of ROS 2, with the methods of `BagReader`.
+    """A ROS 2 bag, with the methods of `BagReader`.
 
     A topic is left out if its type cannot be converted; `skipped` says why.
 
     Args:
         path: the folder of a bag, or one of its files.
-        folders: folders with definitions of ROS 2; see `Catalog`.
+        folders: folders with ROS 2 definitions; see `Catalog`.
 
     Raises:
         BagError: the bag is damaged, or needs a library that is not installed.
@@ -53,7 +53,7 @@ class Ros2BagReader(BagReader):
 
     Attributes:
         skipped: why topics are left out, by topic.
-        topic_types: the types of ROS 2, by topic.
+        topic_types: the ROS 2 types, by topic.
     """
 
     def __init__(
@@ -219,7 +219,7 @@ class Ros2BagReader(BagReader):
 
 
 class _Ros1Types:
-    """Definitions of ROS 1: those of installed packages, and those made for types that only ROS 2 has."""
+    """ROS 1 definitions, of installed packages or derived for types that only ROS 2 has."""
 
     def __init__(self) -> None:
         self._installed = installed_definitions()
@@ -244,7 +244,7 @@ class _Ros1Types:
 def open_any_bag(
     path: str | os.PathLike[str], *, folders: Sequence[str | os.PathLike[str]] = ()
 ) -> BagReader:
-    """Open a bag of ROS 1 or ROS 2: a file, or the folder of a bag of ROS 2.
+    """Open a ROS 1 or ROS 2 bag: a file, or the folder of a ROS 2 bag.
 
     Raises:
         BagError: it is not a bag, is damaged, or needs a library that is not installed.
@@ -256,7 +256,7 @@ def open_any_bag(
 
 
 def is_ros2_bag(path: str | os.PathLike[str]) -> bool:
-    """Return whether a path is a bag of ROS 2. Raises the same errors as `open_any_bag`."""
+    """Return whether a path is a ROS 2 bag. Raises the same errors as `open_any_bag`."""
     path = Path(path)
     if path.is_dir():
         return (path / _METADATA).exists()
@@ -280,7 +280,7 @@ def _files(path: Path) -> tuple[BagMetadata | None, list[Path]]:
         raise BagError(
             f"{path}: its files or messages are compressed with {metadata.compression}; decompress them first"
         )
-    # Old versions have the name of the folder in the paths.
+    # Old versions include the folder name in the paths.
     paths = [path / Path(name).name for name in metadata.files]
     if not paths:
         raise BagFormatError(f"{where} names no files")

@@ -1,4 +1,4 @@
-"""SQLite files of ROS 2 (`.db3`), the default of Humble.
+"""ROS 2 SQLite files (`.db3`), the default of Humble.
 
 The schema has version 3 in Humble, and 4 in later distributions, which store definitions and type hashes.
 """
@@ -45,9 +45,9 @@ def _translated(name: str) -> Iterator[None]:
     except sqlite3.OperationalError as error:
         if str(error) == "interrupted":
             raise KeyboardInterrupt from None
-        raise BagFormatError(f"{name} is not a bag of ROS 2, or is damaged: {error}") from error
+        raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}") from error
     except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
-        raise BagFormatError(f"{name} is not a bag of ROS 2, or is damaged: {error}") from error
+        raise BagFormatError(f"{name} is not a ROS 2 bag, or is damaged: {error}") from error
 
 
 class SqliteReader:
@@ -97,7 +97,7 @@ class SqliteReader:
         self._database.close()
 
     def _check_tables(self) -> None:
-        """Check that reading a table runs no expression of the file, which could take forever."""
+        """Check that reading a table does not evaluate expressions from the file, which might never end."""
         names = ("topics", "messages", "message_definitions")
         query = "SELECT type, sql FROM sqlite_master WHERE lower(name) IN (?, ?, ?)"
         found = self._database.execute(query, names).fetchall()
@@ -106,7 +106,7 @@ class SqliteReader:
             row for name in names for row in self._database.execute(f"PRAGMA table_xinfo({name})") if row[6]
         ]
         if not is_plain or computed or len(found) < len(names) - 1:
-            raise BagFormatError(f"{self._name} is not a bag of ROS 2: it must have the tables of one")
+            raise BagFormatError(f"{self._name} is not a ROS 2 bag: its tables are missing")
 
     def _topics(self) -> list[tuple[Any, ...]]:
         known = {row[1] for row in self._database.execute("PRAGMA table_info(topics)")}
@@ -141,7 +141,7 @@ class SqliteWriter:
         with self._writing():
             self._database = sqlite3.connect(path, isolation_level=None)
         run = self._run
-        # The file becomes visible after it is complete; a journal would only cost time.
+        # The file becomes visible when it is complete, so a journal is not needed.
         run("PRAGMA journal_mode = OFF")
         run("PRAGMA synchronous = OFF")
         run("BEGIN")

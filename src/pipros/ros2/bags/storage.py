@@ -1,4 +1,4 @@
-"""What the files of a bag of ROS 2 have in common, whatever their format."""
+"""Interface of the storage formats of ROS 2 bags."""
 
 from __future__ import annotations
 
@@ -64,4 +64,4 @@ class StorageWriter(Protocol):
         """Write the end of the file, with a copy of the metadata, and close it."""
 
     def close(self) -> None:
-        """Close the file as it is."""
+        """Close the file without finishing it."""

@@ -1,4 +1,4 @@
-"""Write bags of ROS 2 from the messages of bags of ROS 1."""
+"""Write ROS 2 bags from the messages of ROS 1 bags."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class _Topic:
 
 
 class Ros2BagWriter:
-    """Writer of one file of a bag, which takes messages of ROS 1 like `BagWriter`.
+    """Writer of one file of a bag, which takes ROS 1 messages like `BagWriter`.
 
     Attributes:
         skipped: why topics were left out, by topic.
@@ -121,7 +121,7 @@ class Ros2BagWriter:
         return self._plans[key]
 
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
-        """Add a message, which is left out if its values do not fit the type of ROS 2."""
+        """Add a message, which is left out if its values do not fit the ROS 2 type."""
         found = self._of_connection[connection.id]
         if found is None:
             return
@@ -176,7 +176,7 @@ def new_ros2_bag(
     Args:
         storage: `mcap` or `sqlite3`.
         compression: of the chunks in MCAP files: `none`, `lz4` or `zstd`.
-        folders: folders with definitions of ROS 2; see `Catalog`.
+        folders: folders with ROS 2 definitions; see `Catalog`.
 
     Raises:
         BagError: a format is unknown, or a library is missing.

@@ -1,4 +1,4 @@
-"""The serialized default values of fields that only the target of a conversion has."""
+"""Serialized default values of fields that only the target of a conversion has."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _single(value: Value, default: Any, values: Values, *, to_cdr: bool) -> Iter
     elif value.kind in (Kind.STRING, Kind.WIDE_STRING):
         octets = b"" if default is None else str(default).encode()
         if value.kind is Kind.WIDE_STRING:
-            octets = b""  # how a default would be encoded depends on the vendor
+            octets = b""  # vendors encode wide strings differently
         elif to_cdr:
             octets += b"\0"
         yield 4, 4, _U32.pack(len(octets))

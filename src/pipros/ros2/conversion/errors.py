@@ -23,7 +23,7 @@ class BoundExceeded(ConversionError):
 
 
 class NotConvertible(ConversionError):
-    """Two types have no conversion. The text names the fields, and the rule that is missing."""
+    """Two types cannot be converted. The text names the fields or the missing rule."""
 
 
 class InvalidRules(PiprosError):

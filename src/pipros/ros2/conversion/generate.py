@@ -46,7 +46,7 @@ def converter_source(
 ) -> tuple[str, dict[str, Any]]:
     """Return the source of a module with the function `convert(data)`, and the tables that it needs.
 
-    The function takes a `memoryview` of ROS 1's bytes or of a CDR body, and returns a list of buffers.
+    The function takes a `memoryview` of a ROS 1 message or of a CDR body, and returns a list of buffers.
 
     Raises:
         NotConvertible: fields that correspond have types that do not.
@@ -229,7 +229,7 @@ class _Converter(RunEmitter):
     def _pair(self, source: Value, target: Value) -> Pair:
         first, second = self._ordered(source, target)
         if not isinstance(first.message, MessageSpec) or not isinstance(second.message, Ros2Message):
-            raise TypeError("a message has no definition")
+            raise TypeError("a message must have a definition")
         return self._pairing.message(first.message, second.message)
 
     def _string(self, bound: int) -> None:
@@ -350,7 +350,7 @@ class _Converter(RunEmitter):
     def _may_be_flat(self, value: Value) -> bool:
         """Return False for a type with strings, times or arrays other than fixed ones of numbers.
 
-        For those, a trial would be in vain, and trials within trials would multiply.
+        A trial for those types always fails, and nested trials would multiply.
         """
         if value.kind is not Kind.MESSAGE or value.message is None:
             return value.kind in (Kind.INTEGER, Kind.FLOAT) and value.form is not Form.SEQUENCE

@@ -1,11 +1,11 @@
-"""Which type of ROS 2 corresponds to a type of ROS 1, and which fields correspond.
+"""Which ROS 2 type corresponds to a ROS 1 type, and which fields correspond.
 
 Rules are those of ros1_bridge, whose YAML files are read unchanged
 (https://github.com/ros2/ros1_bridge/blob/master/doc/index.rst):
 
 - a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, and other packages to those of the same name;
 - types correspond to types of the same name, and fields to fields of the same name, ignoring case;
-- rules name packages, types or fields that correspond otherwise. If a rule names fields, it names them all.
+- rules name other packages, types or fields that correspond. A rule that names fields must name all.
 
 ros1_bridge has no actions; here, rules name them with the keys `ros1_action_name`, `ros2_action_name`,
 `goal_fields_1_to_2`, `result_fields_1_to_2` and `feedback_fields_1_to_2`.
@@ -21,7 +21,7 @@ from pipros.ros2.conversion.errors import InvalidRules
 from pipros.safe.yaml import YamlError, load
 
 Fields = Mapping[str, str]
-"""Fields of ROS 1 and the corresponding ones of ROS 2, as dotted paths."""
+"""Maps ROS 1 fields to ROS 2 fields, as dotted paths."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class MappingRules:
     actions: tuple[ActionRule, ...] = ()
 
     def message(self, ros1: str = "", ros2: str = "") -> MessageRule | None:
-        """Return the first rule for a type of ROS 1, a type of ROS 2, or a pair of both."""
+        """Return the first rule for a ROS 1 type, a ROS 2 type, or a pair of both."""
         return next((each for each in self.messages if _fits(each, ros1, ros2)), None)
 
     def service(self, ros1: str = "", ros2: str = "") -> ServiceRule | None:
@@ -84,7 +84,7 @@ class MappingRules:
         return next((each for each in self.actions if _fits(each, ros1, ros2)), None)
 
     def candidates_in_ros2(self, ros1: str, middle: str = "msg") -> Iterator[str]:
-        """Yield the types of ROS 2 to try for a type of ROS 1 without its own rule, the most likely first."""
+        """Yield the ROS 2 types to try for a ROS 1 type without its own rule, the most likely first."""
         package, _, name = ros1.partition("/")
         for other in [second for first, second in self.packages if first == package]:
             yield f"{other}/{middle}/{name}"
@@ -93,7 +93,7 @@ class MappingRules:
             yield f"{package.removesuffix('_msgs')}_interfaces/{middle}/{name}"
 
     def candidates_in_ros1(self, ros2: str) -> Iterator[str]:
-        """Yield the types of ROS 1 to try for a type of ROS 2 without its own rule."""
+        """Yield the ROS 1 types to try for a ROS 2 type without its own rule."""
         package, _, name = ros2.split("/")
         for other in [first for first, second in self.packages if second == package]:
             yield f"{other}/{name}"
@@ -142,7 +142,7 @@ BUILTIN_RULES = MappingRules(
         ),
     ),
 )
-"""The rules that pipros has. Rules of the user precede them."""
+"""Built-in rules. Rules of the user precede them."""
 
 _PACKAGES = ("ros1_package_name", "ros2_package_name")
 _KEYS = {

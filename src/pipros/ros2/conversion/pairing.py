@@ -1,4 +1,4 @@
-"""Pairs of corresponding messages, down to the fields: what a conversion copies, drops and fills."""
+"""Pairs of corresponding messages and fields, from which a conversion is generated."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Path = tuple[str, ...]
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """A field of ROS 1 and the corresponding field of ROS 2."""
+    """A ROS 1 field and the corresponding ROS 2 field."""
 
     ros1: Path
     ros2: Path
@@ -40,13 +40,13 @@ class Pair:
 
     @property
     def only_ros1(self) -> tuple[str, ...]:
-        """The fields that are dropped on the way to ROS 2."""
+        """The fields that a conversion to ROS 2 drops."""
         linked = {link.ros1[0] for link in self.links}
         return tuple(field.name for field in self.ros1.fields if field.name not in linked)
 
     @property
     def only_ros2(self) -> tuple[str, ...]:
-        """The fields that are dropped on the way to ROS 1, and filled with defaults on the way to ROS 2."""
+        """The fields that a conversion to ROS 1 drops, and a conversion to ROS 2 fills with defaults."""
         linked = {link.ros2[0] for link in self.links}
         return tuple(
             field.name for field in self.ros2.fields if field.name not in linked and field != NO_FIELDS
@@ -57,8 +57,8 @@ class Pairing:
     """Finder of pairs.
 
     Args:
-        lookup: the definitions of ROS 1.
-        rules: the rules of the user, followed by those of pipros; see `mapping.merged`.
+        lookup: the ROS 1 definitions.
+        rules: the rules of the user, followed by the built-in rules; see `mapping.merged`.
     """
 
     def __init__(self, lookup: Lookup, catalog: Catalog, rules: MappingRules) -> None:
@@ -67,10 +67,10 @@ class Pairing:
         self._rules = rules
 
     def ros2_type(self, ros1: str) -> str:
-        """Return the type of ROS 2 for a message of ROS 1.
+        """Return the ROS 2 type for a ROS 1 message.
 
         Raises:
-            NotConvertible: no type of ROS 2 corresponds.
+            NotConvertible: no ROS 2 type corresponds.
         """
         rule = self._rules.message(ros1=ros1)
         if rule is not None:
@@ -78,14 +78,14 @@ class Pairing:
         return _first(ros1, self._rules.candidates_in_ros2(ros1), self.catalog.has_message, self.catalog)
 
     def ros1_type(self, ros2: str) -> str:
-        """Return the type of ROS 1 for a message of ROS 2. Raises the same errors as `ros2_type`."""
+        """Return the ROS 1 type for a ROS 2 message. Raises the same errors as `ros2_type`."""
         rule = self._rules.message(ros2=ros2)
         if rule is not None:
             return rule.ros1
         return _first(ros2, self._rules.candidates_in_ros1(ros2), self._has_ros1, None)
 
     def ros2_service(self, ros1: str) -> str:
-        """Return the service of ROS 2 for one of ROS 1. Raises the same errors as `ros2_type`."""
+        """Return the ROS 2 service for a ROS 1 service. Raises the same errors as `ros2_type`."""
         rule = self._rules.service(ros1=ros1)
         if rule is not None:
             return rule.ros2
@@ -94,7 +94,7 @@ class Pairing:
         )
 
     def ros1_service(self, ros2: str, lookup: Callable[[str], object]) -> str:
-        """Return the service of ROS 1 for one of ROS 2. Raises the same errors as `ros2_type`."""
+        """Return the ROS 1 service for a ROS 2 service. Raises the same errors as `ros2_type`."""
         rule = self._rules.service(ros2=ros2)
         if rule is not None:
             return rule.ros1
@@ -121,7 +121,7 @@ class Pairing:
         return request, _pair(ros1.response, ros2.response, None if rule is None else rule.response)
 
     def ros2_action(self, ros1: str) -> str:
-        """Return the action of ROS 2 for one of ROS 1. Raises the same errors as `ros2_type`."""
+        """Return the ROS 2 action for a ROS 1 action. Raises the same errors as `ros2_type`."""
         rule = self._rules.action(ros1=ros1)
         if rule is not None:
             return rule.ros2
@@ -129,7 +129,7 @@ class Pairing:
         return _first(ros1, candidates, self.catalog.has_action, self.catalog)
 
     def ros1_action(self, ros2: str) -> str:
-        """Return the action of ROS 1 for one of ROS 2. Raises the same errors as `ros2_type`."""
+        """Return the ROS 1 action for a ROS 2 action. Raises the same errors as `ros2_type`."""
         rule = self._rules.action(ros2=ros2)
         if rule is not None:
             return rule.ros1
@@ -176,7 +176,7 @@ def _first(
         if exists(each):
             return each
     where = f"ROS 2 {catalog.distribution.value}" if catalog else "ROS 1"
-    raise NotConvertible(f"no type of {where} corresponds to {name}: tried {', '.join(tried)}")
+    raise NotConvertible(f"no type in {where} corresponds to {name}: tried {', '.join(tried)}")
 
 
 def _pair(ros1: MessageSpec, ros2: Ros2Message, fields: Fields | None) -> Pair:

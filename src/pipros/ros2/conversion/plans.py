@@ -1,4 +1,4 @@
-"""Compiled conversions between messages of ROS 1 and CDR, services and actions.
+"""Compiled conversions of messages, services and actions between ROS 1 and CDR.
 
 plans = Plans(Catalog(Distribution.JAZZY, ros1), ros1, BUILTIN_RULES)
 plan = plans.for_ros1("sensor_msgs/Image")
@@ -62,7 +62,7 @@ class Plan:
         self._function(to_cdr=False)
 
     def to_cdr_parts(self, data: Buffer) -> list[Any]:
-        """Return the CDR of a message of ROS 1 as buffers, which may be views of `data`.
+        """Return the CDR of a ROS 1 message as buffers, which may be views of `data`.
 
         Raises:
             ConversionError: the bytes are not a message of the type. BoundExceeded: a field is too long.
@@ -74,7 +74,7 @@ class Plan:
         return b"".join(self.to_cdr_parts(data))
 
     def to_ros1_parts(self, cdr: Buffer) -> list[Any]:
-        """Return the message of ROS 1 for CDR as buffers. The `seq` of headers is 0.
+        """Return the ROS 1 message for CDR as buffers. The `seq` of headers is 0.
 
         Raises:
             ConversionError: the bytes are not little-endian CDR of the type.
@@ -124,7 +124,7 @@ class ActionPlan:
     """Conversion of an action.
 
     Attributes:
-        result: the messages of both sides begin with the status of the goal in ROS 2 (one byte).
+        result: its messages begin with the ROS 2 status of the goal (one byte), on both sides.
     """
 
     ros1_type: str
@@ -150,17 +150,17 @@ class Plans:
         self._actions: dict[tuple[str, str], ActionPlan] = {}
 
     def for_ros1(self, ros1_type: str) -> Plan:
-        """Return the plan for a message of ROS 1, whose counterpart the rules determine.
+        """Return the plan for a ROS 1 message, whose counterpart the rules determine.
 
         Raises:
-            NotConvertible: no type of ROS 2 corresponds, or its fields do not.
-            NotFound: the type of ROS 1, or an embedded type, is unknown.
+            NotConvertible: no ROS 2 type corresponds, or its fields do not.
+            NotFound: the ROS 1 type, or an embedded type, is unknown.
             DefinitionError: a definition is invalid.
         """
         return self.between(ros1_type, self._pairing.ros2_type(ros1_type))
 
     def for_ros2(self, ros2_type: str) -> Plan:
-        """Return the plan for a message of ROS 2. Raises the same errors as `for_ros1`."""
+        """Return the plan for a ROS 2 message. Raises the same errors as `for_ros1`."""
         return self.between(self._pairing.ros1_type(ros2_type), ros2_type)
 
     def between(self, ros1_type: str, ros2_type: str) -> Plan:
@@ -173,7 +173,7 @@ class Plans:
         return self._plans[key]
 
     def service(self, ros1_type: str) -> ServicePlan:
-        """Return the plan for a service of ROS 1. Raises the same errors as `for_ros1`."""
+        """Return the plan for a ROS 1 service. Raises the same errors as `for_ros1`."""
         if ros1_type not in self._services:
             ros2_type = self._pairing.ros2_service(ros1_type)
             request, response = self._pairing.service(self._ros1.service(ros1_type), ros2_type)
@@ -183,14 +183,14 @@ class Plans:
         return self._services[ros1_type]
 
     def ros1_service(self, ros2_type: str) -> str:
-        """Return the service of ROS 1 for one of ROS 2. Raises NotConvertible."""
+        """Return the ROS 1 service for a ROS 2 service. Raises NotConvertible."""
         return self._pairing.ros1_service(ros2_type, self._ros1.service)
 
     def action(self, ros1_type: str, ros2_type: str = "") -> ActionPlan:
-        """Return the plan for an action of ROS 1 (`package/Name`). Raises the same errors as `for_ros1`.
+        """Return the plan for a ROS 1 action (`package/Name`). Raises the same errors as `for_ros1`.
 
         Args:
-            ros2_type: the action of ROS 2, instead of the one that the rules determine.
+            ros2_type: the ROS 2 action, instead of the one that the rules determine.
         """
         ros2_type = ros2_type or self._pairing.ros2_action(ros1_type)
         key = ros1_type, ros2_type
@@ -200,7 +200,7 @@ class Plans:
         return self._actions[key]
 
     def ros1_action(self, ros2_type: str) -> str:
-        """Return the action of ROS 1 for one of ROS 2. Raises NotConvertible."""
+        """Return the ROS 1 action for a ROS 2 action. Raises NotConvertible."""
         return self._pairing.ros1_action(ros2_type)
 
     def _plan(self, pair: Pair) -> Plan:
@@ -210,11 +210,11 @@ class Plans:
         return Plan(pair, self._pairing)
 
     def message_hash(self, ros2_type: str) -> str:
-        """Return the type hash of a message of ROS 2."""
+        """Return the type hash of a ROS 2 message."""
         return message_hash(self.catalog.message(ros2_type), self.catalog.message)
 
     def service_hash(self, ros2_type: str) -> str:
-        """Return the type hash of a service of ROS 2."""
+        """Return the type hash of a ROS 2 service."""
         return service_hash(self.catalog.service(ros2_type), self.catalog.message)
 
     def part_hashes(self, ros2_type: str) -> tuple[str, str]:
@@ -223,7 +223,7 @@ class Plans:
         return message_hash(service.request, lookup), message_hash(service.response, lookup)
 
     def action_hashes(self, ros2_type: str) -> ActionHashes:
-        """Return the type hashes of an action of ROS 2."""
+        """Return the type hashes of a ROS 2 action."""
         action, cancel_goal = self.catalog.action(ros2_type), self.catalog.service(CANCEL_GOAL)
         return action_hashes(action, cancel_goal, self.catalog.message)
 
@@ -263,4 +263,4 @@ _NAMES: dict[str, Any] = {
     "_range": range,
     "_u32": _U32.unpack_from,
 }
-"""The names that generated code uses, besides its own tables."""
+"""The names that generated code uses, in addition to its own tables."""

@@ -19,7 +19,7 @@ PHASES = 8
 
 
 class Role(Enum):
-    """What happens to the bytes of a run's item."""
+    """How a conversion treats the bytes of an item."""
 
     COPY = "copy"
     DROP = "drop"
@@ -27,7 +27,7 @@ class Role(Enum):
 
 
 class Check(Enum):
-    """Values that may not fit the other side; `patched` corrects them."""
+    """Types of values that may not fit the other side. `patched` corrects them."""
 
     TIME_TO_ROS2 = "time_to_ros2"
     TIME_TO_ROS1 = "time_to_ros1"

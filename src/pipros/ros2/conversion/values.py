@@ -1,4 +1,4 @@
-"""Types of both languages in a common form, as far as their serialization is concerned."""
+"""A common form of ROS 1 and ROS 2 field types, for serialization."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.ros2.interfaces.spec import DURATION, SIZES, TIME, Form, Ros2Message
 
 
 class Kind(Enum):
-    """What a value consists of. The values of the members are for error messages."""
+    """Kind of value. The enum values are texts for error messages."""
 
     INTEGER = "integers"
     FLOAT = "floating-point numbers"
@@ -33,7 +33,7 @@ class Value:
         message: the definition of an embedded message.
         bound: maximum number of elements; 0 for no maximum.
         string_bound: maximum number of characters; 0 for no maximum.
-        default: the default as written in a definition of ROS 2, or empty.
+        default: the default as written in a ROS 2 definition, or empty.
     """
 
     kind: Kind
@@ -57,7 +57,7 @@ WHOLE_MESSAGES = {
     TIME: Kind.TIME,
     DURATION: Kind.DURATION,
 }
-"""Messages that consist of one time, which the other language may have as a built-in type."""
+"""Messages that contain a single time, which may be a built-in type in the other language."""
 
 
 class Values:
@@ -68,12 +68,12 @@ class Values:
         self._catalog = catalog
 
     def of_message(self, message: MessageSpec | Ros2Message) -> Value:
-        """Return the value that a whole message is."""
+        """Return the value for a whole message."""
         kind = WHOLE_MESSAGES.get(message.type, Kind.MESSAGE)
         return Value(kind, size=0 if kind is Kind.MESSAGE else 8, message=message)
 
     def of_fields(self, message: MessageSpec | Ros2Message) -> dict[str, Value]:
-        """Return the fields of a message, in their order."""
+        """Return the fields of a message in order."""
         if isinstance(message, MessageSpec):
             return {each.name: self._ros1(each.type) for each in message.fields}
         return {each.name: self._ros2(each.type, each.default) for each in message.fields}

@@ -1,1 +1,1 @@
-"""Interface definitions of ROS 2: their language, their type hashes, and the types that pipros knows."""
+"""Interface ROS 2 definitions: their language, their type hashes, and the types that pipros knows."""

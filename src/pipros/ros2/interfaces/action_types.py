@@ -1,4 +1,4 @@
-"""The services and messages that ROS 2 makes from an action
+"""ROS 2 action definitions, and the services and messages derived from them
 (https://design.ros2.org/articles/actions.html).
 """
 

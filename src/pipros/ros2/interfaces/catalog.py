@@ -1,6 +1,6 @@
-"""The types of one distribution of ROS 2: carried by pipros, in folders of the user, or derived from ROS 1.
+"""The types of a ROS 2 distribution: carried by pipros, in folders of the user, or derived from ROS 1.
 
-The file `carried.msgs` names the types that have the fields of ROS 1, and defines those that differ.
+The file `carried.msgs` lists types with the same fields as in ROS 1, and defines types that differ.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from pipros.ros2.interfaces.spec import CompleteRos2Message, Ros2Message, Ros2Se
 
 @dataclass(frozen=True, slots=True)
 class Ros1Definitions:
-    """Functions that return a definition of ROS 1 by its name, or raise NotFound."""
+    """Functions that return a ROS 1 definition by its name, or raise NotFound."""
 
     message: Callable[[str], MessageSpec]
     service: Callable[[str], ServiceSpec]
@@ -73,13 +73,13 @@ def carried(distribution: Distribution) -> Carried:
 
 
 class Catalog:
-    """Definitions of ROS 2, by name. Each is read once.
+    """ROS 2 definitions, by name. Each is read once.
 
-    A type is taken from the first of these that has it: `folders`, the carried types, and, if `derive` is
-    true, the type of ROS 1 with the same name.
+    A type is looked up in `folders`, then in the carried types, and then, if `derive` is true, in the
+    ROS 1 types of the same name.
 
     Args:
-        ros1: the definitions of ROS 1.
+        ros1: the ROS 1 definitions.
         folders: folders that contain packages with `.msg`, `.srv` and `.action` files, such as a `share` of
             ROS 2 or the `src` of a workspace.
         derive: whether types that are found nowhere else are derived from ROS 1.
@@ -107,7 +107,7 @@ class Catalog:
         self._messages.update(messages)
 
     def add_derived(self, specs: Mapping[str, MessageSpec]) -> None:
-        """Add types of ROS 1 whose packages are unknown, with the fields that they have there."""
+        """Add ROS 1 types whose packages are unknown, with the fields of the ROS 1 definition."""
         for spec in specs.values():
             made = derived_message(spec)
             if not self._is_carried_package(made.type) and not self.has_message(made.type):
@@ -166,7 +166,7 @@ class Catalog:
         return self._actions[name]
 
     def complete(self, message: Ros2Message) -> CompleteRos2Message:
-        """Return a definition with those of all embedded types. Raises the same errors as `message`."""
+        """Return a definition with all embedded types. Raises the same errors as `message`."""
         return CompleteRos2Message(message, embedded_messages(message, self.message))
 
     def has_message(self, name: str) -> bool:
@@ -197,7 +197,7 @@ class Catalog:
         return name in same or (self._derive and not self._is_carried_package(name))
 
     def _is_carried_package(self, name: str) -> bool:
-        """Return whether all types of the package are known, so that a missing one does not exist."""
+        """Return whether all types of the package are known, so that an unknown type does not exist."""
         package = name.partition("/")[0] + "/"
         known = self._carried.same_messages | self._carried.same_services | self._carried.texts.keys()
         return any(each.startswith(package) for each in known)
@@ -225,7 +225,7 @@ class Catalog:
     def _unknown(self, name: str) -> NotFound:
         searched = ", ".join(map(str, self._folders)) or "no folder was given"
         return NotFound(
-            f"the type {name} of ROS 2 {self.distribution.value} is unknown; "
+            f"the type {name} is unknown in ROS 2 {self.distribution.value}; "
             f"give the folder that contains its package (searched: {searched})"
         )
 

@@ -1,4 +1,4 @@
-"""The definition that ROS 2 has for a type of ROS 1 if nothing but the language has changed."""
+"""Derive ROS 2 definitions from ROS 1 types whose fields have not changed."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LOST = (HEADER, "seq")
 
 
 def derived_message(spec: MessageSpec, type_name: str = "") -> Ros2Message:
-    """Return the definition of ROS 2 for one of ROS 1.
+    """Return the ROS 2 definition for a ROS 1 definition.
 
     Args:
         type_name: the name in ROS 2; by default `package/msg/Name`.
@@ -38,7 +38,7 @@ def derived_message(spec: MessageSpec, type_name: str = "") -> Ros2Message:
 
 
 def derived_service(spec: ServiceSpec) -> Ros2Service:
-    """Return the definition of ROS 2 for a service of ROS 1."""
+    """Return the ROS 2 definition for a ROS 1 service."""
     name = spec.type.replace("/", "/srv/")
     return Ros2Service(
         name,

@@ -1,7 +1,7 @@
-"""Parse `.msg`, `.srv` and `.action` files of ROS 2 (https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html).
+"""Parse ROS 2 `.msg`, `.srv` and `.action` files (https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html).
 
-The language extends ROS 1's by bounded strings and sequences, `wstring`, and default values. It lacks `time`,
-`duration` and the short form `Header`.
+The language extends the ROS 1 language by bounded strings and sequences, `wstring`, and default values. It
+lacks `time`, `duration` and the short form `Header`.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def parse_ros2_message(text: str, type_name: str, file: str = "") -> Ros2Message
                 name = field.name
                 added = fields.setdefault(name, field) is field
             if not added:
-                raise ValueError(f"there is already a declaration of {name}")
+                raise ValueError(f"{name} is declared twice")
         except ValueError as error:
             raise DefinitionError(str(error), file=file, line=number, column=1) from None
     return Ros2Message(type_name, tuple(fields.values()) or (NO_FIELDS,), tuple(constants.values()), file)
@@ -110,7 +110,7 @@ def messages_from_text(type_name: str, text: str) -> dict[str, Ros2Message]:
     for part in others:
         title, _, body = part.partition("\n")
         if not title.startswith("MSG: "):
-            raise DefinitionError("expected MSG: package/Name behind a separator", file=f"<{type_name}>")
+            raise DefinitionError("expected MSG: package/Name after a separator", file=f"<{type_name}>")
         name = full_name(title.removeprefix("MSG: ").strip())
         found.setdefault(name, parse_ros2_message(body, name))
     return found
@@ -129,7 +129,7 @@ def full_name(name: str, package: str = "") -> str:
 
 
 def _sections(text: str, names: Sequence[str], file: str) -> list[str]:
-    """Return the parts between the lines `---`, preceded by empty lines so that line numbers stay true."""
+    """Return the parts between the lines `---`, with empty lines before them to keep line numbers."""
     parts: list[list[str]] = [[]]
     for number, line in enumerate(text.split("\n"), 1):
         if line.strip() == SECTION_MARK:

@@ -1,4 +1,4 @@
-"""The definition that ROS 1 would have for a type that only ROS 2 has."""
+"""Derive ROS 1 definitions for types that only ROS 2 has."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def ros1_name(name: str) -> str:
 
 
 def ros1_definition(message: Ros2Message) -> MessageSpec:
-    """Return the definition in the language of ROS 1. Bounds and default values are lost.
+    """Return the definition in the ROS 1 language. Bounds and default values are lost.
 
     Raises:
         DefinitionError: the type has a field that ROS 1 cannot express.

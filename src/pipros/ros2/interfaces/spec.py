@@ -1,4 +1,4 @@
-"""Interface definitions of ROS 2 as plain values.
+"""ROS 2 interface definitions as plain values.
 
 Type names have three parts (`std_msgs/msg/Header`), even if a file uses a short form.
 """
@@ -34,7 +34,7 @@ HEADER = "std_msgs/msg/Header"
 
 
 class Form(Enum):
-    """How often a value occurs in a field."""
+    """Whether a field is a single value, an array or a sequence."""
 
     SINGLE = "single"
     ARRAY = "array"
@@ -62,7 +62,7 @@ class Ros2Type:
         return self.base in PRIMITIVES
 
     def __str__(self) -> str:
-        """Return the type as definitions have it: names of messages have two parts."""
+        """Return the type as written in definitions, with two-part message names."""
         base = self.base.replace("/msg/", "/") + (f"<={self.string_bound}" if self.string_bound else "")
         return (
             base

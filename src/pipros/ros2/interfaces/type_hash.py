@@ -1,6 +1,6 @@
-"""Type hashes of ROS 2 (RIHS01, REP 2016): the SHA-256 of a description of the type in JSON.
+"""ROS 2 type hashes (RIHS01, REP 2016): the SHA-256 of a description of the type in JSON.
 
-Since Iron, endpoints announce the hash of their type, and rmw_zenoh has it in its keys.
+Since Iron, endpoints announce the hash of their type, and rmw_zenoh includes it in keys.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _IDS = {
 }
 _NESTED = 1
 _BOUNDED_STRINGS = 4
-"""The difference between the number of a string type and that of the same type with a maximum length."""
+"""Added to the ID of a string type with a maximum length."""
 _FORMS = {Form.SINGLE: 0, Form.ARRAY: 48, Form.BOUNDED: 96, Form.SEQUENCE: 144}
 
 _EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
@@ -88,7 +88,7 @@ class ActionHashes:
     """The type hashes of an action's services and topics; all empty in Humble.
 
     Attributes:
-        send_goal_parts, get_result_parts, cancel_goal_parts: those of the requests and responses.
+        send_goal_parts, get_result_parts, cancel_goal_parts: hashes of the request and the response.
     """
 
     send_goal: str = ""

@@ -1,4 +1,4 @@
-"""The engine for nodes of ROS 2 that use rmw_zenoh.
+"""The engine for ROS 2 nodes that use rmw_zenoh.
 
 eclipse-zenoh calls Python functions in its own threads, and then a process without `Session.close` never
 exits. Therefore all data come from channels, which daemon threads read; one thread for each subscription.
@@ -79,12 +79,12 @@ def zenoh_libraries() -> tuple[Any, Any]:
 
 
 class ZenohEngine:
-    """A session with a router of Zenoh, and one node. See `Ros2Engine`.
+    """A session with a Zenoh router, and one node. See `Ros2Engine`.
 
     Args:
         node: full name of the node that owns all endpoints.
         routers: endpoints of routers, such as `tcp/localhost:7447`.
-        timeout_s: the time for a router to answer.
+        timeout_s: timeout of the connection to a router.
         limits: defaults to the process-wide limits.
 
     Raises:
@@ -113,8 +113,8 @@ class ZenohEngine:
         try:
             self._session = self._zenoh.open(_config(self._zenoh, routers, timeout_s, limits))
         except self._zenoh.ZError as error:
-            reason = str(error).partition(" at /")[0]  # without the place in the library
-            raise EngineError(f"no router of Zenoh answers at {', '.join(routers)}: {reason}") from error
+            reason = str(error).partition(" at /")[0]  # without the source location in the library
+            raise EngineError(f"no Zenoh router answers at {', '.join(routers)}: {reason}") from error
         namespace, _, name = node.rpartition("/")
         self._zid = str(self._session.zid())
         self.node = NodeIdentity(domain, self._zid, namespace, name)
@@ -123,7 +123,7 @@ class ZenohEngine:
         changes = self._zenoh.handlers.FifoChannel(_GRAPH_CHANGES)
         self._graph = self._tokens.declare_subscriber(graph_key(domain), changes, history=True)
         self.start("graph", self._watch_graph)
-        # A thread that waits in the library while Python ends aborts the process.
+        # A thread that is waiting in the library when Python exits aborts the process.
         atexit.register(self.close)
 
     def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
@@ -195,7 +195,7 @@ class ZenohEngine:
         """
         with self._lock:
             if self._is_closed:
-                raise EngineError("the session of Zenoh is closed")
+                raise EngineError("the Zenoh session is closed")
         key = zenoh_key(self.node.domain, name, type_name, type_hash or NO_HASH)
         text = endpoint_token(self.node, next(self._numbers), kind, name, type_name, type_hash, qos)
         return key, self._gid(text), text
@@ -329,7 +329,7 @@ class _Server:
         self._workers = Workers("zenoh service", _WORKERS)
         self._lock = threading.Lock()
         self._open = 0
-        # A full FIFO would stop the whole session; of a ring, the oldest request gets no reply.
+        # A full FIFO would block the whole session. A full ring drops the oldest request.
         channel = engine.library.handlers.RingChannel(_REQUESTS)
         self._queryable = engine.session.declare_queryable(self._key, channel, complete=True)
         self._token = engine.declare(token)
@@ -398,9 +398,9 @@ class _Client:
                 if reply.ok is not None:
                     return bytes(reply.ok.payload.to_bytes())
         except zenoh.ZError as error:
-            raise CallFailed(f"the service {name} of ROS 2 failed: {error}") from error
+            raise CallFailed(f"the ROS 2 service {name} failed: {error}") from error
         reason = f"did not answer within {timeout_s} s" if self.is_available else "is not available"
-        raise CallFailed(f"the service {name} of ROS 2 {reason}")
+        raise CallFailed(f"the ROS 2 service {name} {reason}")
 
     @property
     def is_available(self) -> bool:
@@ -411,7 +411,7 @@ class _Client:
 
 
 def _config(zenoh: Any, routers: Sequence[str], timeout_s: float, limits: Limits) -> Any:
-    """Return the configuration of a session. Defaults change between versions, so all that matters is set."""
+    """Return the configuration of a session, with every value whose default changes between versions."""
     config = zenoh.Config()
     values: dict[str, Any] = {
         "mode": "client",
@@ -431,7 +431,7 @@ def _config(zenoh: Any, routers: Sequence[str], timeout_s: float, limits: Limits
 
 
 def _received(zenoh: Any, handler: Any) -> Any:
-    """Yield what arrives on a channel until it is closed."""
+    """Yield the items of a channel until it is closed."""
     while True:
         try:
             yield handler.recv()
@@ -440,7 +440,7 @@ def _received(zenoh: Any, handler: Any) -> Any:
 
 
 def _undeclare(zenoh: Any, *entities: Any) -> None:
-    """End entities, which may have ended with their session."""
+    """Undeclare entities, which may have ended with their session."""
     for entity in entities:
         try:
             entity.undeclare()

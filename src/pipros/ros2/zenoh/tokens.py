@@ -1,6 +1,6 @@
-"""Liveliness tokens and attachments of rmw_zenoh: values to text and bytes, and back. Pure.
+"""Liveliness tokens and attachments of rmw_zenoh: encoding and parsing. Pure.
 
-Every node and endpoint declares a token, which disappears with its session. All tokens together are the ROS
+Every node and endpoint declares a token, which disappears with its session. All tokens together form the ROS
 graph. Parts of a token are separated by `/`, so that slashes within a part become `%`.
 """
 
@@ -14,11 +14,11 @@ from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, 
 from pipros.ros2.names import dds_type, type_of_dds
 
 NO_HASH = "TypeHashNotSupported"
-"""What Humble has instead of a type hash."""
+"""The placeholder for type hashes in Humble."""
 
 GID_BYTES = 16
 DEFAULT_DEPTH = 42
-"""Depth that rmw_zenoh leaves out."""
+"""The default depth, which tokens omit."""
 
 _PREFIX = "@ros2_lv"
 _KINDS = {
@@ -49,11 +49,11 @@ class NodeIdentity:
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """What accompanies every message, request and reply.
+    """Metadata of every message, request and reply.
 
     Attributes:
         sequence: number of the message of its publisher, from 1.
-        gid: identity of the publisher or client. A reply has that of its request.
+        gid: identity of the publisher or client. A reply repeats the GID of its request.
     """
 
     sequence: int
@@ -73,7 +73,7 @@ def parse_attachment(data: bytes) -> Attachment | None:
 
 
 def new_attachment(sequence: int, gid: bytes) -> Attachment:
-    """Return the attachment of a message that is sent now."""
+    """Return an attachment with the current time."""
     return Attachment(sequence, time.time_ns(), gid)
 
 
@@ -97,7 +97,7 @@ def endpoint_token(
     type_hash: str,
     qos: TopicQos,
 ) -> str:
-    """Return the token of an endpoint. `number` is unique in the session, and not that of the node, 0."""
+    """Return the token of an endpoint. `number` is unique in the session; 0 is the node."""
     start = f"{_PREFIX}/{node.domain}/{node.session}/0/{number}/{_KINDS[kind]}"
     owner = f"%/{_mangled(node.namespace)}/{node.name}"
     return f"{start}/{owner}/{_mangled(name)}/{dds_type(type_name)}/{type_hash or NO_HASH}/{qos_text(qos)}"
@@ -139,7 +139,7 @@ def qos_text(qos: TopicQos) -> str:
 
 
 def parse_qos(text: str) -> TopicQos:
-    """Parse the part of a token for QoS. Values that are unknown count as defaults."""
+    """Parse the part of a token for QoS. Unknown values are treated as defaults."""
     reliability, durability, history, *_ = [*text.split(":"), "", "", ""]
     kind, _, depth = history.partition(",")
     is_number = depth.isascii() and depth.isdigit() and len(depth) < 10
