@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import subprocess
+from functools import cache
 from pathlib import Path
 from struct import pack
 
 from pipros.ros2.rtps.parameters import SampleIdentity
 from pipros.ros2.rtps.qos import Durability, Qos
+from pipros.ros2.rtps.submessages import AckNack, Gap, Heartbeat, Submessage, read_datagram
 from tests.support.rtps_network import STRING, SimulatedNetwork
 
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=20)
+TALKER, LISTENER = (bytes(11) + bytes([number]) for number in (1, 2))
+"""The prefixes of the first two participants of a simulated network."""
 NAMES = {
     "0x06": "ACKNACK",
     "0x07": "HEARTBEAT",
@@ -38,6 +42,7 @@ def dissect(file: Path, *arguments: str) -> str:
     return done.stdout
 
 
+@cache
 def conversation() -> list[bytes]:
     """The datagrams of two participants with every kind of submessage, of which some are lost."""
     network = SimulatedNetwork(seed=11, loss=0.2)
@@ -83,5 +88,32 @@ def test_the_dissector_reads_the_values_that_were_written(tmp_path: Path) -> Non
         "Durability: TRANSIENT_LOCAL_DURABILITY_QOS",
         "Kind: RELIABLE_RELIABILITY_QOS",
         "parameterId: PID_STATUS_INFO",
+        f"parameterData: {LISTENER.hex()}00000104000000004d000000",  # the reader and number of a request
     ):
         assert text in whole, text
+
+
+def sequences(submessage: Submessage) -> list[int]:
+    """The sequence numbers of a submessage, in the order of the dissector."""
+    match submessage:
+        case Heartbeat():
+            return [submessage.first, submessage.last]
+        case AckNack():
+            return [submessage.base]
+        case Gap():
+            return [submessage.start, submessage.base]
+    return [submessage.sequence]
+
+
+def test_the_dissector_reads_the_same_numbers_as_pipros(tmp_path: Path) -> None:
+    datagrams = conversation()
+    capture = tmp_path / "rtps.pcap"
+    write_capture(capture, datagrams)
+    found = dissect(capture, "-T", "fields", "-e", "rtps.sm.seqNumber").splitlines()
+
+    for datagram, numbers in zip(datagrams, found, strict=True):
+        read = read_datagram(datagram, LISTENER if datagram[8:20] == TALKER else TALKER)
+        assert read is not None
+        assert not read.is_malformed
+        own = [number for submessage in read.submessages for number in sequences(submessage)]
+        assert numbers == ",".join(map(str, own))

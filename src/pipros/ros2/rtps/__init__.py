@@ -2,15 +2,16 @@
 
 Modules without sockets and without a clock, from bytes to samples:
 
-    submessages, parameters   bytes to values and back
-    endpoints                 what participants announce about themselves, and quality of service
-    history, proxies          the two ends of a reliable or best-effort connection
-    discovery                 peers, with their leases and limits
-    engine                    all of the above: datagrams in, datagrams and events out
+    submessages, encoding, parameters   bytes to values, and back
+    announcements, qos                  announcements of participants and endpoints, and which endpoints match
+    writer, reader, incomplete, outbox  the two ends of a reliable or best-effort connection
+    peers, connections, presence        other participants, matched endpoints, our own announcements
+    engine                              all of these: datagrams in, datagrams and events out
 
-`participant` adds sockets and threads. XTypes, security, TCP, keyed topics and partitions are left out: ROS 2
-needs none of them for topics and services.
+`participant` adds sockets and threads; `topics`, `services` and `nodes` are for programs, and `ros2_engine`
+adapts them to the gateway. XTypes, security, TCP, keyed topics and partitions are left out: ROS 2 needs none
+of them for topics and services.
 
 Compared with the alternatives: the wheel of Cyclone DDS has no related sample identity, so it cannot serve
-or call services of Fast DDS, and lacks Linux on ARM; dust-dds cannot pass serialized data through.
+or call services of Fast DDS, and there is none for Linux on ARM; dust-dds cannot pass on serialized data.
 """

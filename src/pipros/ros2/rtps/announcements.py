@@ -1,4 +1,4 @@
-"""What participants announce about themselves (SPDP) and about their endpoints (SEDP)."""
+"""Announcements of participants (SPDP) and of their endpoints (SEDP)."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ParticipantData:
     """A participant's announcement.
 
     Attributes:
-        lease_s: the participant has ended if it was silent for this time.
+        lease_s: time without a datagram after which the participant counts as ended.
         discovery: addresses for announcements of endpoints.
         data: addresses for samples, unless an endpoint has its own.
         user_data: entries such as `enclave=/;`.
@@ -60,7 +60,7 @@ class ParticipantData:
 
 @dataclass(frozen=True, slots=True)
 class EndpointData:
-    """An endpoint's announcement, with DDS's names: `rt/chatter`, `std_msgs::msg::dds_::String_`."""
+    """An endpoint's announcement. Names are those of DDS: `rt/chatter`, `std_msgs::msg::dds_::String_`."""
 
     guid: bytes
     topic: str
@@ -75,7 +75,7 @@ class EndpointData:
 
 
 def write_participant(participant: ParticipantData) -> bytes:
-    """Return the payload of SPDP."""
+    """Return the payload of a participant's announcement."""
     return b"".join(
         (
             PARAMETER_LIST,
@@ -93,7 +93,7 @@ def write_participant(participant: ParticipantData) -> bytes:
 
 
 def write_endpoint(endpoint: EndpointData) -> bytes:
-    """Return the payload of SEDP. Policies with DDS's default are left out, except those of ROS 2."""
+    """Return the payload of an endpoint's announcement, without policies that ROS 2 never changes."""
     qos = endpoint.qos
     return b"".join(
         (
@@ -120,7 +120,7 @@ def write_endpoint(endpoint: EndpointData) -> bytes:
 
 
 def write_key(name: Parameter, guid: bytes) -> bytes:
-    """Return the payload of the end of a participant or endpoint: its key alone."""
+    """Return the payload that announces the end of a participant or endpoint: its key alone."""
     return PARAMETER_LIST + parameter(name, guid) + SENTINEL
 
 
@@ -189,7 +189,7 @@ def _values(payload: bytes | memoryview) -> _Values | None:
 
 
 def read_participant(payload: bytes | memoryview) -> ParticipantData | None:
-    """Return the participant of SPDP, or None if its GUID is missing or it cannot be reached."""
+    """Decode a participant's announcement; return None if it lacks a GUID or a usable address."""
     values = _values(payload)
     if values is None:
         return None
@@ -208,7 +208,7 @@ def read_participant(payload: bytes | memoryview) -> ParticipantData | None:
 
 
 def read_endpoint(payload: bytes | memoryview) -> EndpointData | None:
-    """Return the endpoint of SEDP, or None if its GUID, topic or type is missing."""
+    """Decode an endpoint's announcement; return None if it lacks a GUID, topic or type."""
     values = _values(payload)
     if values is None:
         return None
@@ -233,13 +233,13 @@ def read_endpoint(payload: bytes | memoryview) -> EndpointData | None:
 
 
 def read_key(payload: bytes | memoryview, name: Parameter) -> bytes | None:
-    """Return the GUID in the payload of the end of a participant or endpoint."""
+    """Return the GUID in the payload that announces an end; None if it is missing."""
     values = _values(payload)
     return None if values is None else values.guid(name)
 
 
 def entries(user_data: bytes) -> dict[str, str]:
-    """Return the entries of USER_DATA.
+    """Parse the entries of USER_DATA.
 
     >>> entries(b"enclave=/;typehash=RIHS01_00;")
     {'enclave': '/', 'typehash': 'RIHS01_00'}

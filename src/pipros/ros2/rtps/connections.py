@@ -1,7 +1,7 @@
 """The local endpoints of a participant, and their connections with remote ones.
 
-A local and a remote endpoint with the same topic and type, and fitting quality of service, match. From then
-on the writer has a proxy of the reader, and the reader one of the writer.
+A local and a remote endpoint with the same topic and type, and compatible quality of service, match: the
+writer gets a proxy of the reader, and the reader one of the writer.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ class Local:
 
 
 class Connections:
-    """See the module docstring. Not thread-safe.
+    """Tables of endpoints and connections; see the module docstring. Not thread-safe.
 
     Attributes:
         writers: local writers by entity id, including those for discovery.
         readers: local readers by the GUID of the remote writer.
         busy: writers and readers that have a deadline.
-        events: matches and mismatches are added to it.
+        events: receives matches and mismatches.
     """
 
     def __init__(self, local_hosts: frozenset[str], events: list[Event]) -> None:

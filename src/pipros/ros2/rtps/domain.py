@@ -1,4 +1,4 @@
-"""Where a participant looks for others: domains, ports, and the variables of ROS 2 about discovery."""
+"""Discovery of participants: domains, ports, and the environment variables of ROS 2."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from pipros.basics.graph_variables import InvalidEnvironment
 
 MULTICAST_GROUP: Final = "239.255.0.1"
 MAX_DOMAIN: Final = 101
-"""Domains above 101 have ports that Linux also gives to other programs."""
+"""Ports of domains above 101 are in the range from which Linux assigns ports to other programs."""
 PROBED_PARTICIPANTS: Final = 33
-"""The participants of a host without multicast that are looked for: as many as in ROS 2."""
+"""Number of participants to look for on a host without multicast, as in ROS 2."""
 
 _PORT_BASE, _DOMAIN_GAIN, _PARTICIPANT_GAIN = 7400, 250, 2
 _DISCOVERY_OFFSET, _DATA_OFFSET = 10, 11
@@ -33,7 +33,7 @@ class Discovery:
     """Which participants can be found.
 
     Attributes:
-        static_peers: host names or addresses that are contacted besides; not if the range is OFF.
+        static_peers: further host names or addresses to contact; ignored if the range is OFF.
     """
 
     domain: int = 0
@@ -80,12 +80,12 @@ def _range_of(variables: Mapping[str, str]) -> DiscoveryRange:
 
 
 def multicast_port(domain: int) -> int:
-    """Return the port for announcements of participants by multicast."""
+    """Return the port for multicast announcements of participants."""
     return _PORT_BASE + _DOMAIN_GAIN * domain
 
 
 def discovery_port(domain: int, participant: int) -> int:
-    """Return a participant's port for announcements; participants of a host are counted from 0.
+    """Return the port for announcements to a participant; those of a host are counted from 0.
 
     >>> discovery_port(1, 3)
     7666
@@ -94,5 +94,5 @@ def discovery_port(domain: int, participant: int) -> int:
 
 
 def data_port(domain: int, participant: int) -> int:
-    """Return a participant's port for samples."""
+    """Return the port for samples to a participant."""
     return discovery_port(domain, participant) + _DATA_OFFSET - _DISCOVERY_OFFSET

@@ -1,4 +1,4 @@
-"""Submessages to bytes (OMG DDSI-RTPS 2.3, section 9.4), little-endian.
+"""Encoding of submessages (OMG DDSI-RTPS 2.3, section 9.4), little-endian.
 
 Each function returns one submessage, or the part before a payload that is not copied.
 """
@@ -45,7 +45,7 @@ def datagram_head(own_prefix: bytes, destination: bytes | None = None) -> bytes:
 
 
 def info_timestamp(seconds: int, fraction: int) -> bytes:
-    """Return INFO_TS: the source time of the following samples, with a fraction in units of 2**-32 s."""
+    """Return INFO_TS: the source time of the following samples; its fraction counts units of 2**-32 s."""
     return _TIMESTAMP.pack(INFO_TS, LITTLE, 8, seconds & 0xFFFFFFFF, fraction)
 
 
@@ -61,7 +61,7 @@ def data_head(
     *,
     is_key: bool = False,
 ) -> bytes:
-    """Return DATA up to its payload, which must follow with a multiple of four bytes."""
+    """Return DATA up to its payload, whose size must be a multiple of four bytes."""
     flags = LITTLE | (HAS_KEY if is_key else HAS_DATA) | (INLINE_QOS if inline else 0)
     length = _DATA_FIXED + len(inline) + payload_bytes
     if length > 0xFFFF:
@@ -80,7 +80,7 @@ def data_frag_head(
     payload_bytes: int,
     inline: bytes = b"",
 ) -> bytes:
-    """Return DATA_FRAG with one fragment up to its payload."""
+    """Return DATA_FRAG for one fragment, up to its payload."""
     flags = LITTLE | (INLINE_QOS if inline else 0)
     length = _FRAG_FIXED + len(inline) + payload_bytes
     if length > 0xFFFF:

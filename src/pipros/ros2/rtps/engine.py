@@ -1,9 +1,10 @@
 """A participant without sockets: datagrams and the time in, datagrams and events out.
 
-Theory of operation. `announce` datagrams (SPDP) find other participants, and repeat until the end. Two
-built-in writers and readers (SEDP), which are ordinary reliable ones with the history for late readers,
-exchange the endpoints of both sides. A local and a remote endpoint with the same topic and type, and fitting
-quality of service, match: from then on samples flow between them. A peer ends by saying so, or by silence.
+Theory of operation. Announcements of the participant (SPDP) are repeated for as long as it exists; they find
+other participants. Two built-in pairs of writers and readers (SEDP), which are reliable and keep their
+history for late readers, exchange the endpoints of both sides. A local and a remote endpoint with the same
+topic and type, and compatible quality of service, match, and samples flow between them. A peer has ended if
+it announces its end, or if it is silent for longer than its lease.
 
 The engine never raises because of a datagram. It is not thread-safe.
 """
@@ -120,10 +121,10 @@ class Engine:
             NackFrag: self._to_writer,
         }
 
-    # What the participant does.
+    # Actions of the participant.
 
     def add_writer(self, topic: str, type_name: str, qos: Qos, now: float, user_data: bytes = b"") -> bytes:
-        """Announce a writer with DDS's names of topic and type; return its entity id."""
+        """Announce a writer; return its entity id. The names of topic and type are those of DDS."""
         self._entities += 1
         entity = user_entity(self._entities, is_writer=True)
         writer = Writer(self.prefix, entity, qos, self._limits.ros2_history_bytes, self._outbox)
@@ -160,7 +161,7 @@ class Engine:
         return self._connections.writers[PUBLICATIONS_WRITER if data.is_writer else SUBSCRIPTIONS_WRITER]
 
     def remove(self, entity: bytes, now: float) -> None:
-        """End a writer or reader. May be called repeatedly."""
+        """Announce the end of a writer or reader. May be called repeatedly."""
         local = self._connections.remove(entity)
         if local is None:
             return
@@ -217,7 +218,7 @@ class Engine:
         return local.end
 
     def endpoint(self, guid: bytes) -> EndpointData | None:
-        """Return a remote endpoint that is known."""
+        """Return a remote endpoint, or None if it is unknown."""
         peer = self.peers.get(guid[:12])
         return peer.endpoints.get(guid) if peer else None
 
@@ -230,7 +231,7 @@ class Engine:
 
     @property
     def has_transfers(self) -> bool:
-        """True if datagrams wait for their turn in a burst."""
+        """True if datagrams wait for the next burst."""
         return self._outbox.deadline < math.inf
 
     def take_outgoing(self) -> list[Outgoing]:
@@ -247,7 +248,7 @@ class Engine:
 
     @property
     def deadline(self) -> float:
-        """When `poll` must be called at the latest."""
+        """Latest time for the next call of `poll`."""
         soonest = min(self._outbox.deadline, self._presence.due, self._check_leases_at)
         return min(soonest, *(end.deadline for end in self._connections.busy), math.inf)
 
@@ -276,7 +277,7 @@ class Engine:
                 self._connections.busy.discard(end)
         self._outbox.poll(now)
 
-    # What arrives.
+    # Datagrams that arrive.
 
     def receive(self, datagram: bytes, host: str, now: float) -> None:
         """Handle a datagram from a host. Never raises, whatever it contains."""

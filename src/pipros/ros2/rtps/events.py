@@ -1,4 +1,4 @@
-"""What a participant is made with, and what it reports."""
+"""Settings of a participant, and the events that it reports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pipros.ros2.rtps.reader import REQUEST_BYTES, Sample
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Who a participant is and where it looks for others.
+    """Identity of a participant, and where it looks for others.
 
     Attributes:
         me: its own announcement.
@@ -36,7 +36,7 @@ class Received(NamedTuple):
 
 
 class Matched(NamedTuple):
-    """A local endpoint and a remote one are connected, or no longer if `is_matched` is False."""
+    """A local and a remote endpoint have matched, or no longer match if `is_matched` is False."""
 
     entity: bytes
     remote: EndpointData
@@ -44,7 +44,7 @@ class Matched(NamedTuple):
 
 
 class Mismatched(NamedTuple):
-    """A remote endpoint has the same topic, but another type (`policy` is None) or another policy."""
+    """A remote endpoint has the same topic, but another type (`policy` is None) or an incompatible policy."""
 
     entity: bytes
     remote: EndpointData
@@ -66,7 +66,7 @@ class PeerChanged(NamedTuple):
 
 
 class OverLimit(NamedTuple):
-    """Announcements of this participant are ignored from now on: it has announced too much."""
+    """Further endpoints of this participant are ignored, because it has reached the limit."""
 
     prefix: bytes
 

@@ -1,9 +1,9 @@
-"""Nodes as ROS 2 shows them: the topic `ros_discovery_info`, and the size of GIDs on it.
+"""The nodes that ROS 2 lists: the topic `ros_discovery_info`, and the size of GIDs on it.
 
 A GID has 24 bytes in Humble and 16 from Iron on, and a Humble node that reads the shorter ones may exhaust
 its memory and die (rmw_fastrtps#733). So nothing is published, and no writer announced, until the size is
-known: from the messages of others, or from the user. In a domain with both sizes nothing is published any
-more.
+known: from the messages of others, or from the user. Once both sizes were seen in a domain, nothing further
+is published.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class ParticipantInfo:
 
 
 def write_info(info: ParticipantInfo, size: GidBytes) -> bytes:
-    """Return a message for `ros_discovery_info`, with its encapsulation header."""
+    """Encode a message for `ros_discovery_info`, with its encapsulation header."""
     body = bytearray(_gid(info.guid, size))
     body += _COUNT.pack(len(info.nodes))
     for node in info.nodes:
@@ -77,7 +77,7 @@ def _align(body: bytearray) -> None:
 
 
 class _Malformed(Exception):
-    """The bytes do not fit the size of GIDs that was tried."""
+    """The message does not have this size of GIDs."""
 
 
 class _Cursor:
@@ -120,7 +120,7 @@ class _Cursor:
 
 
 def read_info(payload: bytes, size: GidBytes) -> ParticipantInfo | None:
-    """Return a message of `ros_discovery_info`, or None if it does not fit this size of GIDs."""
+    """Decode a message of `ros_discovery_info`; return None if it does not have this size of GIDs."""
     cursor = _Cursor(payload[len(_ENCAPSULATION) :], size)
     try:
         guid = cursor.gid()
@@ -133,7 +133,7 @@ def read_info(payload: bytes, size: GidBytes) -> ParticipantInfo | None:
 
 
 class Knowledge(Enum):
-    """What is known about the size of GIDs in a domain."""
+    """Knowledge of the size of GIDs in a domain."""
 
     UNKNOWN = "unknown"
     KNOWN = "known"
@@ -161,7 +161,7 @@ class GraphInfo:
         """Learn the size of GIDs, unless it is given.
 
         Args:
-            make_writer: called before the first publication, not earlier.
+            make_writer: called right before the first publication.
         """
         self.others: dict[bytes, ParticipantInfo] = {}
         self._own = ParticipantInfo(guid)
@@ -176,11 +176,11 @@ class GraphInfo:
 
     @property
     def size(self) -> GidBytes | None:
-        """The size of GIDs, if it is known and the same for all."""
+        """Size of GIDs; None if it is unknown or not the same for all participants."""
         return next(iter(self._sizes)) if len(self._sizes) == 1 else None
 
     def on_message(self, payload: bytes, sender_prefix: bytes) -> None:
-        """Handle a message of another participant. Those that fit neither size, or both, are ignored."""
+        """Handle a message of another participant. Ignore it if it has neither size or could have both."""
         fitting = {size: info for size in GidBytes if (info := read_info(payload, size))}
         if len(fitting) != 1:
             return
@@ -198,7 +198,7 @@ class GraphInfo:
             del self.others[guid]
 
     def announce(self, nodes: Sequence[NodeInfo]) -> None:
-        """Publish our own nodes, now or when the size of GIDs is known."""
+        """Publish our own nodes, now or as soon as the size of GIDs is known."""
         self._own = ParticipantInfo(self._own.guid, tuple(nodes))
         self._has_nodes = True
         self._publish()

@@ -1,7 +1,7 @@
-"""Names of participants and endpoints on the wire.
+"""Identifiers of participants and endpoints on the wire.
 
 A GUID has 16 bytes: the prefix of its participant (12) and the id of the entity in it (4). Both are `bytes`,
-because every datagram looks some up.
+because they are looked up for every datagram.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ def new_prefix() -> bytes:
 
 
 def user_entity(number: int, *, is_writer: bool) -> bytes:
-    """Return the id of a writer or reader without key, as all endpoints of ROS 2 are."""
+    """Return the id of a writer or reader without key; all endpoints of ROS 2 are of this kind."""
     return number.to_bytes(3, "big") + bytes([_WRITER_KIND if is_writer else _READER_KIND])
 
 
 def is_writer(guid: bytes) -> bool:
-    """Return True for the GUID of a writer, by its last byte."""
+    """Return True if the last byte of a GUID says that it is a writer."""
     return guid[-1] & 0x3F in _WRITER_KINDS
 
 

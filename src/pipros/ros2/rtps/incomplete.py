@@ -1,4 +1,4 @@
-"""Samples that cannot be delivered yet: fragments, and the bytes that they may use."""
+"""Fragments of incomplete samples, and the bytes that they may use."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from pipros.ros2.rtps.parameters import Parameters
 from pipros.ros2.rtps.submessages import MAX_SET, Buffer, DataFrag
 
 PIECE_OVERHEAD_BYTES: Final = 150
-"""What a fragment takes besides its bytes; without it, fragments of one byte would take 100 times as much."""
+"""Memory of a fragment besides its payload: fragments of one byte would use 100 times the budget."""
 
 
 @dataclass(slots=True, eq=False)
 class Budget:
-    """The bytes that one peer may use, as a part of those of all peers."""
+    """Bytes that one peer may use, within those of all peers."""
 
     limit_bytes: int
     total: Budget | None = None
     used_bytes: int = 0
 
     def take(self, size: int) -> bool:
-        """Use some bytes, unless too few are left."""
+        """Reserve bytes; return False if too few are left."""
         if self.used_bytes + size > self.limit_bytes or (self.total and not self.total.take(size)):
             return False
         self.used_bytes += size
@@ -45,7 +45,7 @@ def total_fragments(fragment_bytes: int, sample_bytes: int) -> int:
 class Assembly:
     """The fragments of one sample.
 
-    Fragments that arrive together are kept together: Cyclone DDS sends ten in one datagram.
+    Fragments that arrive in one datagram are kept in one piece: Cyclone DDS sends ten at a time.
 
     Attributes:
         changed_at: when the last fragment arrived.
@@ -59,7 +59,7 @@ class Assembly:
     _runs: dict[int, Buffer] = field(default_factory=dict)  # by the index of their first fragment
     _has: bytearray = field(
         default_factory=bytearray
-    )  # 1 for each index that has arrived, up to the last one
+    )  # 1 for each fragment that has arrived, up to the last one
     _arrived: int = 0
     _total: int = 0
     _used_bytes: int = PIECE_OVERHEAD_BYTES
@@ -72,7 +72,7 @@ class Assembly:
 
     @classmethod
     def start(cls, budget: Budget, fragment: DataFrag, now: float) -> Assembly | None:
-        """Return an assembly for a sample, without the fragment; None if the budget has no room."""
+        """Return an empty assembly for the sample of a fragment; None if the budget is used up."""
         if not budget.take(PIECE_OVERHEAD_BYTES):
             return None
         return cls(budget, fragment.fragment_bytes, fragment.sample_bytes, now)
@@ -80,7 +80,7 @@ class Assembly:
     def add(self, fragment: DataFrag, now: float) -> bytes | None:
         """Add fragments; return the sample once it is complete.
 
-        Fragments that contradict the first one, and those for which the budget has no room, are dropped.
+        Fragments that contradict the first one or exceed the budget are dropped.
         """
         size, has, payload = self.fragment_bytes, self._has, fragment.payload
         if fragment.fragment_bytes != size or fragment.sample_bytes != self.sample_bytes:
@@ -112,7 +112,7 @@ class Assembly:
             self._arrived += end - first
 
     def _use(self, size: int) -> bool:
-        """Use bytes of the budget, which are taken in larger steps."""
+        """Use bytes of the budget, reserving them in larger steps; return False if it is used up."""
         self._used_bytes += size
         if self._used_bytes > self._reserved_bytes:
             step = max(size, min(_STEP_BYTES, self.sample_bytes))
@@ -124,17 +124,17 @@ class Assembly:
 
     @property
     def is_answered(self) -> bool:
-        """True once the last of the requested fragments has arrived; the first ones may be missing again."""
+        """True if the last of the requested fragments has arrived; earlier ones may be missing again."""
         return 0 < self._last_requested <= len(self._has) and bool(self._has[self._last_requested - 1])
 
     def request(self, limit_bytes: int) -> tuple[int, ...]:
-        """Return the next missing fragments, and note that they are requested."""
+        """Return the next missing fragments, and remember that they were requested."""
         lacking = self.missing()[: max(1, limit_bytes // self.fragment_bytes)]
         self._last_requested = lacking[-1]
         return lacking
 
     def missing(self) -> tuple[int, ...]:
-        """Return the first missing fragments, as many as one NACK_FRAG can name."""
+        """Return the first missing fragments, up to the number that fits NACK_FRAG."""
         has = self._has
         first = has.find(0, self._first_missing)
         first = self._first_missing = len(has) if first < 0 else first
@@ -142,7 +142,7 @@ class Assembly:
         return tuple(index + 1 for index in range(first, end) if index >= len(has) or not has[index])
 
     def release(self) -> None:
-        """Give the bytes back."""
+        """Return the bytes to the budget."""
         self.budget.give_back(self._reserved_bytes)
         self._reserved_bytes = self._used_bytes = 0
         self._runs.clear()

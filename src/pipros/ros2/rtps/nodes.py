@@ -1,4 +1,4 @@
-"""The topic `ros_discovery_info` of a participant: the nodes of others, and our own."""
+"""The nodes of a domain: reads and publishes the topic `ros_discovery_info`."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from pipros.ros2.rtps.topics import TopicWriter
 
 
 class Nodes:
-    """Reads and publishes which nodes exist. Thread-safe."""
+    """The nodes of all participants. Thread-safe."""
 
     def __init__(
         self, participant: Participant, size: GidBytes | None = None, type_hash: bytes = b""
     ) -> None:
-        """Read the topic; nothing is published, nor a writer announced, before the size of GIDs is known.
+        """Subscribe. Nothing is published, and no writer announced, before the size of GIDs is known.
 
         Args:
-            size: that of the distribution in this domain, if the user named it.
+            size: size of GIDs in this domain; None to learn it.
             type_hash: an entry of USER_DATA such as `typehash=RIHS01_…;`.
         """
         self._participant = participant
@@ -49,11 +49,11 @@ class Nodes:
 
     @property
     def knowledge(self) -> Knowledge:
-        """What is known about the size of GIDs."""
+        """Knowledge of the size of GIDs."""
         return self._info.knowledge
 
     def announce(self, nodes: Sequence[NodeInfo]) -> None:
-        """Publish our own nodes, now or when the size of GIDs is known."""
+        """Publish our own nodes, now or as soon as the size of GIDs is known."""
         with self._lock:
             self._info.announce(nodes)
 

@@ -1,7 +1,7 @@
-"""Datagrams to send: at once, or paced.
+"""Datagrams to send, at once or in bursts.
 
 A burst of large datagrams overflows the receive buffer of a peer, which usually has 208 KiB, room for three
-datagrams of 60 kB. So fragments, repeated samples and the history for late readers go out in short bursts.
+datagrams of 60 kB. So fragments, repeated samples and the history for late readers are sent in short bursts.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ BURST_EVERY_S: Final = 0.0003
 
 
 class Outgoing(NamedTuple):
-    """A datagram, as parts that are not joined."""
+    """A datagram in parts, which are sent without joining them."""
 
     address: Address
     parts: tuple[Buffer, ...]
 
 
 class Transfer(NamedTuple):
-    """Datagrams for one reader that may take several bursts.
+    """Datagrams for one reader, which may take several bursts.
 
     Attributes:
-        key: the same transfer is queued only once at a time.
-        datagrams: created one by one.
-        is_current: False if the sample is no longer kept; the rest is then not sent.
+        key: identifies the transfer, which is queued only once at a time.
+        datagrams: created when they are sent.
+        is_current: returns False if the sample is no longer kept; the rest is then dropped.
     """
 
     key: tuple[bytes, bytes, int]
@@ -47,20 +47,20 @@ class Outbox:
         self._next_burst_at = -math.inf
 
     def send(self, address: Address, *parts: Buffer) -> None:
-        """Send a datagram at once."""
+        """Add a datagram to be sent at once."""
         self._ready.append(Outgoing(address, parts))
 
     def queue(self, transfer: Transfer) -> None:
-        """Send a transfer in bursts, after those that were queued before; ignored if it is queued already."""
+        """Add a transfer to be sent in bursts, after earlier ones. Do nothing if it is queued already."""
         self._transfers.setdefault(transfer.key, transfer)
 
     @property
     def deadline(self) -> float:
-        """When `poll` has the next burst to send."""
+        """Time of the next burst; infinite if there is none."""
         return self._next_burst_at if self._transfers else math.inf
 
     def poll(self, now: float) -> None:
-        """Send the next burst if it is due."""
+        """Add the next burst to the datagrams to send, if it is due."""
         if not self._transfers or now < self._next_burst_at:
             return
         self._next_burst_at = now + BURST_EVERY_S
@@ -75,6 +75,6 @@ class Outbox:
             left_bytes -= sum(map(len, datagram.parts))
 
     def take(self) -> list[Outgoing]:
-        """Return the datagrams that are due, and forget them."""
+        """Return the datagrams to send now, and remove them."""
         ready, self._ready = self._ready, []
         return ready

@@ -9,7 +9,7 @@ from struct import Struct, error
 from typing import Final, NamedTuple, TypeAlias
 
 Parameters: TypeAlias = "dict[int, list[bytes]]"
-"""The values of each parameter, in their order, each still encoded."""
+"""Values by parameter, in their order, still encoded."""
 
 _REQUIRED: Final = 0x4000
 _HEADS = Struct(">HH"), Struct("<HH")
@@ -23,7 +23,7 @@ _FRACTIONS: Final = 1 << 32
 
 
 class Parameter(IntEnum):
-    """The ids of parameters. 0x800f is Fast DDS's related sample identity, from before the standard's."""
+    """Ids of parameters. 0x800f is Fast DDS's related sample identity, older than the standard's."""
 
     SENTINEL = 0x01
     LEASE_DURATION = 0x02
@@ -52,14 +52,14 @@ class Parameter(IntEnum):
 
 
 class Address(NamedTuple):
-    """An address of UDP over IPv4."""
+    """A UDP address over IPv4."""
 
     host: str
     port: int
 
 
 class SampleIdentity(NamedTuple):
-    """A sample of any writer."""
+    """Writer and sequence number of a sample."""
 
     guid: bytes
     sequence: int
@@ -68,7 +68,7 @@ class SampleIdentity(NamedTuple):
 def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: bool) -> tuple[Parameters, int]:
     """Return the parameters from `position` and the position after them.
 
-    A list that is cut off ends with its last whole parameter.
+    A truncated list ends after its last complete parameter.
     """
     head = _HEADS[is_little]
     found: Parameters = {}
@@ -86,7 +86,7 @@ def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: boo
 
 
 def read_parameter_list(payload: bytes | memoryview) -> tuple[Parameters, bool] | None:
-    """Return the parameters of a payload and whether they are little-endian; None for another encoding."""
+    """Return the parameters of a payload, and whether they are little-endian; None for other encodings."""
     if len(payload) < 4 or payload[0] != 0 or payload[1] not in (2, 3):
         return None
     is_little = payload[1] == 3
@@ -94,7 +94,7 @@ def read_parameter_list(payload: bytes | memoryview) -> tuple[Parameters, bool] 
 
 
 def parameter(name: Parameter, value: bytes) -> bytes:
-    """Return a parameter with padding."""
+    """Encode a parameter, with padding."""
     value += bytes(-len(value) % 4)
     return _HEADS[1].pack(name, len(value)) + value
 
@@ -113,7 +113,7 @@ def read_integer(value: bytes, is_little: bool) -> int | None:
 
 
 def duration(seconds: float) -> bytes:
-    """Return a duration; `math.inf` is infinite."""
+    """Encode a duration; `math.inf` is infinite."""
     if math.isinf(seconds):
         return _DURATIONS[1].pack(*_INFINITE)
     whole = int(seconds)
@@ -121,7 +121,7 @@ def duration(seconds: float) -> bytes:
 
 
 def read_duration(value: bytes, is_little: bool) -> float | None:
-    """Return a duration in seconds, or None if it is negative or cut off."""
+    """Decode a duration in seconds; return None if it is negative or truncated."""
     if len(value) < 8:
         return None
     seconds, fraction = _DURATIONS[is_little].unpack_from(value)
@@ -131,13 +131,13 @@ def read_duration(value: bytes, is_little: bool) -> float | None:
 
 
 def text(value: str) -> bytes:
-    """Return a string of CDR."""
+    """Encode a string."""
     encoded = value.encode() + b"\0"
     return _INTEGERS[1].pack(len(encoded)) + encoded
 
 
 def read_text(value: bytes, is_little: bool) -> str | None:
-    """Return a string of CDR, or None if it is cut off or not UTF-8."""
+    """Decode a string; return None if it is truncated or not UTF-8."""
     length = read_integer(value, is_little)
     if not length or 4 + length > len(value):
         return None
@@ -148,12 +148,12 @@ def read_text(value: bytes, is_little: bool) -> str | None:
 
 
 def octets(value: bytes) -> bytes:
-    """Return a sequence of octets."""
+    """Encode a sequence of octets."""
     return _INTEGERS[1].pack(len(value)) + value
 
 
 def read_octets(value: bytes, is_little: bool) -> bytes:
-    """Return a sequence of octets; empty if it is cut off."""
+    """Decode a sequence of octets; return an empty one if it is truncated."""
     length = read_integer(value, is_little)
     return value[4 : 4 + length] if length and 4 + length <= len(value) else b""
 
@@ -163,7 +163,7 @@ def locator(address: Address) -> bytes:
 
 
 def read_locator(value: bytes, is_little: bool) -> Address | None:
-    """Return an address, or None for other transports and addresses that cannot be sent to."""
+    """Decode an address; return None for other transports and for addresses to which nothing can be sent."""
     if len(value) < 24:
         return None
     kind, port = _LOCATORS[is_little].unpack_from(value)
@@ -173,9 +173,9 @@ def read_locator(value: bytes, is_little: bool) -> Address | None:
 
 
 def related_sample(identity: SampleIdentity) -> bytes:
-    """Return inline QoS that names a related sample: by the standard's parameter and that of Fast DDS.
+    """Encode inline QoS that names a related sample, in the standard's parameter and in that of Fast DDS.
 
-    Fast DDS before 2.14 ignores the standard's.
+    Fast DDS before 2.14 ignores that of the standard.
     """
     value = identity.guid + _SEQUENCE.pack(identity.sequence >> 32, identity.sequence & 0xFFFFFFFF)
     return (
@@ -186,9 +186,9 @@ def related_sample(identity: SampleIdentity) -> bytes:
 
 
 def read_related_sample(inline: Parameters | None) -> SampleIdentity | None:
-    """Return the related sample in inline QoS, by either parameter.
+    """Return the related sample that inline QoS names in either parameter; None if there is none.
 
-    The byte order of the number is little-endian: peers on big-endian machines are not supported.
+    The sequence number is read as little-endian: peers on big-endian machines are not supported.
     """
     if not inline:
         return None
@@ -204,11 +204,11 @@ def read_related_sample(inline: Parameters | None) -> SampleIdentity | None:
 
 
 STATUS_DISPOSED: Final = b"\0\0\0\x03"
-"""Disposed and unregistered: the entity has ended."""
+"""Value for disposed and unregistered: the entity has ended."""
 
 
 def ended(guid: bytes) -> bytes:
-    """Return inline QoS for the end of a participant or endpoint."""
+    """Encode inline QoS that announces the end of a participant or endpoint."""
     return parameter(Parameter.KEY_HASH, guid) + parameter(Parameter.STATUS_INFO, STATUS_DISPOSED) + SENTINEL
 
 

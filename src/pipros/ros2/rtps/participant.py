@@ -1,8 +1,8 @@
 """A running participant: an engine with sockets and two threads.
 
-One thread reads the sockets and lets the time of the engine pass. It runs no callbacks, except those of
-services, which only pass a sample on. The other thread runs the callbacks, one at a time. `TopicWriter.write`
-sends in the thread of the caller.
+One thread reads the sockets and polls the engine. It runs no callbacks, except those of services, which only
+pass a sample on. The other thread runs the callbacks, one at a time. `TopicWriter.write` sends in the thread
+of the caller.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ class Participant:
         """Open sockets and start to look for other participants.
 
         Args:
-            on_event: called for everything that happens except samples, in the thread of callbacks.
-            sockets: for tests.
+            on_event: called for all events except samples, in the thread of callbacks.
+            sockets: a replacement for tests.
 
         Raises:
             Unreachable: this machine has no free port in the domain.
@@ -112,7 +112,7 @@ class Participant:
         self.close()
 
     def add_writer(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b"") -> TopicWriter:
-        """Announce a writer, with DDS's names of topic and type."""
+        """Announce a writer. The names of topic and type are those of DDS."""
         with self._lock:
             entity = self._open_engine().add_writer(topic, type_name, qos, time.monotonic(), user_data)
             self._flush()
@@ -128,11 +128,12 @@ class Participant:
         *,
         is_direct: bool = False,
     ) -> TopicReader:
-        """Announce a reader, with DDS's names of topic and type.
+        """Announce a reader. The names of topic and type are those of DDS.
 
         Args:
-            callback: called for each sample. Up to `qos.depth` samples wait for it.
-            is_direct: call it in the thread that reads the sockets; it must not block.
+            callback: called for each sample. Up to `qos.depth` samples wait for it; beyond that, the oldest
+                ones are dropped.
+            is_direct: run the callback in the thread that reads the sockets; it must not block.
         """
         reader = TopicReader(self, callback, qos.depth, self._limits.ros2_inbox_bytes)
         with self._lock:
@@ -158,7 +159,11 @@ class Participant:
         recipients: frozenset[bytes] | None,
         registered: Callable[[int], None] | None = None,
     ) -> int:
-        """Send a sample; see `TopicWriter.write`. `registered` gets its number before any answer arrives."""
+        """Send a sample; see `TopicWriter.write`.
+
+        Args:
+            registered: called with the sequence number before any answer can arrive.
+        """
         with self._lock:
             now = time.monotonic()
             number = self._open_engine().write(entity, payload, now, related, recipients)
@@ -168,7 +173,7 @@ class Participant:
         return number
 
     def remove(self, entity: bytes) -> None:
-        """End a writer or reader. May be called repeatedly, and after `close`."""
+        """Announce the end of a writer or reader. May be called repeatedly, and after `close`."""
         with self._lock:
             self._readers.pop(entity, None)
             self._direct.pop(entity, None)
@@ -177,7 +182,7 @@ class Participant:
                 self._flush()
 
     def ask(self, question: Callable[[Engine], _Answer]) -> _Answer:
-        """Return the answer of a function that reads the state of the engine, and must not block."""
+        """Call a function with the engine, under the lock, and return its result. It must not block."""
         with self._lock:
             return question(self._engine)
 
@@ -186,7 +191,7 @@ class Participant:
         return self.ask(lambda engine: [each for peer in engine.peers for each in peer.endpoints.values()])
 
     def wait_for(self, condition: Callable[[Engine], bool], timeout_s: float) -> bool:
-        """Wait until something is true of the engine; return False if the time is up or it is closed."""
+        """Wait until a condition holds; return False after the timeout, or if the participant is closed."""
         if self.ask(condition):
             return True
         deadline = time.monotonic() + timeout_s
@@ -202,7 +207,10 @@ class Participant:
         return False
 
     def close(self) -> None:
-        """Tell the peers, and end the threads. Callbacks that have begun are finished. May be repeated."""
+        """Announce the end to the peers and stop the threads.
+
+        Waits up to two seconds per thread for a callback that is running. May be called repeatedly.
+        """
         with self._lock:
             if self._is_closing:
                 return
@@ -218,11 +226,11 @@ class Participant:
         self._wake_to.close()
 
     def _wake(self) -> None:
-        with contextlib.suppress(OSError):  # it is awake, or has ended
+        with contextlib.suppress(OSError):  # it is awake already, or has ended
             self._wake_to.send(b"\0")
 
     def _flush(self) -> None:
-        """Send what is due. The caller has the lock."""
+        """Send the datagrams that are due. The caller holds the lock."""
         engine = self._engine
         now = time.monotonic()
         if engine.has_transfers:
@@ -246,7 +254,7 @@ class Participant:
                 due = self._step(has_arrived=bool(ready))
 
     def _step(self, *, has_arrived: bool) -> float:
-        """Handle what has arrived, and let the time pass; return when the engine has something to do."""
+        """Handle datagrams and poll the engine; return the deadline of its next poll."""
         if has_arrived:
             with contextlib.suppress(OSError):
                 self._wake_from.recv(_DATAGRAMS_AT_ONCE)
@@ -274,7 +282,7 @@ class Participant:
         return due
 
     def _receive(self, received: tuple[bytes, str], now: float) -> None:
-        """Handle a datagram. A defect that it reveals must not end the participant; it is logged once."""
+        """Handle a datagram. Exceptions, which are defects of the engine, are counted and logged once."""
         try:
             self._engine.receive(*received, now)
         except Exception:
@@ -300,7 +308,7 @@ class Participant:
 
 
 class _Report:
-    """Passes an event on; failures are logged."""
+    """Passes an event to a callback, and logs its exceptions."""
 
     __slots__ = ("_callback", "_event")
 

@@ -1,4 +1,4 @@
-"""The other participants: leases, endpoints, addresses, and limits on what is kept of them."""
+"""The other participants: their leases, endpoints and addresses, within limits."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pipros.ros2.rtps.incomplete import Budget
 from pipros.ros2.rtps.parameters import Address
 
 MAX_LEASE_S: Final = 300.0
-"""An infinite lease would keep a dead peer for ever."""
+"""Upper bound for leases: with an infinite one, a dead peer would stay forever."""
 _OVERHEAD_BYTES: Final = 2_000
-"""What an announcement takes besides its bytes: objects, and the state of its connections."""
+"""Memory of an announcement besides its bytes: objects, and the state of its connections."""
 
 
 @dataclass(slots=True, eq=False)
@@ -22,10 +22,10 @@ class Peer:
     """Another participant.
 
     Attributes:
-        host: where its announcement came from.
-        heard_at: when it last sent anything.
-        kept: the bytes of its announcements.
-        incomplete: the bytes of its incomplete samples.
+        host: address from which its first announcement was sent.
+        heard_at: time of its last datagram.
+        kept: budget for its announcements.
+        incomplete: budget for its incomplete samples.
     """
 
     data: ParticipantData
@@ -61,7 +61,7 @@ class Peer:
         return self.choose(endpoint.addresses or self.data.data)
 
     def choose(self, addresses: tuple[Address, ...]) -> Address:
-        """Return the address on the host that the announcement came from, or else the first one."""
+        """Return the address on `host`, or the first one if there is none."""
         return next((each for each in addresses if each.host == self.host), addresses[0])
 
 
@@ -88,7 +88,7 @@ class Peers:
         return self._peers.get(prefix)
 
     def add(self, data: ParticipantData, size: int, host: str, now: float) -> Peer | None:
-        """Return a new peer, or None if the limit is reached: its announcements are ignored."""
+        """Add and return a peer; return None if the limit is reached."""
         kept = Budget(self._limits.ros2_peer_bytes, self._kept)
         if not kept.take(size):
             return None

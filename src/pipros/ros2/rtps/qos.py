@@ -33,7 +33,7 @@ class Liveliness(IntEnum):
 
 
 class Policy(Enum):
-    """A policy by which a writer and a reader do not match, with ROS 2's name for it."""
+    """A policy that keeps a writer and a reader from matching, with its name in ROS 2."""
 
     RELIABILITY = "reliability"
     DURABILITY = "durability"
@@ -50,15 +50,15 @@ SHARED_OWNERSHIP: Final = 0
 
 @dataclass(frozen=True, slots=True)
 class Qos:
-    """What an endpoint offers or requests.
+    """Quality of service that a writer offers or a reader requests.
 
     Attributes:
-        depth: the samples that a writer keeps, or that wait at a reader; 0 means as many as the limits of
-            bytes allow.
+        depth: number of samples that a writer keeps, or that wait at a reader; 0 means as many as the
+            limits in bytes allow.
         deadline_s: longest time between two samples.
         lease_s: longest time between two signs of life of a writer.
         partitions: names or patterns; empty is the default partition, the only one that ROS 2 uses.
-        representations: what a writer writes first of all, or what a reader reads; empty means XCDR1.
+        representations: those that a writer prefers or a reader understands; empty means XCDR1.
     """
 
     reliability: Reliability = Reliability.RELIABLE
@@ -77,12 +77,12 @@ class Qos:
 
     @property
     def is_latched(self) -> bool:
-        """True if late readers get, or ask for, samples from before."""
+        """True if late readers get, or request, earlier samples."""
         return self.durability is not Durability.VOLATILE
 
 
 def mismatch(offered: Qos, requested: Qos) -> Policy | None:
-    """Return the first policy by which a writer's offer does not satisfy a reader's request."""
+    """Return the first policy of an offer that does not satisfy a request; None if all do."""
     representation = offered.representations[0] if offered.representations else XCDR1
     checks = (
         (Policy.RELIABILITY, offered.reliability >= requested.reliability),

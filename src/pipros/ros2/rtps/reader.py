@@ -64,11 +64,11 @@ class WriterProxy:
         announced: the last sample that the writer is known to have.
         early: samples after `expected`.
         skipped: ranges of samples after `expected` that do not exist: first, and first after it.
-        has_progressed: something that was next or requested has arrived since the last look.
+        has_progressed: something expected or requested has arrived since the last poll that was due.
         requested: the samples of the last request that are still missing, in whole or in part.
-        requests: in a row that were not answered.
+        requests: number of requests in a row without progress.
         usual_bytes: the size of the last sample that had fragments.
-        due: when something is requested again, or abandoned.
+        due: time of the next repeated request, or of the next check for abandoned fragments.
     """
 
     guid: bytes
@@ -97,7 +97,7 @@ class Reader:
     Attributes:
         deliver: called for each sample.
         request_bytes: how much is requested at a time, if the size of the samples is known.
-        lost: samples that reliable writers no longer had.
+        lost: number of samples that reliable writers no longer had, or that exceeded the limit.
     """
 
     prefix: bytes
@@ -186,7 +186,7 @@ class Reader:
                 self._request(writer, now)
 
     def _catch_up(self, writer: WriterProxy) -> None:
-        """Deliver the early samples that are next, and pass over those that do not exist."""
+        """Deliver the early samples that are next, and skip those that do not exist."""
         while True:
             sample = writer.early.pop(writer.expected, None)
             if sample is not None:
@@ -203,7 +203,7 @@ class Reader:
             writer.assemblies.pop(sequence).release()
 
     def _advance(self, writer: WriterProxy, first: int) -> None:
-        """Give up on everything before `first` that has not arrived."""
+        """Deliver what has arrived before `first`, and give up the rest."""
         if first <= writer.expected:
             return
         for sequence in sorted(each for each in writer.early if each < first):
@@ -237,7 +237,7 @@ class Reader:
         self._accept(writer, Sample(guid, sequence, payload, inline), now)
 
     def _start(self, writer: WriterProxy, fragment: DataFrag, now: float) -> Assembly | None:
-        """Return a new assembly, or None for a sample that is not new, or larger than the limits."""
+        """Return a new assembly; None if the sample is not new or exceeds a limit."""
         sequence = fragment.sequence
         if not self._is_new(writer, sequence):
             return None
@@ -346,7 +346,7 @@ class Reader:
 
     @property
     def deadline(self) -> float:
-        """When `poll` has something to request or to abandon."""
+        """Time at which `poll` has something to do; infinite if there is nothing."""
         return min((writer.due for writer in self._waiting.values()), default=math.inf)
 
     def poll(self, now: float, handled_until: float) -> None:

@@ -172,10 +172,10 @@ class RtpsEngine:
     def close(self) -> None:
         self._participant.close()
 
-    # For the endpoints of this module ---------------------------------------------------------------------
+    # Used by the endpoints of this module.
 
     def forget(self, owner: _Own) -> None:
-        """Remove an endpoint that was closed from the node."""
+        """Remove a closed endpoint from the node."""
         with self._lock:
             if owner not in self._own:
                 return
@@ -292,7 +292,7 @@ def _entry(type_hash: str) -> bytes:
 
 
 def _endpoint(data: EndpointData, node: str, gateway: str) -> Endpoint | None:
-    """Return an endpoint as ROS 2 sees it; None for other topics, and the replies of services."""
+    """Return an endpoint with its names in ROS 2; None for other topics, and for replies of services."""
     topic, service, kind = topic_of_dds(data.topic), service_of_dds(data.topic), type_of_dds(data.type_name)
     if kind is None:
         return None

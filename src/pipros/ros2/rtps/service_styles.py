@@ -2,8 +2,8 @@
 
 The style of rmw_fastrtps names the related sample in inline QoS: a request names the client's reader of
 replies, a reply the request. The style of rmw_cyclonedds puts 16 bytes before the message: a number of the
-client and a sequence number, which the reply repeats. A peer that receives the other style reads nonsense, or
-runs out of memory, so the style is chosen for each peer, and a peer of unknown style gets nothing.
+client and a sequence number, which the reply repeats. A peer that receives the other style misreads it, and
+may run out of memory. So the style is chosen for each peer, and nothing is sent to a peer of unknown style.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
 from pipros.ros2.rtps.reader import Sample
 
 PIPROS_MARK: Final = "pipros"
-"""The entry in the USER_DATA of participants of pipros."""
+"""Entry in the USER_DATA of participants of pipros."""
 
 _ENCAPSULATION_BYTES: Final = 4
 _CYCLONE_HEAD = Struct("<Qq")
@@ -27,14 +27,14 @@ _CLIENT_ID, _SERVICE_ID = "clientid", "serviceid"
 
 
 class Style(Enum):
-    """How a peer relates replies to requests."""
+    """How peers relate replies to requests."""
 
     FAST = "rmw_fastrtps"
     CYCLONE = "rmw_cyclonedds"
 
 
 def style_of(peer: ParticipantData, endpoint: EndpointData) -> Style | None:
-    """Return the style of a peer by its vendor, or by the ids in USER_DATA; None if it is unknown."""
+    """Return the style that a peer's vendor or the ids in USER_DATA imply; None if it is unknown."""
     if PIPROS_MARK in entries(peer.user_data) or peer.vendor == FAST_DDS:
         return Style.FAST
     if peer.vendor == CYCLONE_DDS or entries(endpoint.user_data).keys() & {_CLIENT_ID, _SERVICE_ID}:
@@ -69,13 +69,13 @@ def topics_of(service: str) -> tuple[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """A request as a server needs it.
+    """A request to a server.
 
     Attributes:
         payload: CDR without Cyclone's bytes.
         writer: the client's writer of requests.
         reply_reader: the client's reader of replies, if the request names it.
-        related: what the reply names.
+        related: the sample that the reply names.
         head: Cyclone's bytes, which the reply repeats.
     """
 
@@ -87,7 +87,7 @@ class Request:
     head: bytes = b""
 
     def reply(self, payload: bytes) -> bytes:
-        """Return the payload of a reply."""
+        """Return the payload of a reply in the style of the request."""
         return with_head(payload, self.head) if self.head else payload
 
 

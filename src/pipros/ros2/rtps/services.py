@@ -57,8 +57,8 @@ class Server:
     """A service for clients of both styles. Each reply goes to the client's reader alone.
 
     Attributes:
-        refused: requests of peers whose style is unknown, of the wrong form, or too many at a time.
-        unanswered: replies for which the client had no reader.
+        refused: number of requests of unknown style, of the wrong form, or beyond the limit.
+        unanswered: number of replies for which the client had no reader.
     """
 
     def __init__(
@@ -71,10 +71,10 @@ class Server:
         request_hash: bytes = b"",
         reply_hash: bytes = b"",
     ) -> None:
-        """Announce the service with DDS's names of the types of requests and replies.
+        """Announce the service. The names of types are those of DDS.
 
         Args:
-            handler: gets and returns CDR with its encapsulation header, in a thread of its own; None for no
+            handler: takes and returns CDR with its encapsulation header, in a worker thread; None sends no
                 reply.
             request_hash, reply_hash: entries of USER_DATA such as `typehash=RIHS01_…;`.
         """
@@ -167,7 +167,7 @@ class _Target:
 
 
 class Client:
-    """A client of a service, with any number of calls at a time."""
+    """A client of a service. Thread-safe; calls may run at the same time."""
 
     def __init__(
         self,
@@ -197,11 +197,11 @@ class Client:
         return self._reader.guid, self._writer.guid
 
     def wait_for_server(self, timeout_s: float = 5.0) -> bool:
-        """Wait for a server; return False if the time is up."""
+        """Wait for a server; return False after the timeout."""
         return self._participant.wait_for(lambda engine: self._server(engine) is not None, timeout_s)
 
     def _server(self, engine: Engine) -> _Target | None:
-        """Return a participant with both ends of the service, preferably of known style."""
+        """Return a participant that serves the service, preferably one of known style."""
         writers = engine.reader(self._reader.entity).writers
         offering = {guid[:12] for guid in writers}
         readers = [guid for guid in engine.writer(self._writer.entity).readers if guid[:12] in offering]

@@ -29,7 +29,7 @@ from pipros.ros2.rtps.outbox import Outgoing
 from pipros.ros2.rtps.parameters import Address
 
 _RECEIVE_BUFFER_BYTES: Final = 8 << 20
-"""As much as the system allows; often 208 KiB (net.core.rmem_max)."""
+"""Requested size; the system often grants 208 KiB (net.core.rmem_max)."""
 _MAX_REQUEST_BYTES: Final = 256_000
 """Cyclone DDS keeps no more than 200 fragments, of 1,344 bytes each, in its queue of repetitions."""
 _MAX_DATAGRAM: Final = 65_536
@@ -60,10 +60,10 @@ class RtpsSockets:
 
     Attributes:
         discovery, data: the addresses to announce.
-        announce_to: where to look for other participants.
+        announce_to: addresses at which other participants may be found.
         local_hosts: this machine's addresses.
         receiving: the sockets to read.
-        request_bytes: how much may arrive at a time. A datagram takes up to 1.7 times its size in the buffer.
+        request_bytes: payload that fits the receive buffer, where a datagram takes up to 1.7 times its size.
     """
 
     def __init__(self, where: Discovery, limits: Limits) -> None:
@@ -102,7 +102,7 @@ class RtpsSockets:
         self.announce_to = tuple(announce_to)
 
     def send(self, datagrams: Iterable[Outgoing]) -> None:
-        """Send datagrams. Those that the system refuses are lost, like any others on the way."""
+        """Send datagrams. Those that the system refuses are lost, as they could be on the network."""
         for address, parts in datagrams:
             if address == self._group:
                 self._send_to_group(parts)
@@ -150,19 +150,19 @@ class Backlog:
         return self._datagrams[0][2] if self._datagrams else self._read_at
 
     def read(self, sources: Iterable[socket.socket], now: float) -> None:
-        """Read everything that has arrived, up to the limit; the system drops what then does not fit."""
+        """Read the datagrams that have arrived, up to the limit; the system drops what then does not fit."""
         for source in sources:
             while self._bytes < self._limit_bytes:
                 try:
                     datagram, address = source.recvfrom(_MAX_DATAGRAM)
-                except OSError:  # nothing has arrived, or an ICMP error for an earlier datagram
+                except OSError:  # nothing has arrived, or an ICMP error answers an earlier datagram
                     break
                 self._datagrams.append((datagram, str(address[0]), now))
                 self._bytes += len(datagram) + _DATAGRAM_OVERHEAD_BYTES
         self._read_at = now
 
     def next(self) -> tuple[bytes, str] | None:
-        """Return the next datagram and the host that sent it."""
+        """Return the next datagram and the host that sent it; None if there is none."""
         if not self._datagrams:
             return None
         datagram, host, _ = self._datagrams.popleft()
@@ -175,7 +175,7 @@ def _ipv4(peer: str, limits: Limits) -> list[str]:
 
 
 def _bind_pair(domain: int, host: str) -> tuple[int, socket.socket, socket.socket]:
-    """Return the number of a participant that is free on this machine, and its sockets."""
+    """Return the first free participant number of this machine, and its sockets."""
     for participant in range(MAX_PARTICIPANT + 1):
         ports = discovery_port(domain, participant), data_port(domain, participant)
         opened: list[socket.socket] = []

@@ -1,4 +1,4 @@
-"""The messages of RTPS (OMG DDSI-RTPS 2.3, section 9.4): datagrams to submessages. `encoding` writes them.
+"""Decoding of datagrams into submessages (OMG DDSI-RTPS 2.3, section 9.4). `encoding` writes them.
 
 `read_datagram` never raises: it returns the submessages before the first malformed one. Submessages are
 NamedTuples, which are created three times as fast as frozen dataclasses: one is created for each datagram.
@@ -18,7 +18,7 @@ Buffer: TypeAlias = "bytes | memoryview"
 
 HEADER_BYTES: Final = 20
 MAX_SET: Final = 256
-"""Members of a set of numbers, from its base."""
+"""Maximum number of members of a set, counted from its base."""
 
 MAGIC: Final = b"RTPS"
 # The kinds of submessages, and their flags.
@@ -49,7 +49,7 @@ _COUNT = _both("i")
 
 
 class Malformed(Exception):
-    """A submessage contradicts itself or is cut off."""
+    """A submessage contradicts itself or is truncated."""
 
 
 class Data(NamedTuple):
@@ -64,7 +64,7 @@ class Data(NamedTuple):
 
 
 class DataFrag(NamedTuple):
-    """Fragments of a sample: `fragments` of them from the number `first`, counted from 1."""
+    """Consecutive fragments of a sample: `fragments` of them from number `first`, counted from 1."""
 
     reader: bytes
     writer: bytes
@@ -92,7 +92,7 @@ class Heartbeat(NamedTuple):
 
 
 class AckNack(NamedTuple):
-    """A reader has everything below `base`, and asks for `missing`."""
+    """A reader has all samples below `base`, and requests those in `missing`."""
 
     reader: bytes
     writer: bytes
@@ -113,7 +113,7 @@ class Gap(NamedTuple):
 
 
 class NackFrag(NamedTuple):
-    """A reader asks for fragments of a sample."""
+    """A reader requests fragments of a sample."""
 
     reader: bytes
     writer: bytes
@@ -136,12 +136,12 @@ Submessage: TypeAlias = Data | DataFrag | Heartbeat | AckNack | Gap | NackFrag |
 
 
 class Datagram(NamedTuple):
-    """The part of a datagram that is meant for one participant.
+    """The submessages of a datagram that are for one participant.
 
     Attributes:
         prefix, vendor: the sender.
         submessages: those before the first malformed one.
-        is_malformed: the rest was dropped.
+        is_malformed: a submessage was malformed; it and the rest are missing.
     """
 
     prefix: bytes
@@ -151,9 +151,9 @@ class Datagram(NamedTuple):
 
 
 def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
-    """Return the submessages for a participant, or None for something else than RTPS 2.
+    """Return the submessages for a participant; None if the datagram is not RTPS 2.
 
-    INFO_SRC, which says that the rest comes from another participant, ends the reading: only relays of RTPS
+    Submessages after INFO_SRC, which says that another participant is their source, are left out: only relays
     send it.
     """
     if len(datagram) < HEADER_BYTES or datagram[:4] != MAGIC or datagram[4] != PROTOCOL_VERSION[0]:
@@ -167,7 +167,7 @@ def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
         kind, flags = datagram[position], datagram[position + 1]
         length = _LENGTH[flags & LITTLE].unpack_from(datagram, position + 2)[0]
         position += 4
-        if length == 0 and kind not in (PAD, INFO_TS):  # the last one extends to the end
+        if length == 0 and kind not in (PAD, INFO_TS):  # the last submessage extends to the end
             length = end - position
         if position + length > end:
             return found._replace(is_malformed=True)

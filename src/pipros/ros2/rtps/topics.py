@@ -1,4 +1,4 @@
-"""The writers and readers of a participant, as programs use them."""
+"""Writers and readers of a participant, for programs."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class TopicWriter:
     ) -> int:
         """Send CDR with its encapsulation header; return the sequence number.
 
-        A writer of depth 0 waits while its reliable readers do not keep up.
+        A writer of depth 0 blocks for up to `timeout_s` while its reliable readers do not keep up.
 
         Raises:
             LimitExceeded: the message is larger than `Limits.ros2_history_bytes`.
@@ -77,27 +77,27 @@ class TopicWriter:
         return self._participant.ask(lambda engine: frozenset(engine.writer(self.entity).readers))
 
     def wait_for_readers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
-        """Wait until so many readers have matched; return False if the time is up."""
+        """Wait until `count` readers have matched; return False after the timeout."""
         return self._participant.wait_for(
             lambda engine: len(engine.writer(self.entity).readers) >= count, timeout_s
         )
 
     def wait_for_acknowledgments(self, timeout_s: float = 5.0) -> bool:
-        """Wait until all reliable readers have everything; return False if the time is up."""
+        """Wait until all reliable readers have acknowledged everything; return False after the timeout."""
         return self._participant.wait_for(
             lambda engine: engine.writer(self.entity).is_acknowledged, timeout_s
         )
 
     def close(self) -> None:
-        """End the writer. May be called repeatedly."""
+        """Announce the end of the writer. May be called repeatedly."""
         self._participant.remove(self.entity)
 
 
 class TopicReader:
-    """A reader of a participant: samples wait in its inbox for the callback.
+    """A reader of a participant. Samples wait in its inbox for the callback. Thread-safe.
 
     Attributes:
-        dropped: samples that the callback was too slow for.
+        dropped: number of samples that were dropped because the callback was too slow.
     """
 
     def __init__(
@@ -122,13 +122,13 @@ class TopicReader:
         return self._participant.ask(lambda engine: frozenset(engine.reader(self.entity).writers))
 
     def wait_for_writers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
-        """Wait until so many writers have matched; return False if the time is up."""
+        """Wait until `count` writers have matched; return False after the timeout."""
         return self._participant.wait_for(
             lambda engine: len(engine.reader(self.entity).writers) >= count, timeout_s
         )
 
     def push(self, sample: Sample) -> bool:
-        """Add a sample; the oldest ones go if it is too many. Return True if the inbox was empty."""
+        """Add a sample, and drop the oldest ones beyond the limits. Return True if the inbox was empty."""
         cost = len(sample.payload) + _OVERHEAD_BYTES
         with self._lock:
             was_empty = not self._inbox
@@ -155,5 +155,5 @@ class TopicReader:
                 _LOG.exception("a callback for ROS 2 failed")
 
     def close(self) -> None:
-        """End the reader. May be called repeatedly."""
+        """Announce the end of the reader. May be called repeatedly."""
         self._participant.remove(self.entity)

@@ -3,10 +3,10 @@
 Theory of operation. `write` sends a sample to each reader at once, followed by a heartbeat that need not be
 answered. A reliable reader gets new samples only after it has answered a heartbeat that announces none:
 before, it may not know the writer, and Cyclone DDS begins with the sample after those that the first
-heartbeat announces. While a
-reliable reader has not acknowledged everything that it should have, heartbeats that must be answered follow,
-at intervals that double; the reader names what it lacks, and gets it again, or a GAP if it is no longer kept.
-Replies of services are for single readers: the others get a GAP for those numbers before their next sample.
+heartbeat announces. While a reliable reader has not acknowledged all samples, heartbeats that must be
+answered follow, at intervals that double. The reader requests missing samples, and gets them again, or a GAP
+if they are no longer kept. Replies of services are for single readers: the others get a GAP for those numbers
+before their next sample.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from pipros.ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
 FIRST_HEARTBEAT_S: Final = 0.02
 SLOWEST_HEARTBEAT_S: Final = 1.0
 SLOWEST_GREETING_S: Final = 10.0
-"""The interval for readers that never answered: a flood of them must not cause much work."""
+"""Interval for readers that never answered, so that a flood of them causes little work."""
 ENOUGH_QUESTIONS: Final = 3
-"""A reader that asks so often for a heartbeat has seen one, even if it never says that it needs no more."""
+"""After so many questions for a heartbeat, a reader has seen one, even if it sends no final ACKNACK."""
 LOCAL_FRAGMENT_BYTES: Final = 60_000
 REMOTE_FRAGMENT_BYTES: Final = 1_344
-"""What fits an Ethernet frame, as in Cyclone DDS: the loss of an IP fragment would lose them all."""
+"""Fits an Ethernet frame, as in Cyclone DDS: a larger datagram is lost if one of its IP fragments is."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +41,7 @@ class Change:
 
     Attributes:
         inline: inline QoS, with its sentinel, or empty.
-        recipients: the readers that it is for; None for all.
+        recipients: GUIDs of the readers that get it; None for all.
         is_key: the payload is the key of an entity that has ended.
     """
 
@@ -70,11 +70,11 @@ class ReaderProxy:
         head: the start of each datagram to it.
         first: the first sample that concerns it.
         sent: the last one that was sent to it, or that it must skip.
-        wanted: the last one that is for it.
-        acked: it has everything up to this one.
-        asked: how often it has asked for a heartbeat.
+        wanted: the last sample that it should have.
+        acked: the last sample up to which it has acknowledged all.
+        asked: number of its questions for a heartbeat.
         is_greeted: it has answered a heartbeat.
-        due: when the next heartbeat is sent.
+        due: time of the next heartbeat.
     """
 
     guid: bytes
@@ -126,7 +126,7 @@ class Writer:
 
     @property
     def last(self) -> int:
-        """The sequence number of the newest sample, 0 before the first."""
+        """Sequence number of the newest sample; 0 if there is none."""
         return self._last
 
     def has_room(self, payload_bytes: int) -> bool:
@@ -150,7 +150,7 @@ class Writer:
         *,
         is_key: bool = False,
     ) -> int:
-        """Send a sample, and keep it for repetitions and late readers; return its sequence number.
+        """Send a sample, and keep it for requests and late readers; return its sequence number.
 
         Raises:
             LimitExceeded: it is larger than `Limits.ros2_history_bytes`.
@@ -192,7 +192,7 @@ class Writer:
         self.forget(oldest)
 
     def forget(self, sequence: int) -> None:
-        """Remove a sample from the history. May be called for one that is not in it."""
+        """Remove a sample from the history. Do nothing if it is not there."""
         change = self._history.pop(sequence, None)
         if change is not None:
             self._kept_bytes -= change.cost_bytes
@@ -244,7 +244,7 @@ class Writer:
     def _datagrams(
         self, reader: ReaderProxy, change: Change, fragments: tuple[int, ...] | None
     ) -> Iterator[Outgoing]:
-        """Yield a sample as DATA or as fragments (all if None), and then a heartbeat."""
+        """Yield a sample as DATA or as fragments (all if `fragments` is None), then a heartbeat."""
         if len(change.payload) <= reader.fragment_bytes:
             tail = self._heartbeat(reader, is_final=True) if reader.is_reliable else b""
             yield Outgoing(reader.address, (*self._data(reader, change, reader.head), tail))
@@ -272,7 +272,7 @@ class Writer:
             yield Outgoing(reader.address, (reader.head, final))
 
     def match(self, guid: bytes, address: Address, requested: Qos, fragment_bytes: int, now: float) -> None:
-        """Add a reader, or change its address. If it asks for earlier samples, it gets them."""
+        """Add a reader, or change its address. Send it the history if both sides are transient_local."""
         if guid in self.readers:
             self.readers[guid].address = address
             return
@@ -334,7 +334,7 @@ class Writer:
             self.outbox.send(reader.address, reader.head, beat)
 
     def _send_held(self, reader: ReaderProxy) -> None:
-        """Send the samples that were written before the first answer."""
+        """Send the samples that were held until the first answer."""
         held = [change for change in self._history.values() if change.sequence > reader.sent]
         for change in held:
             if change.is_for(reader.guid):
@@ -369,7 +369,7 @@ class Writer:
             self._queue(reader, change, nack.missing)
 
     def _forget_acknowledged(self) -> None:
-        """Drop what all readers have, unless late readers may ask for it."""
+        """Drop samples that all readers have, unless late readers may request them."""
         if self.qos.is_latched or not all(reader.is_reliable for reader in self.readers.values()):
             return  # datagrams for best-effort readers may still be in the outbox
         if not self._behind:
@@ -381,7 +381,7 @@ class Writer:
 
     @property
     def deadline(self) -> float:
-        """When `poll` has the next heartbeat to send."""
+        """Time of the next heartbeat; infinite if there is none."""
         return min((reader.due for reader in self._behind.values()), default=math.inf)
 
     def poll(self, now: float) -> None:

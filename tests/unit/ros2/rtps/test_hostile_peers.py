@@ -136,3 +136,53 @@ def test_announcements_for_another_participant_are_ignored() -> None:
     victim.engine.receive(forged, HOST, network.now)
 
     assert len(victim.engine.peers) == 0
+
+
+def test_small_fragments_do_not_keep_their_large_datagrams() -> None:
+    """Each datagram of 60 kB has one fragment of 100 bytes; the rest is for nobody."""
+    network, victim, _, peer, writer = connected(Limits())
+    filling = data_head(b"\0\0\0\0", b"\0\0\x7f\3", 1, 60_000) + bytes(60_000)
+    head = datagram_head(peer.engine.prefix, victim.engine.prefix)
+    tracemalloc.start()
+    try:
+        for number in range(500):
+            start = data_frag_head(b"\0\0\0\0", writer, 1, number + 1, 100, 1_000_000, 100)
+            victim.engine.receive(head + start + bytes(100) + filling, HOST, network.now)
+        used = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+
+    assert used < 500_000
+
+
+def test_a_last_fragment_promises_no_memory() -> None:
+    """The last fragments of samples of 128 MB arrive, and nothing else of them."""
+    network, victim, _, peer, writer = connected(Limits(ros2_incomplete_bytes=2_000_000))
+    head = datagram_head(peer.engine.prefix, victim.engine.prefix)
+    tracemalloc.start()
+    try:
+        for number in range(200):
+            start = data_frag_head(b"\0\0\0\0", writer, 2 + number, 128_000, 1000, 128_000_000, 1000)
+            victim.engine.receive(head + start + bytes(1000), HOST, network.now)
+        used = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+
+    assert used < 3_000_000
+
+
+def test_a_reader_that_never_answers_costs_no_more_than_the_history() -> None:
+    limits = Limits(ros2_history_bytes=100_000)
+    network = SimulatedNetwork()
+    victim, mute = network.host(limits), network.host()
+    writer = victim.engine.add_writer("rt/a", STRING, DEEP, network.now)
+    mute.engine.add_reader("rt/a", STRING, DEEP, network.now)
+    network.run_until(lambda: bool(victim.matches()))
+    network.drops = lambda _: True
+    sent = len(network.sent)
+    for _ in range(1000):
+        victim.engine.write(writer, bytes(1000), network.now)
+        network.flush()
+
+    assert victim.engine.writer(writer).dropped > 800
+    assert sum(len(datagram) for _, datagram in network.sent[sent:]) < 1_200_000

@@ -1,0 +1,65 @@
+"""Datagrams that were read and not yet handled."""
+
+from __future__ import annotations
+
+import math
+import socket
+from collections.abc import Iterator
+
+import pytest
+
+from pipros.ros2.rtps.sockets import Backlog
+
+
+@pytest.fixture
+def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
+    """Two sockets, of which the first one sends to the second one."""
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sending,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiving,
+    ):
+        receiving.bind(("127.0.0.1", 0))
+        receiving.setblocking(False)
+        sending.connect(receiving.getsockname())
+        yield sending, receiving
+
+
+def test_datagrams_are_returned_in_their_order(ends: tuple[socket.socket, socket.socket]) -> None:
+    backlog = Backlog(10_000)
+    for number in range(3):
+        ends[0].send(b"%d" % number)
+    backlog.read([ends[1]], 1.0)
+
+    assert [backlog.next() for _ in range(4)] == [
+        *((b"%d" % number, "127.0.0.1") for number in range(3)),
+        None,
+    ]
+    assert not backlog
+
+
+def test_what_waits_is_not_handled_yet(ends: tuple[socket.socket, socket.socket]) -> None:
+    backlog = Backlog(10_000)
+    assert backlog.handled_until == -math.inf
+    ends[0].send(b"one")
+    backlog.read([ends[1]], 1.0)
+    ends[0].send(b"two")
+    backlog.read([ends[1]], 2.0)
+    found = [backlog.handled_until]
+    for _ in range(2):
+        backlog.next()
+        found.append(backlog.handled_until)
+
+    assert found == [1.0, 2.0, 2.0]
+
+
+def test_datagrams_beyond_the_limit_stay_with_the_system(ends: tuple[socket.socket, socket.socket]) -> None:
+    backlog = Backlog(1000)
+    for _ in range(10):
+        ends[0].send(bytes(300))
+    backlog.read([ends[1]], 1.0)
+    first = [backlog.next() for _ in range(3)]
+    backlog.read([ends[1]], 2.0)
+
+    assert first[:2] == [(bytes(300), "127.0.0.1")] * 2
+    assert first[2] is None
+    assert backlog
