@@ -4,8 +4,8 @@
     benchmarks/scene_soak.py [--minutes 60]
 
 Prints a line each loop. The exit status is 1 if an object of the end of the bag is shown at its beginning, or
-if the page or the server has 10 % more memory at the end than after the third loop, or the graphics card more
-objects. Needs Chromium and Playwright.
+if page or server have 10 % more memory in the last three loops than in the first ones, or the graphics card
+more objects. Needs Chromium and Playwright.
 """
 
 import argparse
@@ -30,9 +30,8 @@ SECONDS = 12
 HALF = SECONDS // 2
 POINTS = 20_000
 GROWTH = 1.1
-WARM_LOOPS = 3
-MORE_OBJECTS = 20
-"""How many more objects the graphics card may have: it depends on when the figures were taken."""
+SOME_LOOPS = 3
+MORE_OBJECTS = 5
 FILE = """\
 Visualization Manager:
   Displays:
@@ -146,7 +145,7 @@ def main():
 def watch(tab, server, end):
     """Print the figures of each loop until a time. Return whether they are good."""
     session = tab.context.new_cdp_session(tab)
-    first, stale, loops, was_late = None, 0, 0, False
+    history, stale, loops, was_late = [], 0, 0, False
     begin = time.monotonic()
     print(" minutes  loops  page MB  server MB  objects  pictures  stale", flush=True)
     while time.monotonic() < end:
@@ -166,14 +165,16 @@ def watch(tab, server, end):
         figures = heap, server.memory_info().rss / 1e6, state["objects"]
         row = f"{(time.monotonic() - begin) / 60:8.1f} {loops:6} {figures[0]:8.1f} {figures[1]:10.1f}"
         print(f"{row} {figures[2]:8} {state['pictures']:9} {stale:6}", flush=True)
-        if loops == WARM_LOOPS:
-            first = figures
-    if first is None:
-        print(f"fewer than {WARM_LOOPS} loops")
+        history.append(figures)
+    if loops < 2 * SOME_LOOPS:
+        print(f"fewer than {2 * SOME_LOOPS} loops")
         return False
-    print(f"after {WARM_LOOPS} loops: {first}; at the end: {figures}")
-    has_grown = any(now > GROWTH * before for before, now in zip(first[:2], figures[:2], strict=True))
-    return stale == 0 and not has_grown and figures[2] <= first[2] + MORE_OBJECTS
+    # The least of some loops: the rest is what was in use at that moment.
+    parts = history[:SOME_LOOPS], history[-SOME_LOOPS:]
+    first, last = ([min(column) for column in zip(*part, strict=True)] for part in parts)
+    print(f"page MB, server MB, objects: first {first}; last {last}")
+    has_grown = any(now > GROWTH * before for before, now in zip(first[:2], last[:2], strict=True))
+    return stale == 0 and not has_grown and last[2] <= first[2] + MORE_OBJECTS
 
 
 if __name__ == "__main__":
