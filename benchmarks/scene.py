@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Costs of the Scene tab: the first picture, the time of a picture, clouds, and the server's processor time.
 
-    benchmarks/scene.py [--seconds 8]
+    benchmarks/scene.py [--seconds 8] [--only TEXT]
 
 Needs Chromium and Playwright, which draw in software (SwiftShader) at 1000 x 600 pixels. A publisher sends 50
 frames, a robot of 30 links, a scan, and clouds of 50,000 and 200,000 points of 32 bytes ten times a second.
+In the last row, a forwarder between server and browser is a link of 10 Mbit/s with a delay.
 Nothing else should be running.
 """
 
@@ -18,6 +19,7 @@ import time
 
 import psutil
 from playwright.sync_api import sync_playwright
+from slow_link import SlowLink
 
 SCRIPTS = os.path.dirname(sys.executable)
 PORT = 13971
@@ -78,7 +80,10 @@ SCENES = {
     "robot of 30 links, 50 frames, grid, scan": (ROBOT, "Scan"),
     "50,000 points at 10 Hz": (CLOUD.format(50), "Cloud"),
     "200,000 points at 10 Hz": (CLOUD.format(200), "Cloud"),
+    "the same over 10 Mbit/s, 50 ms each way": (CLOUD.format(200), "Cloud"),
 }
+SLOW = 1_250_000, 0.05
+"""Bytes per second and delay of the last row."""
 IS_DRAWN = """(name) => {
   const scene = document.querySelector(".tab-scene")?.scene;
   const display = scene?.all().find((each) => each.name === name);
@@ -110,7 +115,9 @@ MEASURE = """async ([seconds, name]) => {
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=8.0)
-    seconds = parser.parse_args().seconds
+    parser.add_argument("--only", default="", metavar="TEXT", help="only rows that contain it")
+    arguments = parser.parse_args()
+    seconds, only = arguments.seconds, arguments.only
     environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{PORT}"}
     with contextlib.ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory())
@@ -125,12 +132,16 @@ def main():
         start(os.path.join(SCRIPTS, "roscore"), "-p", str(PORT), stdout=subprocess.DEVNULL)
         time.sleep(2)
         start(sys.executable, "-c", PUBLISHER)
-        browser = stack.enter_context(sync_playwright()).chromium.launch(
-            executable_path="/usr/bin/chromium" if os.path.exists("/usr/bin/chromium") else None,
-            args=["--no-sandbox"],
-        )
+        chromium = stack.enter_context(sync_playwright()).chromium
+        program = "/usr/bin/chromium" if os.path.exists("/usr/bin/chromium") else None
+
+        def launch(more):
+            return chromium.launch(executable_path=program, args=["--no-sandbox", *more])
+
         print(f"{'scene':42} first picture  a picture  pictures/s  messages/s  server")
         for label, (displays, name) in SCENES.items():
+            if only not in label:
+                continue
             file = os.path.join(folder, "scene.rviz")
             with open(file, "w") as out:
                 out.write(FILE.format(displays=displays))
@@ -138,10 +149,17 @@ def main():
                 os.path.join(SCRIPTS, "rviz"), "--no-browser", "-d", file, stderr=subprocess.PIPE, text=True
             )
             address = server.stderr.readline().split(": ", 1)[1].strip()
+            link, browser = None, None
+            if "Mbit" in label:
+                port = address.split("/")[2].rpartition(":")[2]
+                link = SlowLink(int(port), *SLOW)
+                # The page accepts its own address only.
+                browser = launch([f"--host-resolver-rules=MAP localhost:{port} 127.0.0.1:{link.port}"])
+            browser = browser or launch([])
             tab = browser.new_page(viewport={"width": 1200, "height": 900})
             begin = time.monotonic()
             tab.goto(address, wait_until="commit")
-            tab.wait_for_function(IS_DRAWN, arg=name)
+            tab.wait_for_function(IS_DRAWN, arg=name, timeout=120_000)
             first = time.monotonic() - begin
             usage = psutil.Process(server.pid)
             before, since = sum(usage.cpu_times()[:2]), time.monotonic()
@@ -151,9 +169,10 @@ def main():
                 f"{label:42} {first:11.2f} s {picture:7.0f} ms {rate:11.1f} {received:11.1f} {share:7.0%}",
                 flush=True,
             )
-            tab.close()
+            browser.close()
             server.terminate()
-        browser.close()
+            if link:
+                link.close()
 
 
 if __name__ == "__main__":

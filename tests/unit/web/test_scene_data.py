@@ -15,7 +15,14 @@ from pipros.web.cloud_columns import cloud_columns, point_columns, strided, thin
 from pipros.web.message_layout import message_layout
 from pipros.web.scene_services import permitted_path
 from pipros.web.server import RequestRefused
-from pipros.web.views.scene import MOST_LATCHED, SceneFile, SceneTopic, read_named_file
+from pipros.web.views.scene import (
+    LEAST_POINTS,
+    MOST_LATCHED,
+    SceneFile,
+    SceneTopic,
+    fitting_points,
+    read_named_file,
+)
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
 
@@ -101,6 +108,29 @@ def test_an_empty_cloud_has_empty_columns() -> None:
 def test_strides_and_steps() -> None:
     assert strided(b"abcdef", 4, 3, 2) == b"ef"
     assert [thinning_step(count, 100) for count in (0, 100, 101, 400)] == [1, 1, 3, 5]
+
+
+@pytest.mark.parametrize(
+    ("points", "sent_s", "expected"),
+    [
+        (100_000, 0.05, 125_001),
+        (190_000, 0.0, 200_000),
+        (100_000, 0.3, 100_000),
+        (100_000, 4.0, 10_000),
+        (1000, 60.0, LEAST_POINTS),
+        (1, 60.0, 1),
+        (1, 0.0, 2),
+    ],
+)
+def test_a_slow_link_gets_fewer_points(points: int, sent_s: float, expected: int) -> None:
+    assert fitting_points(points, 200_000, sent_s) == expected
+
+
+def test_clouds_become_smaller_until_two_a_second_fit() -> None:
+    points = 200_000
+    for _ in range(20):
+        points = fitting_points(points, 200_000, points * 16 / 1_250_000)
+    assert 0.3 < points * 16 / 1_250_000 <= 0.4
 
 
 def message(body: bytes, sender: str, *, is_latched: bool) -> AnyMsg:

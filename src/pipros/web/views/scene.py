@@ -52,6 +52,9 @@ MOST_LATCHED: Final = 1000
 MOST_FEEDBACK_TOPICS: Final = 100
 FEEDBACK_QUEUE: Final = 100
 MOST_POINTS: Final = 2_000_000
+LEAST_POINTS: Final = 500
+LONGEST_SEND_S: Final = 0.4
+"""Clouds that take longer to send get fewer points, so that a slow link shows at least two a second."""
 MOST_FIELDS: Final = 8
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
@@ -209,7 +212,10 @@ class SceneViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def cloud(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the newest `PointCloud2` or `PointCloud` of a topic: a JSON header, a newline, columns."""
+        """Yield the newest `PointCloud2` or `PointCloud` of a topic: a JSON header, a newline, columns.
+
+        A cloud has at most `limit` points, and fewer on a slow link.
+        """
         name = topic_name(arguments)
         limit = _number(arguments, "limit", 200_000, MOST_POINTS)
         wanted = arguments.get("fields", [])
@@ -217,13 +223,17 @@ class SceneViews:
             raise RequestRefused(f"fields must be a list of at most {MOST_FIELDS} names")
         with self._system.topics.watch(name, queue_size=2) as watch:
             number = -1
+            points = limit
             while True:
                 newest = watch.newest
                 if newest is not None and newest.number != number:
                     number = newest.number
-                    yield await self._system.computations.run(
-                        _packed_cloud, watch, newest.message, list(map(str, wanted)), limit, number
+                    packed = await self._system.computations.run(
+                        _packed_cloud, watch, newest.message, list(map(str, wanted)), points, number
                     )
+                    begin_s = time.monotonic()
+                    yield packed  # returns when the connection has taken most of it
+                    points = fitting_points(points, limit, time.monotonic() - begin_s)
                 await asyncio.sleep(CLOUD_INTERVAL_S)
 
     async def robot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -443,6 +453,13 @@ def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes
         return read_file(real, limit_bytes)
     except (OSError, ValueError, RuntimeError) as error:
         raise RequestRefused(f"cannot read {uri:.300}: {getattr(error, 'strerror', error)}") from None
+
+
+def fitting_points(points: int, most: int, sent_s: float) -> int:
+    """Return how many points the next cloud may have, after sending one with `points` took `sent_s`."""
+    if sent_s > LONGEST_SEND_S:
+        return min(points, max(LEAST_POINTS, int(points * LONGEST_SEND_S / sent_s)))
+    return points if sent_s > LONGEST_SEND_S / 4 else min(most, points + points // 4 + 1)
 
 
 def _layout_of(header: Mapping[str, str]) -> Mapping[str, Any]:

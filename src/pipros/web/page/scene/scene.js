@@ -17,6 +17,8 @@ import { explanation, fixedFrameStatus, otherRoots, whyNot } from "./transform_t
 THREE.ColorManagement.enabled = false;
 
 const TF_QUEUE = 1000;
+const SETTLING_MS = 5000; // after time has jumped back
+const AHEAD_NS = 1000000000n; // of simulated time
 const isLocal = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
 
 export class Scene {
@@ -46,6 +48,7 @@ export class Scene {
     this.last = { time: 0, version: -1 };
     this.figures = { pictures: 0, ms: 0, bytes: 0 };
     this.isLost = false;
+    this.settledAt = 0;
     this.frameProblem = ""; // why the newest refused transform was
     this.hasNewClouds = false; // whether the points must be divided anew
     this.mostPoints = innerWidth < 700 ? 50000 : 200000; // of all clouds together
@@ -155,10 +158,16 @@ export class Scene {
 
   setClock(clock) {
     if (clock < this.simulatedNs) {
+      this.settledAt = performance.now() + SETTLING_MS;
       this.frames.clear();
       this.reset();
     }
     this.simulatedNs = clock;
+  }
+
+  // Returns whether a message is of the time before a jump back, and only arrives after it.
+  isLate({ header }) {
+    return this.simulatedNs !== null && performance.now() < this.settledAt && header?.stamp > this.simulatedNs + AHEAD_NS;
   }
 
   addTransforms({ transforms }, isStatic, sender = "") {
@@ -215,7 +224,9 @@ export class Scene {
       if (isOver || !decode || frames !== this.frames) return; // messages of another source or moment
       for (const { body, arrival, sender } of messagesOf(batch, senders)) {
         try {
-          take(decode(body), arrival, sender);
+          const message = decode(body);
+          for (const key of ["markers", "transforms"]) if (key in message) message[key] = message[key].filter((each) => !this.isLate(each));
+          if (!this.isLate(message)) take(message, arrival, sender);
         } catch (error) {
           onError(error.message);
         }

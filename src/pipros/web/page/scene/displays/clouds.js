@@ -140,8 +140,8 @@ export class PointCloud2 extends Cloud {
     this.points = { shown: Math.ceil(head.count / head.step), total: head.count };
     this.setStatus("Points", "ok", head.step > 1 ? `Showing 1 of ${head.step} of ${head.count} points` : `Showing ${head.count} points`);
     const columns = columnsOf(head, all.subarray(end + 1));
-    const stamp = BigInt(head.stamp[0]) * 1000000000n + BigInt(head.stamp[1]);
-    this.whenPlaced({ header: { frame_id: head.frame, stamp } }, (_, pose) => this.show(columns, pose));
+    const header = { frame_id: head.frame, stamp: BigInt(head.stamp[0]) * 1000000000n + BigInt(head.stamp[1]) };
+    if (!this.scene.isLate({ header })) this.whenPlaced({ header }, (_, pose) => this.show(columns, pose));
   }
 }
 

@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+"""The Scene tab for a long time, with a bag that loops in simulated time: nothing is stale, no memory grows.
+
+    benchmarks/scene_soak.py [--minutes 60]
+
+Prints a line each loop. The exit status is 1 if an object of the end of the bag is shown at its beginning, or
+if page or server have 10 % more memory in the last three loops than in the first ones, or the graphics card
+more objects. Needs Chromium and Playwright.
+"""
+
+import argparse
+import contextlib
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import psutil
+from playwright.sync_api import sync_playwright
+
+from pipros.bag import BagWriter
+from pipros.msg import load_message_class
+
+SCRIPTS = os.path.dirname(sys.executable)
+PORT = 13972
+SECONDS = 12
+HALF = SECONDS // 2
+POINTS = 20_000
+GROWTH = 1.1
+SOME_LOOPS = 3
+MORE_OBJECTS = 5
+FILE = """\
+Visualization Manager:
+  Displays:
+    - {Class: rviz/Grid, Name: Grid}
+    - {Class: rviz/TF, Name: TF}
+    - {Class: rviz/Marker, Name: Marks, Marker Topic: /marks}
+    - {Class: rviz/Odometry, Name: Odometry, Topic: /odom, Keep: 50}
+    - {Class: rviz/PointCloud2, Name: Cloud, Topic: /cloud, Decay Time: 1}
+  Global Options: {Fixed Frame: map}
+Window Geometry: {Hide Left Dock: true}
+"""
+STATE = """() => {
+  const scene = document.querySelector(".tab-scene")?.scene;
+  if (!scene?.displays?.length || !scene.simulatedNs) return null;
+  const [, , marks, odometry] = scene.displays;
+  const { memory } = scene.renderer.info;
+  const places = odometry.root.children.map(({ children: [each] }) => each.children[0].position.x);
+  return {
+    second: Number(scene.now()) / 1e9 - 1000,
+    late: [...marks.shown.keys()].includes("late/0") || scene.frames.parent("late") !== null,
+    newest: Math.max(0, ...places),
+    objects: memory.geometries + memory.textures,
+    pictures: scene.figures.pictures,
+  };
+}"""
+
+
+def make_bag(path):
+    """Write a base that moves, a marker and a frame of the second half, odometry, and clouds."""
+    names = {
+        "/tf": "tf2_msgs/TFMessage",
+        "/marks": "visualization_msgs/Marker",
+        "/odom": "nav_msgs/Odometry",
+        "/cloud": "sensor_msgs/PointCloud2",
+    }
+    kinds = {topic: load_message_class(name) for topic, name in names.items()}
+    transform, field = map(load_message_class, ("geometry_msgs/TransformStamped", "sensor_msgs/PointField"))
+    fields = [field(name=name, offset=4 * n, datatype=7, count=1) for n, name in enumerate("xyz")]
+    with open(path, "wb") as file:
+        bag = BagWriter(file)
+        connections = {}
+        for topic, kind in kinds.items():
+            head = {"topic": topic, "type": kind._type, "md5sum": kind._md5sum}
+            head["message_definition"] = kind._full_text
+            connections[topic] = bag.add_connection(topic, {key: text.encode() for key, text in head.items()})
+        for tick in range(SECONDS * 10):
+            second, tenth = divmod(tick, 10)
+            stamp = 1000 + second, tenth * 100_000_000
+            links = []
+            for child in ["base"] + ["late"] * (second >= HALF):
+                link = transform(child_frame_id=child)
+                link.header.frame_id, (link.header.stamp.secs, link.header.stamp.nsecs) = "map", stamp
+                link.transform.translation.x, link.transform.rotation.w = tick / 10, 1.0
+                links.append(link)
+            bag.write_message(connections["/tf"], *stamp, kinds["/tf"](links))
+            for topic in ("/marks", "/odom", "/cloud"):
+                made = kinds[topic]()
+                made.header.frame_id, (made.header.stamp.secs, made.header.stamp.nsecs) = "map", stamp
+                if topic == "/marks":
+                    made.ns, made.type, made.pose.orientation.w = (
+                        "late" if second >= HALF else "early",
+                        1,
+                        1.0,
+                    )
+                    made.scale.x = made.scale.y = made.scale.z = made.color.a = 1.0
+                elif topic == "/odom":
+                    made.pose.pose.position.x, made.pose.pose.orientation.w = tick / 10, 1.0
+                else:
+                    made.height, made.width, made.point_step, made.fields = 1, POINTS, 12, fields
+                    made.data = struct.pack("<3f", tick / 10, 1, 0) * POINTS
+                bag.write_message(connections[topic], *stamp, made)
+        bag.finish()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--minutes", type=float, default=60.0)
+    minutes = parser.parse_args().minutes
+    with contextlib.ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        environment = {**os.environ, "ROS_MASTER_URI": f"http://localhost:{PORT}", "ROS_HOME": str(folder)}
+
+        def start(name, *argv, **more):
+            process = subprocess.Popen([os.path.join(SCRIPTS, name), *argv], env=environment, **more)
+            stack.callback(process.wait)
+            stack.callback(process.terminate)
+            return process
+
+        make_bag(folder / "loop.bag")
+        (folder / "scene.rviz").write_text(FILE)
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        start("roscore", "-p", str(PORT), **quiet)
+        time.sleep(3)
+        start("rosparam", "set", "/use_sim_time", "true").wait()
+        start("rosbag", "play", "-q", "-l", "--clock", str(folder / "loop.bag"), **quiet)
+        server = start(
+            "rviz", "--no-browser", "-d", str(folder / "scene.rviz"), stderr=subprocess.PIPE, text=True
+        )
+        address = server.stderr.readline().split(": ", 1)[1].strip()
+        browser = stack.enter_context(sync_playwright()).chromium.launch(
+            executable_path="/usr/bin/chromium" if os.path.exists("/usr/bin/chromium") else None,
+            args=["--no-sandbox"],
+        )
+        tab = browser.new_page(viewport={"width": 1000, "height": 700})
+        tab.goto(address, wait_until="commit")
+        good = watch(tab, psutil.Process(server.pid), time.monotonic() + 60 * minutes)
+        browser.close()
+    return 0 if good else 1
+
+
+def watch(tab, server, end):
+    """Print the figures of each loop until a time. Return whether they are good."""
+    session = tab.context.new_cdp_session(tab)
+    history, stale, loops, was_late = [], 0, 0, False
+    begin = time.monotonic()
+    print(" minutes  loops  page MB  server MB  objects  pictures  stale", flush=True)
+    while time.monotonic() < end:
+        time.sleep(0.25)
+        state = tab.evaluate(STATE)
+        if state is None:
+            continue
+        is_first_half = state["second"] < HALF - 1
+        stale += is_first_half and (state["late"] or state["newest"] > HALF)
+        if not is_first_half or not was_late:
+            was_late |= state["second"] > SECONDS - 3
+            continue
+        was_late = False
+        loops += 1
+        session.send("HeapProfiler.collectGarbage")
+        heap = session.send("Runtime.getHeapUsage")["usedSize"] / 1e6
+        figures = heap, server.memory_info().rss / 1e6, state["objects"]
+        row = f"{(time.monotonic() - begin) / 60:8.1f} {loops:6} {figures[0]:8.1f} {figures[1]:10.1f}"
+        print(f"{row} {figures[2]:8} {state['pictures']:9} {stale:6}", flush=True)
+        history.append(figures)
+    if loops < 2 * SOME_LOOPS:
+        print(f"fewer than {2 * SOME_LOOPS} loops")
+        return False
+    # The least of some loops: the rest is what was in use at that moment.
+    parts = history[:SOME_LOOPS], history[-SOME_LOOPS:]
+    first, last = ([min(column) for column in zip(*part, strict=True)] for part in parts)
+    print(f"page MB, server MB, objects: first {first}; last {last}")
+    has_grown = any(now > GROWTH * before for before, now in zip(first[:2], last[:2], strict=True))
+    return stale == 0 and not has_grown and last[2] <= first[2] + MORE_OBJECTS
+
+
+if __name__ == "__main__":
+    sys.exit(main())
