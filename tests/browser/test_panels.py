@@ -278,7 +278,7 @@ def test_a_launch_file_opens_a_layout_and_a_perspective(
 
 EVERY_VIEW = (
     "panels/column(row(graph~topics~plot~console~params)~row(nodes~images~tf~diagnostics~services)"
-    "~row(publish~actions~teleop~reconfigure~scene))"
+    "~row(publish~actions~teleop~fleet~bags~scene))"
 )
 CONTENTS = {
     "Graph": ".vertex",
@@ -295,7 +295,8 @@ CONTENTS = {
     "Publish": "textarea",
     "Actions": "thead",
     "Teleop": ".stick",
-    "Reconfigure": ".servers",
+    "Fleet": "thead",
+    "Bags": ".note",
 }
 
 
