@@ -292,8 +292,8 @@ CONTENTS = {
     "Actions": "thead",
     "Teleop": ".stick",
     "Reconfigure": ".servers",
-    "Bags": "select[aria-label=Bag]",
-    "Fleet": ".note",
+    "Fleet": "thead",
+    "Bags": ".note",
     "ROS 2": ".note",
 }
 

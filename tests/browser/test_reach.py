@@ -11,6 +11,8 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.test_accessibility import OPEN_DETAILS
+from tests.browser.test_bags_tab import make_bag
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
@@ -18,13 +20,14 @@ ROBOT = Path(__file__).parent / "programs" / "robot_program.py"
 TABS = {
     "graph/node:%2Frobot": "aside h3",
     "topics/%2Fimu": "aside .message li",
-    "plot/%2Fimu%2Fangular_velocity%2Fx": ".legend .curve",
+    "plot/%2Fimu%2Fangular_velocity%2Fx;d;r": ".legend .curve",
     "console": ".entry",
     "params": ".params li",
     "reconfigure": "#view",
     "nodes": "tbody tr",
     "images/%2Ffront%2Fimage_raw": "canvas",
     "tf/base_link>camera": ".pair dl",
+    "bags/run.bag": ".timeline .thumbnail",
     "diagnostics/%2FMotors%2Fright": "aside table",
     "fleet": "#view",
     "ros2": "#view",
@@ -73,16 +76,18 @@ MOST_STEPS = 250
 
 
 @pytest.fixture
-def page(ros: RosSystem) -> Page:
+def page(ros: RosSystem, tmp_path: Path) -> Page:
     """The page of a system with `/robot`, with control."""
     ros.pipros.start_master()
     ros.pipros.start(sys.executable, ROBOT, "robot")
     ros.wait_for_publisher("/imu")
-    return Page(ros, "--control")
+    make_bag(tmp_path / "run.bag")
+    return Page(ros, "--control", "--bags", tmp_path)
 
 
 def unreached(tab: Tab) -> list[str]:
     """Press Tab until all controls had the focus, and return those that did not get it."""
+    tab.evaluate(OPEN_DETAILS)
     tab.wait_for_function(f"() => ({WANTED})().length")
     wanted: set[str] = set(tab.evaluate(WANTED))
     tab.get_by_role("tab", selected=True).focus()
@@ -116,6 +121,7 @@ def test_targets_on_a_phone_are_large_enough_for_thumbs(page: Page, open_tab: Op
     for place, element in TABS.items():
         tab = open_tab(page, place, size=(390, 800))
         expect(tab.locator(element).first).to_be_attached()
+        tab.evaluate(OPEN_DETAILS)
         keep_screenshots(tab, f"phone-{place.partition('/')[0]}")
         small = tab.evaluate(SMALL) + tab.evaluate(SQUEEZED)
         if small:

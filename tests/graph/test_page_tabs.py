@@ -84,6 +84,9 @@ def test_the_time_axis_of_curves(ros: RosSystem) -> None:
             browser.watch("plot", field="/clock/clock", axis="stamp"), lambda data: data.get("error")
         )
         assert "have no header; choose another x axis" in refused["error"]
+        slow = "/point=len([1 for a in range(1000) for b in range(1000) for c in range(1000)])"
+        ended = first(browser.watch("plot", field=slow), lambda data: data.get("error"))
+        assert "a sample takes" in ended["error"]
         assert "axis must be one of" in next(browser.watch("plot", field="/point", axis="moon"))["error"]
 
 

@@ -1,10 +1,11 @@
 // A small curve of one number of a topic: the first that changes, or the one that the user chose.
 
 import { h, replace, s } from "./dom.js";
-import { numberText, numbersIn } from "./message_values.js";
+import { numbersIn } from "./message_values.js";
 
 const POINTS = 300;
 const MOST_FIELDS = 200;
+const DIGITS = 6; // of the range; the message below has the exact number
 const [WIDTH, HEIGHT, EDGE] = [300, 60, 3];
 
 // Returns {element, take(message)}.
@@ -60,7 +61,8 @@ export function smallCurve() {
     const step = values.length > 1 ? WIDTH / (values.length - 1) : 0;
     const y = (value) => (high > low ? HEIGHT - EDGE - ((value - low) / (high - low)) * (HEIGHT - 2 * EDGE) : HEIGHT / 2);
     line.setAttribute("d", `M${values.map((value, index) => `${index * step},${y(value)}`).join("L")}`);
-    replace(range, `${numberText(low)} to ${numberText(high)}, newest ${numberText(values.at(-1))}`);
+    const [lowest, highest, newest] = [low, high, values.at(-1)].map((value) => String(Number(value.toPrecision(DIGITS))));
+    replace(range, `${lowest} to ${highest}, newest ${newest}`);
   }
 
   return { element, take };

@@ -24,7 +24,10 @@ KEPT_MARKS = 500
 DECODED_A_SECOND = 2000
 """Maximum number of messages per second decoded for one curve. Further messages count as lost."""
 COMPUTED_S = 0.2
-"""Maximum processor time per second spent on one curve. Further messages count as lost."""
+"""Maximum processor time per second spent on one curve. Further messages count as lost.
+
+If a single sample of an expression takes longer, the curve ends, because browsers may send any expression.
+"""
 CLOCK_TOPIC = "/clock"
 
 
@@ -135,13 +138,14 @@ class _Curve:
         self._second = 0
         self._decoded = 0
         self._spent_s = 0.0
+        self._is_over = False
 
     def add(self, message: AnyMsg, wall_s: float) -> None:
         second, begin_s = int(time.monotonic()), time.thread_time()
         if second != self._second:
             self._second, self._decoded, self._spent_s = second, 0, 0.0
         self._decoded += 1
-        if self._decoded > DECODED_A_SECOND or self._spent_s > COMPUTED_S:
+        if self._is_over or self._decoded > DECODED_A_SECOND or self._spent_s > COMPUTED_S:
             self.samples.lose()
             return
         try:
@@ -152,6 +156,14 @@ class _Curve:
             self.fields = error.fields if isinstance(error, NotANumber) else ()
             return
         finally:
-            self._spent_s += time.thread_time() - begin_s
+            sample_s = time.thread_time() - begin_s
+            self._spent_s += sample_s
+            if sample_s > COMPUTED_S and self._field.expression is not None:
+                self._is_over = True
+                self.error = (
+                    f"{self._field.text}: a sample takes {sample_s:.1f} s, and the limit is {COMPUTED_S} s"
+                )
+        if self._is_over:
+            return
         self.error, self.fields = "", ()
         self.samples.add(sample)

@@ -10,7 +10,7 @@ const THUMBNAIL_WIDTH = 84;
 const MOST_THUMBNAILS = 30;
 const STEP = 0.01; // of the duration, by an arrow key
 
-// `on.jump(seconds)`, `on.select([from, to] or null)` and `on.choose()` are called with what the user does.
+// `on.jump(seconds)`, `on.toggle()`, `on.select([from, to] or null)` and `on.choose()` are called with what the user does.
 export function timeline(on) {
   const cursor = h("div", { class: "cursor" });
   const chosen = h("div", { class: "selection", hidden: true });
@@ -97,6 +97,7 @@ export function timeline(on) {
   }
 
   function onKey(event) {
+    if (event.key === " ") { event.preventDefault(); on.toggle(); return; }
     const to = { ArrowRight: moment + STEP * span(), ArrowLeft: moment - STEP * span(), Home: bag?.begin, End: bag?.end }[event.key];
     if (to === undefined || !bag) return;
     event.preventDefault();

@@ -39,7 +39,9 @@ const rangeOf = (limits) => (_own, low, high) => [limits[0] ?? low - spread(low,
 export function createChart(place, size, settings, on) {
   const { curves, isXy } = settings;
   const axis = { stroke: colourOf("--ink"), grid: { stroke: colourOf("--line"), width: 1 }, ticks: { stroke: colourOf("--line"), width: 1 } };
-  const hasRight = curves.some((curve) => curve.isRight);
+  const shown = isXy ? curves.slice(1) : curves;
+  const hasRight = shown.some((curve) => curve.isRight);
+  const hasLeft = !hasRight || shown.some((curve) => !curve.isRight);
   const series = curves.map((curve) => ({
     label: curve.text, stroke: curve.colour, width: 1.5, spanGaps: false, scale: curve.isRight ? "right" : "y",
     ...(isXy ? { paths: () => null, points: { show: false } } : {}),
@@ -50,8 +52,9 @@ export function createChart(place, size, settings, on) {
   return new /** @type {any} */ (uPlot)({
     ...size,
     series: [{}, ...series],
-    axes: [{ ...axis, values: isXy ? undefined : timeLabels }, { ...axis, scale: "y", size: 64 },
-      ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: 64, grid: { show: false } }] : [])],
+    axes: [{ ...axis, values: isXy ? undefined : timeLabels },
+      ...(hasLeft ? [{ ...axis, scale: "y", size: 64 }] : []),
+      ...(hasRight ? [{ ...axis, scale: "right", side: 1, size: 64, grid: hasLeft ? { show: false } : axis.grid }] : [])],
     scales: isXy ? xyScales(settings) : timeScales,
     legend: { show: false },
     cursor: { drag: { x: !isXy, y: false }, points: { show: !isXy } },

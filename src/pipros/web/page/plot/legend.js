@@ -12,11 +12,12 @@ export function curveLegend(on) {
   function chip(curve) {
     const swatch = h("b", { class: "swatch" });
     swatch.style.background = curve.colour;
-    const toggle = (text, title, isOn, changes) => h("button", {
-      class: "plain toggle", "aria-pressed": String(isOn), "aria-label": `${title} of ${curve.field}`, title, onclick: () => on.change(curve, changes),
+    const toggle = (text, title, isOn, changes, label = null) => h("button", {
+      class: "plain toggle", "aria-pressed": String(isOn), "aria-label": label, title, onclick: () => on.change(curve, changes),
     }, text);
-    return h("span", { class: "curve" }, swatch, h("span", {}), toggle("d/dt", "Derivative", curve.isRate, { isRate: !curve.isRate }),
-      toggle("→|", "Right axis", curve.isRight, { isRight: !curve.isRight }),
+    return h("span", { class: "curve" }, swatch, h("span", {}),
+      toggle("d/dt", `Derivative of ${curve.field}`, curve.isRate, { isRate: !curve.isRate }),
+      toggle("→|", "Right axis", curve.isRight, { isRight: !curve.isRight }, `Right axis of ${curve.field}`),
       h("button", { class: "plain", "aria-label": `Remove ${curve.text}`, onclick: () => on.remove(curve) }, "×"));
   }
 

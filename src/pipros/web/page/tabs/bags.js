@@ -4,7 +4,9 @@ import { playback, elapsed } from "../bags/playback.js";
 import { recordingPanel } from "../bags/recording.js";
 import { timeline } from "../bags/timeline.js";
 import { bytes, download, h, replace } from "../dom.js";
+import { placeOf } from "../place.js";
 
+const MOST_LISTED = 100;
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 export function open(view, argument, context) {
@@ -12,6 +14,7 @@ export function open(view, argument, context) {
   const figures = h("span", { class: "pale" });
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note" });
+  const list = h("div", { class: "note choice", role: "group", "aria-label": "Bags" });
   const progress = h("progress", { max: 1, "aria-label": "Reading the bag", hidden: true });
   const button = (text, title, onclick) => h("button", { "aria-label": title, title, onclick }, text);
   const play = button("▶", "Play", () => playback.control({ play: !playback.state?.playing }));
@@ -26,13 +29,13 @@ export function open(view, argument, context) {
     h("form", { onsubmit: (event) => { event.preventDefault(); jumpToText(goal.value); } }, goal, h("button", {}, "Jump")));
   const form = h("select", { "aria-label": "Format" }, [["bag", "Bag"], ["csv", "CSV"], ["images", "Images"]].map(([value, text]) => h("option", { value }, text)));
   const exported = h("button", { title: "Save the checked topics: the part selected with Shift, or all", onclick: () => save() }, "Export");
-  const tracks = timeline({ jump: (time) => jump(time), select: (range) => { selection = range; replace(exported, range ? "Export selection" : "Export"); }, choose: () => {} });
+  const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection = range; replace(exported, range ? "Export selection" : "Export"); }, choose: () => {} });
   let selection = null; // [from, to]
   const closing = button("Close", "Close the bag", () => { context.remember(""); playback.close(); });
   controls.append(h("span", { class: "spring" }), form, exported);
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), closing),
-    error, recordingPanel(context, (name) => { context.remember(name); playback.open(name); }), controls, hint, h("div", { class: "scroll" }, tracks.element)));
+    error, recordingPanel(context, (name) => { context.remember(name); playback.open(name); }), controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
   tracks.element.hidden = true;
   let shown = null; // the bag whose tracks are shown
   let names = [];
@@ -40,7 +43,10 @@ export function open(view, argument, context) {
 
   context.watch("bags", {}, (data) => {
     folder = data.folder;
-    names = data.bags.map((bag) => bag.name);
+    if (names.join("\n") !== data.bags.map((bag) => bag.name).join("\n")) {
+      names = data.bags.map((bag) => bag.name);
+      replace(list, names.slice(0, MOST_LISTED).map((name) => h("a", { href: placeOf("bags", name) }, name)));
+    }
     const wanted = [["", "Choose a bag"], ...data.bags.map((bag) => [bag.name, `${bag.name} (${bytes(bag.size)})`])];
     if (wanted.map(([, text]) => text).join("\n") !== [...choice.options].map((option) => option.textContent).join("\n")) {
       replace(choice, wanted.map(([name, text]) => h("option", { value: name }, text)));
@@ -94,6 +100,7 @@ export function open(view, argument, context) {
     else progress.removeAttribute("value");
     controls.hidden = tracks.element.hidden = !bag;
     hint.hidden = Boolean(bag);
+    list.hidden = Boolean(name);
     closing.hidden = !name;
     replace(hint, hintText(name));
     choice.value = name;

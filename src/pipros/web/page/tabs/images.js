@@ -20,11 +20,18 @@ export function open(view, argument, context) {
     const names = data.topics.filter((each) => TYPES.includes(each.type)).map((each) => each.name);
     if (topic && !names.includes(topic)) names.unshift(topic);
     if (!topic && names.length === 1) look(names[0]);
-    if (!topic) replace(hint, names.length ? `${CHOOSE}: there are ${names.length} image topics.` : "There are no image topics.");
+    if (!topic) offer(names);
     if (!topic) names.unshift("");
     if ([...choice.options].map((option) => option.value).join() === names.join()) return;
     replace(choice, names.map((name) => h("option", { value: name, selected: name === topic }, name || CHOOSE)));
   });
+
+  function offer(names) {
+    if (hint.dataset.shown === names.join()) return;
+    hint.dataset.shown = names.join();
+    replace(hint, names.length ? `${CHOOSE}: there are ${names.length} image topics.` : "There are no image topics.",
+      h("div", { class: "choice" }, names.map((name) => h("button", { onclick: () => { choice.value = name; context.remember(name); look(name); } }, name))));
+  }
 
   function look(name) {
     close();
@@ -33,6 +40,7 @@ export function open(view, argument, context) {
     replace(figures);
     canvas.hidden = true;
     hint.hidden = false;
+    delete hint.dataset.shown;
     replace(hint, name ? "No image received yet." : CHOOSE);
     close = name ? context.watch("image", { name }, show, fail) : () => {};
   }

@@ -9,6 +9,7 @@ import { curveLegend, number } from "../plot/legend.js";
 
 const LEVELS = { 4: "Warn", 8: "Error", 16: "Fatal" };
 const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros", "ROS time"], ["xy", "first curve (x-y)"]];
+const MOST_OFFERED = 60; // topics
 const SHORTEST = 1; // seconds of the time axis
 const SPANS = [10, 30, 60, 300, 1800];
 const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5], 0: [0, 0] };
@@ -35,7 +36,8 @@ export function open(view, argument, context) {
   });
   const offered = h("div", { class: "bar offered", role: "group", "aria-label": "Fields" });
   const chart = h("div", { class: "chart", tabindex: 0, role: "application", "aria-label": "Curves: the arrow keys move, + and - zoom, 0 follows again", onkeydown: (event) => onKey(event) });
-  const hint = h("div", { class: "note" }, HINT);
+  const choice = h("div", { class: "choice", role: "group", "aria-label": "Topics" });
+  const hint = h("div", { class: "note" }, HINT, choice);
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
     h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"), pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
       h("label", {}, "y from", low), h("label", {}, "to", high), h("label", { title: "Warnings and errors of the log as dashed lines" }, hasMarks, "Log"), whole,
@@ -47,7 +49,10 @@ export function open(view, argument, context) {
   let needsDraw = false;
 
   context.watch("topics", {}, (data) => {
-    if (topics.childElementCount !== data.topics.length) replace(topics, data.topics.map((topic) => h("option", { value: topic.name })));
+    if (topics.childElementCount === data.topics.length) return;
+    replace(topics, data.topics.map((topic) => h("option", { value: topic.name })));
+    const shown = data.topics.slice(0, MOST_OFFERED);
+    replace(choice, shown.map(({ name }) => h("button", { title: `Plot numbers of ${name}`, onclick: () => add(name) }, name)));
   });
 
   const remember = () => context.remember(plotText([...set.curves.keys()], axis.value, hasMarks.checked));
