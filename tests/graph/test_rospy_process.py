@@ -285,6 +285,31 @@ rospy.spin()
     assert node.wait(5) == 0
 
 
+def test_a_signal_to_a_child_at_its_start_does_not_end_the_node(
+    processes: Processes, tmp_path: Path, master: Master
+) -> None:
+    body = """
+import os, signal
+if os.fork() == 0:
+    os._exit(9)
+_, status = os.wait()
+print('child', os.waitstatus_to_exitcode(status), flush=True)
+try:
+    rospy.wait_for_message('never', String, 0.5)
+except rospy.ROSException as error:
+    print(type(error).__name__, rospy.is_shutdown(), flush=True)
+"""
+    # Hooks that were registered first run first in the child.
+    early = """
+import os, signal
+os.register_at_fork(after_in_child=lambda: os.kill(os.getpid(), signal.SIGTERM))
+"""
+    node = start(processes, tmp_path, master.uri, early + HEAD + body)
+    node.wait_for(f"child {-signal.SIGTERM}")
+    node.wait_for("ROSException False")
+    assert node.wait(10) == 0
+
+
 def test_a_node_logs_the_reason_of_a_requested_shutdown(
     processes: Processes, tmp_path: Path, master: Master, client: MasterClient
 ) -> None:

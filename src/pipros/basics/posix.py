@@ -95,6 +95,31 @@ def call_in_children(callback: Callable[[], object]) -> None:
         os.register_at_fork(after_in_child=callback)
 
 
+def call_in_children_before(callback: Callable[[], object], signals: tuple[int, ...]) -> None:
+    """Call the function at the start of every forked child, before the child handles any of these signals."""
+    if sys.platform == "win32" or not hasattr(os, "register_at_fork"):
+        return
+    import signal
+    import threading
+
+    masks = threading.local()
+
+    def block() -> None:
+        masks.before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
+
+    def restore() -> None:
+        signal.pthread_sigmask(signal.SIG_SETMASK, masks.before)
+
+    def begin_child() -> None:
+        try:
+            callback()
+        finally:
+            restore()
+
+    if hasattr(signal, "pthread_sigmask"):
+        os.register_at_fork(before=block, after_in_parent=restore, after_in_child=begin_child)
+
+
 def descriptor_limit() -> int:
     """Return the maximum number of files and sockets that this process can have open."""
     if sys.platform == "win32":

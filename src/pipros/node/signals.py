@@ -15,7 +15,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent
 from pipros.basics.interrupts import interrupt_main_thread
-from pipros.basics.posix import call_in_children, require_sockets
+from pipros.basics.posix import call_in_children_before, require_sockets
 from pipros.node.node import Node
 
 _FROM_HANDLER = 0x80
@@ -98,7 +98,8 @@ class Signals:
         for number in (signal.SIGINT, signal.SIGTERM):
             self._previous_handlers[number] = signal.signal(number, self._handle)
         self._previous_descriptor = signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
-        call_in_children(self._uninstall_in_child)
+        # A signal to a child that still has the descriptor would be reported here, and end this node.
+        call_in_children_before(self._uninstall_in_child, (signal.SIGINT, signal.SIGTERM))
 
     def listen(self, node: Node) -> None:
         """From now on, let signals end the node, including signals received since `install`.
