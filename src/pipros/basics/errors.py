@@ -24,7 +24,7 @@ class NeedsPosix(PiprosError):
 class MissingExtra(ImportError):
     """A library from an optional extra is not installed.
 
-    The text names what needs the library, and how to install it.
+    The text says what needs the library and how to install it.
     """
 
 
