@@ -21,7 +21,7 @@ def generate_from_file(
     msg_template_dict: dict[str, str],
     srv_template_dict: dict[str, str],
 ) -> NoReturn:
-    """Raise NotImplementedError, because code generation for a definition is not supported.
+    """Refuse to generate code for a definition, because this is not supported.
 
     Raises:
         NotImplementedError: always.

@@ -1,4 +1,6 @@
-"""Read and write MCAP files with ROS 1 messages like bags. Needs the `mcap` library (`pipros[mcap]`).
+"""Read and write MCAP files with ROS 1 messages as if they were bags.
+
+Needs the `mcap` library (`pipros[mcap]`).
 
 The profile is `ros1`: messages have the encoding `ros1`, their definitions are schemas with the encoding
 `ros1msg`, and a channel's metadata are fields of the connection header (https://mcap.dev/spec/registry).

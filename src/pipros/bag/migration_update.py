@@ -152,7 +152,7 @@ class Update:
             self._left -= 1
             if self._left < 0:
                 raise self._error(
-                    node, f"a rule must execute <= {_STATEMENT_LIMIT} statements for each message"
+                    node, f"a rule may execute at most {_STATEMENT_LIMIT} statements per message"
                 )
             self._do(node, names)
 

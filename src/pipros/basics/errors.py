@@ -31,7 +31,7 @@ class NeedsSockets(PiprosError):
 class MissingExtra(ImportError):
     """A library from an optional extra is not installed.
 
-    The text names what needs the library, and how to install it.
+    The text says what needs the library and how to install it.
     """
 
 

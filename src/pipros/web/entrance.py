@@ -1,9 +1,9 @@
 """Accept connections from browsers, and limit connections that have not been authenticated yet.
 
 Theory of operation. The listening socket counts each connection when it is accepted, before the TLS
-handshake, in a connection table as used by a node's servers. Until `Visitor.admit` is called, a connection
-may be closed in favour of a new one, the longest silent connection first, and is closed after `login_s`
-without a request. Admitted connections are not closed.
+handshake, in a connection table as used by a node's servers. Until `Visitor.admit` is called, a connection is
+closed after `login_s` without a request, and if there are too many connections, a new one replaces the one
+that has been silent for longest. Admitted connections are not closed.
 """
 
 from __future__ import annotations

@@ -224,7 +224,7 @@ def test_statements_that_are_not_understood_are_refused(line: str) -> None:
 
 def test_an_infinite_loop_is_stopped() -> None:
     loops = "".join(f"{' ' * (8 + n)}for a{n} in range(1000):\n" for n in range(3)) + " " * 12 + "b = 1\n"
-    with pytest.raises(BagError, match="a rule must execute <= 100000 statements for each message"):
+    with pytest.raises(BagError, match="a rule may execute at most 100000 statements per message"):
         migrated(RULE.partition("        ways =")[0] + loops)
 
 

@@ -126,7 +126,7 @@ def parsed_hddtemp(answer: str) -> list[DiskHeat]:
 
 @dataclass(frozen=True, slots=True)
 class DiskSpace:
-    """A mounted disk, in gigabytes of 2**30 bytes."""
+    """A mounted disk. Sizes are in units of 2**30 bytes."""
 
     name: str
     mount_point: str

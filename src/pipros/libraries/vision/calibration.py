@@ -1,7 +1,7 @@
 """Camera calibrations as text: YAML, and the INI format of Videre Design.
 
-Both formats are the same as in camera_calibration_parsers, even in that matrices may have surplus values, and
-that a missing camera name is read as `unknown`.
+Both formats are read as by camera_calibration_parsers: matrices may have surplus values, and a missing camera
+name is read as `unknown`.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ _UNSET = object()
 
 
 def check(node: Node) -> None:
-    """Raise AssertionError if the parameter is not as expected in time."""
+    """Raise AssertionError if the parameter does not get the expected value in time."""
     target = str(parameter(node, "~param_name_target"))
     expected = parameter(node, "~param_value_expected", None)
     duration = number(node, "~test_duration", 5)
