@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { playback } from "../bags/playback.js";
 import { messagesOf, unpacked } from "./batches.js";
 import { Frames } from "./frames.js";
+import { Headlight } from "./headlight.js";
 import { decoderOf } from "./layout.js";
 import { Meshes, resourceOf } from "./meshes.js";
 import { poseOf } from "./pose.js";
@@ -34,8 +35,7 @@ export class Scene {
     this.tools = new THREE.Group(); // what tools draw
     this.world = new THREE.Scene();
     this.world.add(this.objects, this.tools);
-    this.light = new THREE.DirectionalLight(0xffffff, Math.PI);
-    this.world.add(this.light, this.light.target);
+    this.light = new Headlight(this.world);
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.renderer.sortObjects = true;
@@ -305,10 +305,7 @@ export class Scene {
     }
     this.view.update(width, height);
     const { camera } = this.view;
-    this.light.intensity = this.options.get("Default Light") ? Math.PI : 0;
-    this.light.position.copy(camera.position);
-    this.light.target.position.copy(camera.position).add(camera.getWorldDirection(new THREE.Vector3()));
-    this.light.target.updateMatrixWorld();
+    this.light.aim(camera, this.options.get("Default Light"));
     this.renderer.setClearColor(colourOf(this.options.get("Background Color")));
     this.renderer.render(this.world, camera);
     this.figures.pictures += 1;
