@@ -43,7 +43,7 @@ def test_a_router_and_a_member_run_as_commands(ros: RosSystem) -> None:
     assert any(line.startswith("robot1: round trip ") for line in top.stdout), top.output
     missing = ros.pipros.run("pipros", "fleet", "info", "robot2", "--router", address)
     assert missing.returncode == 1
-    assert "there is no member [robot2]" in missing.output
+    assert "member [robot2] does not exist or does not answer" in missing.output
 
     healthy = ros.pipros.run("pipros", "doctor")
     assert "fleet agent" not in healthy.output

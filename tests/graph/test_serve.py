@@ -188,7 +188,7 @@ def test_one_port_has_the_page_rosbridge_and_foxglove(ros: RosSystem) -> None:
     for place in (host, f"ws://{host}/", f"http://{host}/#token=x"):
         refused = ros.pipros.run("pipros", "clients", place)
         assert refused.returncode == 1
-        assert refused.stderr[-1].startswith(f"ERROR: {host} requires a token; --token-file FILE")
+        assert refused.stderr[-1].startswith(f"ERROR: {host} requires a token; use --token-file FILE")
     server.press_ctrl_c()
     assert server.wait() == 0
     gone = ros.pipros.run("pipros", "clients", host)
