@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 from collections.abc import Generator, Iterator
 from pathlib import Path
@@ -11,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import bridge_clients, browser, dds_peers, outcomes, pyright, quick
+from tests.support import bridge_clients, browser, dds_peers, npm, outcomes, pyright, quick
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
@@ -65,7 +64,7 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     is_left_out = is_left_out or (
         collection_path.is_relative_to(_DDS) and not is_required() and dds_peers.missing()
     )
-    has_npm = is_required() or shutil.which("npm")
+    has_npm = is_required() or npm.is_installed()
     return True if is_left_out or (collection_path.is_relative_to(_PYODIDE) and not has_npm) else None
 
 
@@ -106,7 +105,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
             f"tests/browser: the page is not tried in a browser, for this machine lacks: {' '.join(lacking)}",
             f"to have it on Debian 12, as root: {browser.INSTALL}",
         ]
-    if not shutil.which("npm"):
+    if not npm.is_installed():
         lines += ["tests/pyodide: Python in a browser is not tried, for this machine lacks npm"]
     if lacking := [*bridge_clients.missing(), *bridge_clients.missing_foxglove()]:
         lines += [

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from pathlib import Path
 
@@ -12,6 +13,11 @@ MODULES = Path(sys.prefix) / "node_modules"
 PACKAGES = ("pyright", "eslint@10", "@eslint/js@10", "globals@16", "typescript@5", "axe-core@4")
 """All in one command, because npm removes packages that it does not know of."""
 INSTALL = f"npm install --no-save --no-package-lock --prefix .venv {' '.join(PACKAGES)}"
+
+
+def is_installed() -> bool:
+    """Return True if npm, and with it Node.js, is in PATH."""
+    return shutil.which("npm") is not None
 
 
 def missing() -> list[str]:

@@ -12,13 +12,14 @@ from tests.support import bridge_clients, browser, dds_peers, genuine, pyright
 from tests.support.environments import REPOSITORY
 
 PLUGIN = """
-from tests.support import bridge_clients, browser, dds_peers, genuine, pyright
+from tests.support import bridge_clients, browser, dds_peers, genuine, npm, pyright
 bridge_clients.missing = lambda: ["roslib"]
 bridge_clients.missing_foxglove = lambda: ["ws"]
 browser.find_chromium = lambda: None
 dds_peers.missing = lambda: ["tshark"]
 genuine._FILES = {"/no/such/file": "python3-rospy"}
 genuine._MODULES = {}
+npm.is_installed = lambda: False
 pyright.find_pyright = lambda: None
 """
 
@@ -52,7 +53,7 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     ended = run(run_without_genuine, "tests/interop", "tests/unit/test_support_genuine.py")
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
-    *_, checker, how, page, get, clients, install, dds, peers, what, lacking, cure, last = (
+    *_, checker, how, page, get, python, clients, install, dds, peers, what, lacking, cure, last = (
         ended.stdout.rstrip("\n").splitlines()
     )
     assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
@@ -61,6 +62,7 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
         "tests/browser: the page is not tried in a browser, for this machine lacks: chromium"
     )
     assert get == f"to have it on Debian 12, as root: {browser.INSTALL}"
+    assert python == "tests/pyodide: Python in a browser is not tried, for this machine lacks npm"
     assert clients.startswith("tests/clients: ")
     assert clients.endswith("this machine lacks: roslib, ws")
     assert install == f"to have them where Node.js is: {bridge_clients.INSTALL}"
