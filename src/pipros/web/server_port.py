@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 import logging
 import math
+import socket
 import ssl
 from collections.abc import Awaitable, Callable
 from functools import partial
-from socket import SOCK_STREAM
 from typing import Any, Final
 
 from websockets.asyncio.server import Server, ServerConnection, serve
@@ -20,6 +20,9 @@ from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
 CLOSING_S: Final = 0.2
 """Time for clients to acknowledge the closing of their connections, and again for the server's tasks to end.
 """
+
+UNSENT_BYTES: Final = 131_072
+"""Bytes that wait in the kernel: with more, a browser on a slow link would get views that are seconds old."""
 
 # At level DEBUG, websockets logs messages and paths, including tokens.
 _SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)
@@ -37,6 +40,9 @@ class PortConnection(ServerConnection):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._visitor = self._entrance.visitor_of(transport)
         self._visitor.set_transport(transport)
+        option = getattr(socket, "TCP_NOTSENT_LOWAT", None)  # Windows lacks it
+        if option is not None:
+            self._visitor.setsockopt(socket.IPPROTO_TCP, option, UNSENT_BYTES)
         super().connection_made(transport)
 
     def data_received(self, data: bytes) -> None:
@@ -94,7 +100,7 @@ class ServerPort:
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
         """
-        found = await asyncio.get_running_loop().getaddrinfo(host, port, type=SOCK_STREAM)
+        found = await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_STREAM)
         listeners = self._entrance.listen([str(each[4][0]) for each in found], port)
         create_connection: Any = partial(connection_class, self._entrance, self._limits.login_bytes)
         if tls is not None:
