@@ -39,6 +39,9 @@ export function open(view, _argument, context) {
     }
     replace(error, data.error);
     hint.hidden = known.size > 0;
-    table.show([...known].flatMap(([gateway, { values, last }]) => values.map(([key, value]) => rowOf(gateway, key, value, data.now - last > data.stale))));
+    table.show([...known].flatMap(([gateway, { values, last }]) => {
+      const isStale = data.now - last > data.stale;
+      return values.map(([key, value]) => rowOf(gateway, key, value, isStale));
+    }));
   }, (problem) => replace(error, problem), { always: true });
 }
