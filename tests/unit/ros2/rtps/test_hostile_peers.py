@@ -139,7 +139,7 @@ def test_announcements_for_another_participant_are_ignored() -> None:
 
 
 def test_small_fragments_do_not_keep_their_large_datagrams() -> None:
-    """Each datagram of 60 kB has one fragment of 100 bytes; the rest is for nobody."""
+    """Each datagram of 60 kB has one fragment of 100 bytes; the rest has no reader."""
     network, victim, _, peer, writer = connected(Limits())
     filling = data_head(b"\0\0\0\0", b"\0\0\x7f\3", 1, 60_000) + bytes(60_000)
     head = datagram_head(peer.engine.prefix, victim.engine.prefix)

@@ -81,7 +81,7 @@ def test_samples_wait_for_the_first_answer_of_a_reliable_reader() -> None:
     assert voice.writer.is_acknowledged
 
 
-def test_a_question_for_a_heartbeat_is_no_answer_to_one() -> None:
+def test_a_question_for_a_heartbeat_does_not_answer_one() -> None:
     """Readers ask before they have seen a heartbeat; Cyclone DDS passes over what its first one announces."""
     voice = Voice(Qos(depth=10), Qos())
     voice.write(b"one.")
