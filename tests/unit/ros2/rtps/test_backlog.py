@@ -37,7 +37,7 @@ def test_datagrams_are_returned_in_their_order(ends: tuple[socket.socket, socket
     assert not backlog
 
 
-def test_datagrams_that_wait_are_not_handled_yet(ends: tuple[socket.socket, socket.socket]) -> None:
+def test_datagrams_that_were_not_returned_are_not_handled(ends: tuple[socket.socket, socket.socket]) -> None:
     backlog = Backlog(10_000)
     assert backlog.handled_until == -math.inf
     ends[0].send(b"one")
