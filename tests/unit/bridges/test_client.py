@@ -35,6 +35,9 @@ class Entrance:
     def set_transport(self, transport: object) -> None:
         pass
 
+    def setsockopt(self, level: int, option: int, value: int) -> None:
+        pass
+
 
 def test_nothing_is_written_while_the_transport_resumes_writing() -> None:
     # If such a write fails, asyncio closes the transport twice, and logs an error for the second time.
