@@ -20,6 +20,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from pipros.basics.posix import user_id
 from pipros.cli.runner import CommandError
 
 PROGRAMS: Final = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
@@ -115,7 +116,7 @@ class _Chromium:
         self._answers, from_browser = os.pipe()
         argv = [program, "--headless", "--remote-debugging-pipe", "--no-first-run", "--hide-scrollbars"]
         argv += [f"--user-data-dir={self._folder.name}", f"--window-size={size[0] + 100},{size[1] + 200}"]
-        if os.getuid() == 0:
+        if user_id() == 0:
             argv.append("--no-sandbox")  # as root, Chromium refuses to start with its sandbox
 
         # Chromium reads from descriptor 3 and writes to descriptor 4.
