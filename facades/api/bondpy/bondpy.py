@@ -158,7 +158,7 @@ class Bond:
         """Set the function to call when the bond is broken, whether it was formed or not."""
         self.on_broken = on_broken
 
-    # -- life --------------------------------------------------------------------
+    # -- lifecycle ---------------------------------------------------------------
 
     def start(self) -> None:
         """Start publishing and waiting for the other side. Does not block. Further calls have no effect."""

@@ -109,13 +109,13 @@ class Service:
         return self._is_shut_down or session.is_shutdown
 
     def handle(self, transport: object, header: object) -> None:
-        """Refuse to handle a connection. In pipros, unlike in genuine rospy, the node does this itself.
+        """Not supported: in pipros, unlike in genuine rospy, the node itself handles connections.
 
         Raises:
             NotImplementedError: always.
         """
-        del header
-        raise NotImplementedError(f"pipros's node answers {transport} itself")
+        del transport, header
+        raise NotImplementedError("Service.handle is not supported: pipros's node handles connections itself")
 
     def shutdown(self, reason: str = "") -> None:
         """Unregister the service. May be called repeatedly."""

@@ -52,7 +52,7 @@ class LazyTransport(rospy.SubscribeListener):
             self._connection_status = True
 
     def peer_unsubscribe(self, *args: object, **kwargs: object) -> None:  # noqa: ARG002
-        """Unsubscribe from the input after the last subscriber to any topic has left."""
+        """Unsubscribe from the input once none of the output topics has a subscriber."""
         if not rospy.get_param("~lazy", True) or not self._connection_status:
             return
         if all(publisher.get_num_connections() == 0 for publisher in self._publishers):

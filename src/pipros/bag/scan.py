@@ -44,7 +44,8 @@ class Contents:
 def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> BagLayout:
     """Return the connections and chunks of a bag whose first record starts at `start`.
 
-    `progress` is called with the byte position before each record. `BagLayout.damage` describes the damage.
+    Before each record, `progress` is called with its byte position. If the bag is damaged, `BagLayout.damage`
+    describes how.
     """
     layout = BagLayout(Version(2, 0), end=start)
     position = start

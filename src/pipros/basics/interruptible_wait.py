@@ -1,12 +1,12 @@
-"""Wait in ways that any signal can interrupt.
+"""Waits that any signal can interrupt.
 
-Python runs signal handlers between two byte codes of the main thread. A signal that arrives just before that
-thread starts to wait is handled only after the wait, so an endless wait would lose Ctrl-C. So every wait of a
-main thread consists of short slices.
+Python runs signal handlers between two bytecode instructions of the main thread. A signal that arrives just
+before that thread starts to wait is handled only after the wait, so an endless wait would lose Ctrl-C. So
+every wait of a main thread consists of short slices.
 
-A handler may also raise KeyboardInterrupt between any two byte codes. `threading.Event` is written in Python,
-so an exception in the middle of its `wait` can leave its lock held, and then `set` blocks forever. `set` also
-blocks when it is called by a handler that interrupts `wait`. `OnceEvent` has neither problem.
+A handler may also raise KeyboardInterrupt between any two bytecode instructions. `threading.Event` is written
+in Python, so an exception in the middle of its `wait` can leave its lock held, and then `set` blocks forever.
+`set` also blocks when it is called by a handler that interrupts `wait`. `OnceEvent` has neither problem.
 """
 
 from __future__ import annotations

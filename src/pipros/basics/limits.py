@@ -117,14 +117,14 @@ class Limits(NamedTuple):
         bridge_stall_s: the time for which a client may leave a full connection unread.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.
         bridge_client_rate_bytes: bytes per second that a client may send; faster clients are slowed down.
-        ros2_discovery_bytes: all announcements of participants and endpoints of ROS 2 that are kept.
+        ros2_discovery_bytes: all stored announcements of ROS 2 participants and endpoints.
         ros2_peer_bytes: the announcements of one participant.
         ros2_graph_bytes: the endpoints of other processes that a gateway to ROS 2 remembers.
         ros2_sample_bytes: a message from ROS 2.
         ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
         ros2_incomplete_total_bytes: fragments and early messages of all participants together.
-        ros2_history_bytes: the messages that one writer keeps for readers of ROS 2.
-        ros2_inbox_bytes: messages of ROS 2 that wait for one callback, or for a service's answer.
+        ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
+        ros2_inbox_bytes: ROS 2 messages that wait for one callback, or for a service's answer.
         fleet_members: other members of a fleet that a member shows.
         fleet_topics: topics of all these members that it shows.
         fleet_directory_bytes: a member's directory.

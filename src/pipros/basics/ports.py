@@ -3,7 +3,7 @@
 `PIPROS_PORTS=11400-11420` limits the nodes to a range. `PIPROS_ADVERTISE` is for nodes in a container or
 behind a router, which peers reach at an address other than the bound address: `HOST` if the ports are the
 same, `HOST:31400-31420` for the ports of `PIPROS_PORTS` in their order, and
-`HOST:31400-31420=11400-11420,21311=11311` for ports outside and inside.
+`HOST:31400-31420=11400-11420,21311=11311` to map advertised ports to bound ports.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class PortRange:
         """Read `11400-11420`, or a single port.
 
         Raises:
-            InvalidEnvironment: the text has another form, a port is not in 1 to 65535, or the range is empty.
+            InvalidEnvironment: the text is malformed, a port is not in 1 to 65535, or the range is empty.
                 The error names `source`.
 
         >>> PortRange.parse("11400-11420")
@@ -85,8 +85,8 @@ class AdvertisedAddress:
             ports: the ports that nodes may open; None if nodes may open any port.
 
         Raises:
-            InvalidEnvironment: the text has another form, lists ports outside without ports inside, or
-                contains ranges of different lengths.
+            InvalidEnvironment: the text is malformed, lists advertised ports without bound ports while `ports`
+                is None, or maps a range to one of a different length.
         """
         host, entries = _split_host(text.strip())
         try:

@@ -1,8 +1,8 @@
 """POSIX features that other systems lack: file owners, process groups, forks and descriptor limits.
 
-On other systems, the functions do nothing, return a neutral value, or raise `NeedsPosix`. Code checks
-`sys.platform` for the sake of type checkers, and also whether names exist, because Python in a browser lacks
-some of them. The terminal is in `terminals.py`. This module imports little, because every first import of a
+On other systems, the functions do nothing, return a neutral value, or raise `NeedsPosix`. This module checks
+`sys.platform` for type checkers, and also whether each name exists, because Python in a browser lacks some of
+them. Terminal functions are in `terminals.py`. This module imports little, because every first import of a
 message needs it.
 """
 
@@ -90,13 +90,19 @@ def kill_with_group(process: subprocess.Popen[bytes]) -> None:
 
 
 def call_in_children(callback: Callable[[], object]) -> None:
-    """Call the function at the start of every forked child of this process, on systems that can fork."""
+    """Register a function to be called at the start of every forked child of this process.
+
+    Does nothing on systems without fork.
+    """
     if sys.platform != "win32" and hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=callback)
 
 
 def call_in_children_before(callback: Callable[[], object], signals: tuple[int, ...]) -> None:
-    """Call the function at the start of every forked child, before the child handles any of these signals."""
+    """Register a function to be called in every forked child, before the child handles any of these signals.
+
+    Does nothing on systems without fork.
+    """
     if sys.platform == "win32" or not hasattr(os, "register_at_fork"):
         return
     import signal

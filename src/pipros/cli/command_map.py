@@ -47,7 +47,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "pipros clients": "list the clients of these servers",
         "pipros fleet": "join masters over a network; run, inspect and secure such a fleet",
         "pipros foxglove": "serve the system to Foxglove and Lichtblick",
-        "pipros ros2": "connect the system to nodes of ROS 2",
+        "pipros ros2": "connect the system to ROS 2 nodes",
     },
     "Find out what is wrong": {
         "pipros doctor": "check the environment, every node, topic and service, and say what to do",

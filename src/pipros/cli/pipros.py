@@ -18,7 +18,7 @@ Commands:
 \tpipros fleet\tjoin masters over a network, and run its router
 \tpipros foxglove\tserve the running system to Foxglove
 \tpipros graph\tshow the running system in a browser (rqt_graph)
-\tpipros ros2\tconnect the running system to nodes of ROS 2
+\tpipros ros2\tconnect the running system to ROS 2 nodes
 \tpipros serve\tserve the page, rosbridge and Foxglove on one port
 \tpipros clients\tlist the clients of pipros serve or pipros foxglove
 \tpipros env\tprint what to evaluate instead of sourcing a setup file

@@ -367,7 +367,7 @@ def checked_address(address: str) -> str:
     """Return an address, which must have the form `tcp/HOST:PORT` or `tls/HOST:PORT`.
 
     Raises:
-        LinkFailed: the address has another form.
+        LinkFailed: the address does not have this form.
     """
     protocol, _, place = address.partition("/")
     host, _, port = place.rpartition(":")

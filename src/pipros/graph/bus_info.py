@@ -44,7 +44,7 @@ def rows_of(answer: Any, method: str) -> list[Any]:
     """Return the unparsed rows from `[1, text, rows]`, the response to `method`.
 
     Raises:
-        ValueError: the response has another form, or is an error.
+        ValueError: the response is malformed, or reports an error.
     """
     if not isinstance(answer, list) or len(answer) != 3 or answer[0] != 1 or not isinstance(answer[2], list):
         raise ValueError(f"{method} must return [1, text, list], got {printable(answer, 80)}")
@@ -55,7 +55,7 @@ def statistics_of(answer: Any) -> list[Any]:
     """Return the rows in a `getBusStats` response. roscpp returns only the rows, without code and text.
 
     Raises:
-        ValueError: the response has another form, or is an error.
+        ValueError: the response is malformed, or reports an error.
     """
     if isinstance(answer, list) and answer and all(isinstance(rows, list) for rows in answer):
         return answer

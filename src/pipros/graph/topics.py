@@ -43,7 +43,7 @@ def field_type(type_name: str, path: Sequence[str]) -> str:
 
 
 def topics_of_type(master: MasterClient, type_name: str) -> list[str]:
-    """Return the topics that have a message type, in the order of the master's list."""
+    """Return the topics whose message type is `type_name`, in the master's order."""
     return [topic for topic, found in master.get_topic_types() if found == type_name]
 
 

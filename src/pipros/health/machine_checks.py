@@ -78,7 +78,7 @@ def other_ros_set_up(machine: MachineReport) -> Findings:
             "ros-2-environment",
             "ROS 2 is set up in this shell (ROS_VERSION or AMENT_PREFIX_PATH): its programs and packages "
             "interfere with those of ROS 1",
-            "Use a terminal in which no setup file of ROS 2 was sourced.",
+            "Use a terminal in which no ROS 2 setup file was sourced.",
             "ROS_VERSION",
         )
     for name in ("CMAKE_PREFIX_PATH", "PYTHONPATH", "ROS_ROOT", "ROS_PACKAGE_PATH"):

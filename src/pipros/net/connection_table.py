@@ -119,7 +119,10 @@ class ConnectionTable:
             self._remove(connection)
 
     def reserve_outgoing(self, most: int) -> bool:
-        """Count a link that this node is about to open. Return False if `most` or the limit is reached."""
+        """Reserve a slot for a link that this node is about to open.
+
+        Return False if the node already has `most` such links, or if a limit of the table is reached.
+        """
         evicted: TableEntry | None = None
         with self._lock:
             if self._outgoing >= min(most, self._outgoing_limit) or self._are_links_full():

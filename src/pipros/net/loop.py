@@ -171,10 +171,10 @@ class _Loop(asyncio.SelectorEventLoop):
 
 
 def in_daemon_thread(function: Callable[..., T], *args: Any) -> asyncio.Future[T]:
-    """Call a function in a new thread, for the running event loop.
+    """Call a function in a new daemon thread. Return a future of the running event loop for its result.
 
     Neither the loop nor the interpreter, on exit, waits for the thread. Cancelling the future ends the
-    wait, but not the function.
+    wait, but does not stop the function.
     """
 
     def run(job: Callable[[], None]) -> None:

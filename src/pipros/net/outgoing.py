@@ -131,9 +131,9 @@ class OutgoingLink:
             self._drop_oldest()
 
     def share_packets(self, *, share: bool) -> None:
-        """Set whether small messages may wait to share a packet while others are unacknowledged.
+        """Set whether small messages may wait to share a packet while earlier data is unacknowledged.
 
-        Does nothing for a link with `tcp_nodelay`.
+        This is Nagle's algorithm. Does nothing for a link with `tcp_nodelay`.
         """
         if self._may_share_packets:
             sockets.share_packets(self.sock, share=share)

@@ -49,8 +49,8 @@ class Signals:
     writes to the same descriptor, and a signal that is reported both ways counts once. If our handler has
     been replaced, the new handler alone decides what a signal does.
 
-    The handler raises nothing while the node runs: an exception between any two byte codes of the main thread
-    could leave a lock held that the shutdown needs. Once the node has ended, the handler raises
+    The handler raises nothing while the node runs: an exception between any two bytecode instructions of the
+    main thread could leave a lock held that the shutdown needs. Once the node has ended, the handler raises
     KeyboardInterrupt, so that another Ctrl-C ends a main thread that is still running.
 
     A forked child is not the node, and gets the process's previous handlers.

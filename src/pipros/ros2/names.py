@@ -57,7 +57,7 @@ def dds_topic(name: str) -> str:
     """Return the name of a topic in DDS.
 
     Raises:
-        InvalidName: the name breaks the rules of ROS 2, or is too long.
+        InvalidName: the name breaks ROS 2's rules, or is too long.
 
     >>> dds_topic("/chatter")
     'rt/chatter'
@@ -120,7 +120,7 @@ def zenoh_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
         type_hash: the hash of the type, or `TypeHashNotSupported` for Humble.
 
     Raises:
-        InvalidName: the name breaks the rules of ROS 2.
+        InvalidName: the name breaks ROS 2's rules.
     """
     return f"{domain}/{checked_name(name)[1:]}/{dds_type(type_name)}/{type_hash}"
 

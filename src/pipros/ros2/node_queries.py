@@ -58,7 +58,7 @@ class NodeQueries:
             return self._changed.wait_for(lambda: not self._running, timeout_s)
 
     def answer(self, key: Hashable) -> Any:
-        """Return the newest answer, or None."""
+        """Return the latest answer, or None."""
         return self._answers.get(key)
 
     def forget_all_but(self, keys: Collection[Hashable]) -> None:

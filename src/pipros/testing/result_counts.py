@@ -56,7 +56,7 @@ def count_results(root: Element) -> ResultCounts:
         raise ValueError("the root tag is neither 'testsuite' nor 'testsuites'")
     total = ResultCounts()
     for element in (root, *root.all("testsuite")):
-        with suppress(KeyError):  # an element without all counts is ignored, as in Noetic
+        with suppress(KeyError):  # an element that lacks one of the counts is ignored, as in Noetic
             total += _counts_of(element)
     return total
 

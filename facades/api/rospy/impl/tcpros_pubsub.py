@@ -49,7 +49,7 @@ def robust_connect_subscriber(
     receive_cb: object,
     resolved_topic_name: str,
 ) -> None:
-    """Refuse to connect to a publisher. In pipros, unlike in genuine rospy, the node does this itself.
+    """Not supported: in pipros, unlike in genuine rospy, the node itself connects to publishers.
 
     Raises:
         NotImplementedError: always.

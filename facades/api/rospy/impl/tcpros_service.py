@@ -35,15 +35,15 @@ ServiceImpl = Service
 
 
 class TCPService(TCPROSTransportProtocol):
-    """The serving side of a service."""
+    """The server side of a service."""
 
 
 class TCPROSServiceClient(TCPROSTransportProtocol):
-    """The calling side of a service."""
+    """The client side of a service."""
 
 
 def service_connection_handler(sock: object, client_addr: object, header: object) -> str:
-    """Refuse to accept a caller's connection. In pipros, unlike in genuine rospy, the node does this itself.
+    """Not supported: in pipros, unlike in genuine rospy, the node itself accepts callers' connections.
 
     Raises:
         NotImplementedError: always.

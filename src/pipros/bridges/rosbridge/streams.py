@@ -20,7 +20,7 @@ REPORTED_ERRORS: Final = 10
 
 
 class TopicStream:
-    """Passes the messages of a topic to a client's outbox. Messages arrive in the threads of links.
+    """Passes a topic's messages, in the threads that receive them, to a client's outbox.
 
     With `throttle_s`, at most one message is sent per interval. Of the messages that arrive before the
     interval is over, the newest `queue_length` are queued and the others are dropped.
@@ -84,7 +84,7 @@ class TopicStream:
 
     def _on_message(self, message: TopicMessage, *, is_new: bool) -> None:
         with self._lock:
-            # While a subscription is replaced, both receive the messages.
+            # While a subscription is being replaced, the old and the new one both receive each message.
             if message is self._newest and not (is_new and message.is_latched):
                 return
             self._newest = message

@@ -24,7 +24,7 @@ _USAGE = """rosbag convert [options] IN OUT
 
 
 def convert(argv: Sequence[str]) -> int:
-    parser = option_parser("rosbag", "", "Convert between bag files, MCAP files and bags of ROS 2.")
+    parser = option_parser("rosbag", "", "Convert between bag files, MCAP files and ROS 2 bags.")
     parser.usage = _USAGE
     parser.add_option("--output-dir", dest="output_dir", metavar="DIR", help="write to directory DIR")
     add_flag(parser, "-f", "--force", help="overwrite existing files")
@@ -39,7 +39,7 @@ def convert(argv: Sequence[str]) -> int:
         "--ros2",
         dest="ros2",
         metavar="DISTRO",
-        help="write a bag of ROS 2, a folder, for humble, jazzy, kilted or lyrical",
+        help="write a ROS 2 bag, a folder, for humble, jazzy, kilted or lyrical",
     )
     parser.add_option(
         "--storage",

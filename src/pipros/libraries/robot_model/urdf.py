@@ -76,7 +76,8 @@ def read_robot(text: str) -> Robot:
     """Parse a URDF.
 
     Raises:
-        UrdfError: the text is not XML or not a robot, or the links do not form a tree with one root.
+        UrdfError: the text is not well-formed XML or not a valid URDF, or the links do not form a tree with one
+            root.
     """
     try:
         robot = parse(text, "robot_description")
@@ -115,7 +116,7 @@ def _joint(element: Element) -> Joint:
 def _link_of(joint: Element, name: str, role: str) -> str:
     element = joint.first(role)
     if element is None:
-        raise UrdfError(f"joint {name} must have an element <{role} link=…>")
+        raise UrdfError(f"joint {name} must have a <{role} link=…> element")
     return required(element, "link")
 
 

@@ -110,7 +110,7 @@ def _material(element: Element) -> _Material | None:
 def _shape(element: Element, materials: Mapping[str, _Material]) -> Shape:
     geometry = element.first("geometry")
     if geometry is None:
-        raise UrdfError(f"line {element.line}: <{element.tag}> must have an element <geometry>")
+        raise UrdfError(f"line {element.line}: <{element.tag}> must have a <geometry> element")
     color: Color | None = None
     texture = ""
     named = element.first("material")

@@ -40,7 +40,10 @@ class FrameHistory(Protocol):
         """Return the pose at `time`. `number` is the result of `locate(time)`."""
 
     def pose_at(self, time: int) -> Pose:
-        """Return the pose of a frame with only one parent at `time`, for which `locate` finds a pose."""
+        """Return the pose at `time`, which must be in range (see `locate`).
+
+        The frame must have had only one parent (`only_parent`).
+        """
 
     def why_not(self, time: int) -> str:
         """Return the reason why no pose is available for `time`."""

@@ -1,1 +1,1 @@
-"""Conversion of serialized messages between ROS 1 and CDR, the encoding of ROS 2."""
+"""Conversion of serialized messages between ROS 1 and ROS 2's encoding, CDR."""

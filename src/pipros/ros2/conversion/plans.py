@@ -183,7 +183,11 @@ class Plans:
         return self._services[ros1_type]
 
     def ros1_service(self, ros2_type: str) -> str:
-        """Return the ROS 1 service for a ROS 2 service. Raises NotConvertible."""
+        """Return the ROS 1 service for a ROS 2 service.
+
+        Raises:
+            NotConvertible: no ROS 1 service corresponds.
+        """
         return self._pairing.ros1_service(ros2_type, self._ros1.service)
 
     def action(self, ros1_type: str, ros2_type: str = "") -> ActionPlan:
@@ -200,11 +204,20 @@ class Plans:
         return self._actions[key]
 
     def ros1_action(self, ros2_type: str) -> str:
-        """Return the ROS 1 action for a ROS 2 action. Raises NotConvertible."""
+        """Return the ROS 1 action for a ROS 2 action.
+
+        Raises:
+            NotConvertible: no ROS 1 action corresponds.
+        """
         return self._pairing.ros1_action(ros2_type)
 
     def _plan(self, pair: Pair) -> Plan:
-        """Return the plan for a pair whose types do not contain themselves."""
+        """Return the plan for a pair.
+
+        Raises:
+            NotFound: an embedded type is unknown.
+            DefinitionError: a type contains itself, or messages are nested too deeply.
+        """
         embedded_types(pair.ros1, self._ros1.message)
         embedded_messages(pair.ros2, self.catalog.message)
         return Plan(pair, self._pairing)
@@ -241,7 +254,7 @@ def _check_cdr_end(end: int, size: int) -> None:
 
 
 def _raise_bound(count: int, bound: int) -> NoReturn:
-    raise BoundExceeded(f"a field has a length of {count}, and ROS 2 allows {bound}")
+    raise BoundExceeded(f"a field has a length of {count}, but ROS 2 allows at most {bound}")
 
 
 def _raise_unterminated() -> NoReturn:

@@ -60,7 +60,7 @@ class ParticipantData:
 
 @dataclass(frozen=True, slots=True)
 class EndpointData:
-    """An endpoint's announcement. Names are those of DDS: `rt/chatter`, `std_msgs::msg::dds_::String_`."""
+    """An endpoint's announcement. Names are DDS names: `rt/chatter`, `std_msgs::msg::dds_::String_`."""
 
     guid: bytes
     topic: str

@@ -1,4 +1,4 @@
-"""Discovery of participants: domains, ports, and the environment variables of ROS 2."""
+"""Discovery of participants: domains, ports, and ROS 2's environment variables."""
 
 from __future__ import annotations
 

@@ -121,10 +121,10 @@ class Engine:
             NackFrag: self._to_writer,
         }
 
-    # Actions of the participant.
+    # Called by the participant.
 
     def add_writer(self, topic: str, type_name: str, qos: Qos, now: float, user_data: bytes = b"") -> bytes:
-        """Announce a writer; return its entity id. The names of topic and type are those of DDS."""
+        """Announce a writer; return its entity ID. `topic` and `type_name` are DDS names."""
         self._entities += 1
         entity = user_entity(self._entities, is_writer=True)
         writer = Writer(self.prefix, entity, qos, self._limits.ros2_history_bytes, self._outbox)
@@ -132,7 +132,7 @@ class Engine:
         return entity
 
     def add_reader(self, topic: str, type_name: str, qos: Qos, now: float, user_data: bytes = b"") -> bytes:
-        """Announce a reader; return its entity id. Each sample becomes a `Received`."""
+        """Announce a reader; return its entity ID. Each sample becomes a `Received`."""
         self._entities += 1
         entity = user_entity(self._entities, is_writer=False)
         reader = Reader(
@@ -161,7 +161,7 @@ class Engine:
         return self._connections.writers[PUBLICATIONS_WRITER if data.is_writer else SUBSCRIPTIONS_WRITER]
 
     def remove(self, entity: bytes, now: float) -> None:
-        """Announce the end of a writer or reader. May be called repeatedly."""
+        """Remove a writer or reader, and notify the peers. May be called repeatedly."""
         local = self._connections.remove(entity)
         if local is None:
             return
@@ -223,7 +223,7 @@ class Engine:
         return peer.endpoints.get(guid) if peer else None
 
     def close(self) -> None:
-        """Announce the end of the participant to its peers. May be called repeatedly."""
+        """Notify the peers that the participant is leaving. May be called repeatedly."""
         if self._is_closed:
             return
         self._is_closed = True
@@ -244,7 +244,7 @@ class Engine:
         self._events.clear()
         return events
 
-    # The passage of time.
+    # Timers.
 
     @property
     def deadline(self) -> float:
@@ -277,7 +277,7 @@ class Engine:
                 self._connections.busy.discard(end)
         self._outbox.poll(now)
 
-    # Datagrams that arrive.
+    # Incoming datagrams.
 
     def receive(self, datagram: bytes, host: str, now: float) -> None:
         """Handle a datagram from a host. Never raises, whatever it contains."""

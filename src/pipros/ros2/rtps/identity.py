@@ -37,7 +37,7 @@ def new_prefix() -> bytes:
 
 
 def user_entity(number: int, *, is_writer: bool) -> bytes:
-    """Return the id of a writer or reader without key; all endpoints of ROS 2 are of this kind."""
+    """Return the ID of a writer or reader without a key; all ROS 2 endpoints are of this kind."""
     return number.to_bytes(3, "big") + bytes([_WRITER_KIND if is_writer else _READER_KIND])
 
 

@@ -47,7 +47,7 @@ class Participant:
     """A participant of a domain, until `close` or the end of a `with` block.
 
     Attributes:
-        failures: datagrams that revealed a defect of the engine.
+        failures: number of datagrams that revealed a bug in the engine.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class Participant:
         self.close()
 
     def add_writer(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b"") -> TopicWriter:
-        """Announce a writer. The names of topic and type are those of DDS."""
+        """Create a writer and announce it to the peers. `topic` and `type_name` are DDS names."""
         with self._lock:
             entity = self._open_engine().add_writer(topic, type_name, qos, time.monotonic(), user_data)
             self._flush()
@@ -128,7 +128,7 @@ class Participant:
         *,
         is_direct: bool = False,
     ) -> TopicReader:
-        """Announce a reader. The names of topic and type are those of DDS.
+        """Create a reader and announce it to the peers. `topic` and `type_name` are DDS names.
 
         Args:
             callback: called for each sample. Up to `qos.depth` samples wait for it; beyond that, the oldest
@@ -148,7 +148,7 @@ class Participant:
 
     def _open_engine(self) -> Engine:
         if self._is_closing:
-            raise PiprosError("the participant of ROS 2 is closed")
+            raise PiprosError("the ROS 2 participant is closed")
         return self._engine
 
     def write(
@@ -173,7 +173,7 @@ class Participant:
         return number
 
     def remove(self, entity: bytes) -> None:
-        """Announce the end of a writer or reader. May be called repeatedly, and after `close`."""
+        """Remove a writer or reader, and notify the peers. May be called repeatedly, and after `close`."""
         with self._lock:
             self._readers.pop(entity, None)
             self._direct.pop(entity, None)
@@ -207,9 +207,9 @@ class Participant:
         return False
 
     def close(self) -> None:
-        """Announce the end to the peers and stop the threads.
+        """Notify the peers that the participant is leaving, and stop the threads.
 
-        Waits up to two seconds per thread for a callback that is running. May be called repeatedly.
+        Waits up to two seconds per thread for a running callback. May be called repeatedly.
         """
         with self._lock:
             if self._is_closing:
@@ -282,7 +282,7 @@ class Participant:
         return due
 
     def _receive(self, received: tuple[bytes, str], now: float) -> None:
-        """Handle a datagram. Exceptions, which are defects of the engine, are counted and logged once."""
+        """Handle a datagram. Any exception is a bug in the engine: all are counted, the first is logged."""
         try:
             self._engine.receive(*received, now)
         except Exception:

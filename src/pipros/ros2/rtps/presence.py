@@ -17,7 +17,7 @@ _FIRST_PAUSES_S: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 1.0)
 
 
 class Presence:
-    """Announces a participant, often at first, then three times in each lease.
+    """Announces a participant: frequently at first, then three times per lease duration.
 
     Attributes:
         due: when to announce next.
@@ -42,7 +42,7 @@ class Presence:
         self._outbox.send(peer.discovery_address, datagram)
 
     def end(self, peers: Iterable[Peer]) -> None:
-        """Announce the end of the participant."""
+        """Notify the peers that the participant is leaving."""
         guid = self._settings.me.prefix + PARTICIPANT_ENTITY
         payload = write_key(Parameter.PARTICIPANT_GUID, guid)
         self._send(peers, self._datagram(2, payload, ended(guid), is_key=True))

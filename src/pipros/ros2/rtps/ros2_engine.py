@@ -1,4 +1,4 @@
-"""The engine for nodes of ROS 2 that use DDS: a participant with the names, types and QoS of ROS 2."""
+"""The engine for ROS 2 nodes that use DDS: a participant with ROS 2 names, types and QoS."""
 
 from __future__ import annotations
 
@@ -217,7 +217,7 @@ class RtpsEngine:
                 what = "another type" if policy is None else f"an incompatible QoS ({policy.value})"
                 self._warn(remote.guid, f"{remote.topic}: a peer has {what}: {remote.type_name}")
             case OverLimit(prefix):
-                self._warn(prefix, "a participant of ROS 2 has announced too much; the rest is ignored")
+                self._warn(prefix, "a ROS 2 participant has announced too much; the rest is ignored")
 
     def _warn(self, guid: bytes, text: str) -> None:
         if (guid, text) not in self._reported and len(self._reported) < _REPORTED:
@@ -292,7 +292,7 @@ def _entry(type_hash: str) -> bytes:
 
 
 def _endpoint(data: EndpointData, node: str, gateway: str) -> Endpoint | None:
-    """Return an endpoint with its names in ROS 2; None for other topics, and for replies of services."""
+    """Return an endpoint with its ROS 2 names; None for non-ROS 2 topics and for service replies."""
     topic, service, kind = topic_of_dds(data.topic), service_of_dds(data.topic), type_of_dds(data.type_name)
     if kind is None:
         return None

@@ -1,4 +1,4 @@
-"""Requests and replies of services, in the two styles that DDS peers understand.
+"""Service requests and replies, in the two styles that DDS peers understand.
 
 The style of rmw_fastrtps names the related sample in inline QoS: a request names the client's reader of
 replies, a reply the request. The style of rmw_cyclonedds puts 16 bytes before the message: a number of the

@@ -71,11 +71,11 @@ class Server:
         request_hash: bytes = b"",
         reply_hash: bytes = b"",
     ) -> None:
-        """Announce the service. The names of types are those of DDS.
+        """Announce the service. `request_type` and `reply_type` are DDS names.
 
         Args:
-            handler: takes and returns CDR with its encapsulation header, in a worker thread; None sends no
-                reply.
+            handler: called in a worker thread with the request as CDR, including the encapsulation header.
+                Returns the reply in the same form, or None to send no reply.
             request_hash, reply_hash: entries of USER_DATA such as `typehash=RIHS01_…;`.
         """
         requests, replies = topics_of(service)
@@ -145,7 +145,7 @@ class Server:
 
 
 def _recipients(engine: Engine, entity: bytes, request: Request) -> frozenset[bytes]:
-    """Return the readers of replies of the client that sent a request."""
+    """Return the reply readers of the client that sent a request."""
     readers = engine.writer(entity).readers
     if request.reply_reader is not None and request.reply_reader in readers:
         return frozenset([request.reply_reader])
@@ -160,7 +160,7 @@ def _recipients(engine: Engine, entity: bytes, request: Request) -> frozenset[by
 
 @dataclass(frozen=True, slots=True)
 class _Target:
-    """A server's reader of requests."""
+    """A server's request reader."""
 
     reader: bytes
     style: Style | None

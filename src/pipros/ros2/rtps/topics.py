@@ -69,7 +69,9 @@ class TopicWriter:
         if not participant.wait_for(
             lambda engine: engine.writer(self.entity).has_room(len(payload)), timeout_s
         ):
-            raise TimeoutError(f"readers of ROS 2 made no room for {len(payload)} bytes within {timeout_s} s")
+            raise TimeoutError(
+                f"ROS 2 readers did not make room for {len(payload)} bytes within {timeout_s} s"
+            )
         return participant.write(self.entity, payload, related, recipients)
 
     def readers(self) -> frozenset[bytes]:
@@ -89,7 +91,7 @@ class TopicWriter:
         )
 
     def close(self) -> None:
-        """Announce the end of the writer. May be called repeatedly."""
+        """Remove the writer, and notify the peers. May be called repeatedly."""
         self._participant.remove(self.entity)
 
 
@@ -155,5 +157,5 @@ class TopicReader:
                 _LOG.exception("a callback for ROS 2 failed")
 
     def close(self) -> None:
-        """Announce the end of the reader. May be called repeatedly."""
+        """Remove the reader, and notify the peers. May be called repeatedly."""
         self._participant.remove(self.entity)

@@ -65,7 +65,7 @@ class Attachment:
 
 
 def parse_attachment(data: bytes) -> Attachment | None:
-    """Return the attachment, or None if it has another form. rmw_zenoh drops messages without one."""
+    """Return the attachment, or None if it is malformed. rmw_zenoh drops messages without one."""
     if len(data) != _ATTACHMENT.size:
         return None
     sequence, time_ns, size, gid = _ATTACHMENT.unpack(data)

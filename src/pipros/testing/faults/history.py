@@ -31,7 +31,7 @@ def read_numbered(text: str) -> tuple[str, int]:
     """Return the source and number of a string created by `numbered_text`.
 
     Raises:
-        TornMessage: the text was changed or has another format.
+        TornMessage: the text is corrupted, or does not have this format.
     """
     parts = text.split(" ", 3)
     if len(parts) == 4 and parts[1].isdecimal():

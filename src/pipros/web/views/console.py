@@ -119,7 +119,7 @@ def _identity(entry: Entry) -> tuple[Any, ...]:
 
 
 class Log:
-    """Newest log entries of all nodes. Entries are added in the threads of the links."""
+    """Most recent log entries of all nodes. Entries are added by the threads that receive them."""
 
     def __init__(self, most_bytes: int) -> None:
         """Create a log of at most `most_bytes`. When it is full, the oldest entries are dropped."""

@@ -53,7 +53,7 @@ class Status:
 
 
 class Statuses:
-    """Statuses of all components that have reported. Messages are added in the threads of the links."""
+    """The status of each component that has reported. Messages are added by the threads that receive them."""
 
     def __init__(self, most_bytes: int) -> None:
         """Create a table of at most `most_bytes`. When it is full, the values of statuses are omitted."""

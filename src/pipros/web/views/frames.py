@@ -57,7 +57,7 @@ class Frame:
 
 
 class FrameTree:
-    """All frames received so far. Transforms are added in the threads of the links.
+    """All frames received so far. Transforms are added by the threads that receive them.
 
     Attributes:
         buffer: the transforms of the last seconds.

@@ -156,7 +156,7 @@ class SceneViews:
             raise RequestRefused(f"cannot write {self._file.path}: {error.strerror}") from None
 
     async def feedback(self, arguments: Mapping[str, Any]) -> Any:
-        """Publish the feedback of an interactive marker; without feedback, only advertise the topic.
+        """Publish feedback on an interactive marker; without feedback, only advertise the topic.
 
         The publishers stay open until the server ends, so that the feedback of one drag stays complete and in
         order.
@@ -184,12 +184,13 @@ class SceneViews:
         return None
 
     async def messages(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the layout of a topic's type as JSON, then its messages in order, serialized.
+        """Yield the layout of a topic's type as JSON, then batches of its serialized messages, oldest first.
 
-        A batch is a byte (1 if the rest is compressed by zlib), and for each message the time of its arrival
-        (f64, s), its size (u32), the number of its sender (u16) and its bytes. Senders are numbered from 1 in
-        the list that precedes their first batch; 0 is an unknown one. If the browser is slow, the oldest
-        messages are dropped. With `queue` 1, the browser receives only the newest.
+        A batch consists of one byte (1 if the rest is zlib-compressed), followed for each message by its
+        arrival time (f64, s), size (u32), sender number (u16) and data. A JSON list of senders, numbered from
+        1, precedes the first batch that refers to a new sender; sender 0 is unknown. If the browser is slow,
+        the oldest messages are dropped, and their total number (`lost`) is yielded as JSON. With `queue` 1,
+        the browser receives only the newest message.
         """
         name = topic_name(arguments)
         queue = _number(arguments, "queue", 10, LONGEST_QUEUE)
@@ -335,7 +336,7 @@ class SceneTopic:
     """A topic that browsers show.
 
     A new browser first receives the newest message of each latching publisher, and on `/tf` the messages of
-    the last seconds. Messages are added in the threads of links.
+    the last seconds. Messages are added by the threads that receive them.
 
     Attributes:
         layout: the layout of the publishers' type, or `{"error": text}`; None before the first message.

@@ -2,7 +2,7 @@
 
 import { parsedColour } from "./colours.js";
 
-// Returns rviz's name of a class, also for files of ROS 2.
+// Returns rviz's name of a class, also for ROS 2 files.
 export const className = (text) => text.replace(/^rviz_(default_plugins|common)\//, "rviz/");
 
 const isMap = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
