@@ -43,7 +43,7 @@ def test_calls_above_the_share_of_a_browser_are_refused(ros: RosSystem, hung: Hu
     with Page(ros).connect() as browser:
         ask_for_loggers(browser, 5)
         answers = (json.loads(browser.socket.recv(timeout=30)) for _ in range(2))  # the first is the welcome
-        assert "4 calls of this browser are pending" in [answer.get("error", "") for answer in answers][1]
+        assert "4 calls from this browser are pending" in [answer.get("error", "") for answer in answers][1]
         wait_until(lambda: hung.open_calls == 4)
 
 

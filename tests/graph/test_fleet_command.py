@@ -110,7 +110,7 @@ def test_a_file_is_checked(ros: RosSystem) -> None:
         "  /x: not",
         "shares the parameters: (none)",
         "accepts messages for the topics: (none)",
-        "accepts calls of the services:",
+        "accepts calls to the services:",
         "  /s: from op",
         "lets others set the parameters: (none)",
     ]

@@ -106,7 +106,7 @@ class TestCompiling:
         """A class of the second type would create 3.9 million objects for each empty message."""
         tracemalloc.start()
         try:
-            assert "values more than its bytes pay for" in refusal(text)
+            assert "exceed the budget of eight values per byte" in refusal(text)
             peak = tracemalloc.get_traced_memory()[1]
         finally:
             tracemalloc.stop()
@@ -153,4 +153,4 @@ class TestCompiling:
         assert "longer than 3 characters" in refusal("int32 x", Limits(definition_bytes=3))
         assert "more than 1 types" in refusal(text_of("int32 x", U=""), Limits(definition_types=1))
         assert "fields together; the limit is 1 (" in refusal("int32 x\nint32 y", Limits(definition_fields=1))
-        assert "more than 8 values" in refusal("int32[9] x", Limits(message_values=8))
+        assert "too many values; the limit is 8 (" in refusal("int32[9] x", Limits(message_values=8))

@@ -138,7 +138,7 @@ def test_the_open_calls_of_a_client_are_limited(url: str, robot: Node) -> None:
         for number in range(300):
             client.send("call_service", service="/slow", id=number)
         refused = client.wait_for("service_response")
-        assert (refused["result"], "calls of this client are pending" in refused["values"]) == (False, True)
+        assert (refused["result"], "calls from this client are pending" in refused["values"]) == (False, True)
         is_served(url)
         release.set()
 

@@ -145,7 +145,7 @@ class CommStateMachine:
         self._notify()
 
     def update_feedback(self, action_feedback: Any) -> None:
-        """Handle feedback. Feedback of other goals is ignored."""
+        """Pass feedback for this goal to the feedback callback. Feedback for other goals is ignored."""
         if action_feedback.status.goal_id.id != self.goal_id:
             return
         if self.feedback_cb and self._goal.state is not State.DONE:

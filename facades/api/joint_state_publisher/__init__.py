@@ -15,7 +15,7 @@ from pipros.libraries.robot_model.urdf import UrdfError, read_robot
 
 
 def get_param(name: str, value: Any = None) -> Any:
-    """Return the private parameter `name`, the one in the node's namespace, or `value`, in this order."""
+    """Return the private parameter `name`, or else the one in the node's namespace, or else `value`."""
     for wanted in (f"~{name}", name):
         if rospy.has_param(wanted):
             return rospy.get_param(wanted)

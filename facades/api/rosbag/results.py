@@ -42,7 +42,7 @@ class TypesAndTopicsTuple(NamedTuple):
 
 
 class CompressionTuple(NamedTuple):
-    """Most frequent compression of the chunks, and the total size of all chunks in bytes."""
+    """Most common compression format of the chunks, and the sizes of all chunks together, in bytes."""
 
     compression: str
     uncompressed: int

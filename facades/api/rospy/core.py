@@ -201,7 +201,7 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
 def xmlrpcapi(uri: str | None, cache: bool = True) -> object | None:
     """Return an XML-RPC proxy for a node or master, or None if `uri` does not contain a host."""
     del cache  # the proxy manages its connections itself
-    from urllib.parse import urlsplit  # Like `server_proxy`, this also accepts a URI without a port.
+    from urllib.parse import urlsplit  # like `server_proxy`, accepts a URI without a port
 
     if uri is None or not urlsplit(uri).netloc:
         return None

@@ -86,7 +86,7 @@ def make_caller_id(name: str) -> str:
 
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
-    """Return this process's namespace: `__ns:=` in `argv`, `ROS_NAMESPACE` or `/`, in this order."""
+    """Return this process's namespace: `__ns:=` in `argv`, or else `ROS_NAMESPACE`, or else `/`."""
     env = os.environ if env is None else env
     special = _names.parse_arguments(sys.argv if argv is None else argv).special
     return make_global_ns(special.get("__ns") or env.get(ROS_NAMESPACE) or GLOBALNS)

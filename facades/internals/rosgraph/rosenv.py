@@ -18,7 +18,7 @@ DEFAULT_MASTER_URI = f"http://localhost:{DEFAULT_MASTER_PORT}/"
 
 
 def get_master_uri(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
-    """Return the master's URI: `__master:=` in `argv`, `ROS_MASTER_URI` or the default, in this order.
+    """Return the master's URI: `__master:=` in `argv`, or else `ROS_MASTER_URI`, or else the default.
 
     Raises:
         ValueError: `__master:=` has no value, or contains another `:=`.

@@ -104,7 +104,10 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
 
 
 def print_file_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
-    """Print the paths of files and of all included files. Exit with code 1 if a file is invalid."""
+    """Print the paths of the given launch files and of all files that they include.
+
+    Exit with code 1 if a file is invalid.
+    """
     from roslaunch.config import get_roscore_filename, load_config_default
 
     try:

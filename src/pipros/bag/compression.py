@@ -102,7 +102,8 @@ def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
         import zstandard  # installed together with the mcap library
     except ImportError:
         raise BagError(
-            f"{where}: reading zstd needs the zstandard library: {install_command('mcap')}"
+            f"{where}: reading zstd chunks needs the zstandard library, which is not installed. "
+            f"Try: {install_command('mcap')}"
         ) from None
     try:
         claimed = zstandard.get_frame_parameters(data).content_size

@@ -94,7 +94,7 @@ def bag_info(bag: BagReader, path: str | None, *, with_frequencies: bool = False
 
 
 def compressions(bag: BagReader) -> list[Compression]:
-    """Return the compressions of the chunks, most frequent first."""
+    """Return the compression formats of the chunks, with chunk counts and sizes, most frequent first."""
     found: dict[str, list[int]] = {}
     for number in range(len(bag.chunks)):
         header = bag.chunk_header(number)

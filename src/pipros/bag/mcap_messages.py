@@ -157,9 +157,10 @@ class McapMessages:
         return found
 
     def _is_reusable(self, number: int) -> bool:
-        """Return whether all messages in a chunk will be views, so that its memory can be reused.
+        """Return whether all messages in a chunk will be views of its content.
 
-        The number of messages is that of the chunk's index. False if it has no index.
+        If so, another chunk may overwrite the content later. The number of messages is taken from the chunk's
+        index. Return False if the chunk has no index.
         """
         count = self._most_messages[number] if number < len(self._most_messages) else 0
         return count > 0 and self._is_view(self._header(number).size, count)

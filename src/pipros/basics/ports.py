@@ -85,8 +85,8 @@ class AdvertisedAddress:
             ports: the ports that nodes may open; None if nodes may open any port.
 
         Raises:
-            InvalidEnvironment: the text is malformed, lists advertised ports without bound ports while `ports`
-                is None, or maps a range to one of a different length.
+            InvalidEnvironment: the text is malformed, lists advertised ports without bound ports while
+                `ports` is None, or maps a range to one of a different length.
         """
         host, entries = _split_host(text.strip())
         try:

@@ -1,1 +1,1 @@
-"""Shared code of the rosbridge and Foxglove servers, which connect browsers and programs in any language."""
+"""Code shared by the rosbridge and Foxglove servers, which connect browsers and other programs to ROS."""

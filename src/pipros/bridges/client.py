@@ -1,12 +1,12 @@
 """The connection of one client of a bridge: writes the content of its outbox as fast as the client reads.
 
-Theory of operation. `Outbox` wakes the event loop, once for all clients. A client's frames are written
-without a task: until the socket buffer is full, and again when asyncio reports that there is room. A
-connection that stays full is aborted if the client reads nothing for `bridge_stall_s`. Frames do not go
-through `send` of websockets, which copies a large message twice and takes several times as long for a small
-one, nor through `broadcast`, which does not report a full buffer. Encoding the head of an unmasked frame
-without extensions (RFC 6455) takes three lines. A large frame is sent from its own memory; while it is being
-written, control frames wait.
+Theory of operation. `Outbox` wakes the event loop, once for all clients. No task writes a client's frames:
+they are written until the socket buffer is full, and again when asyncio reports that there is room. A
+connection that stays full is aborted if the client reads nothing for `bridge_stall_s`. Frames bypass
+websockets' `send`, which copies a large message twice and takes several times as long for a small one, and
+`broadcast`, which does not report a full buffer. Their headers are therefore encoded here (unmasked, without
+extensions; RFC 6455). A large frame is sent without copying it; while it is being written, control frames
+wait.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def _first_bytes(buffers: Sequence[Buffer], most: int) -> bytes:
 
 
 def frame_head(size: int, *, is_text: bool) -> bytes:
-    """Return the head of an unmasked, final WebSocket frame."""
+    """Return the header of an unmasked, final WebSocket frame."""
     first = 0x81 if is_text else 0x82
     if size < 126:
         return struct.pack("!BB", first, size)

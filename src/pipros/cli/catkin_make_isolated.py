@@ -132,7 +132,10 @@ def _parse(arguments: Sequence[str]) -> Namespace:
 
 
 def _split(arguments: Sequence[str]) -> tuple[list[str], dict[str, list[str]]]:
-    """Return the command's own arguments, and the arguments that each collecting option has collected."""
+    """Return the command's own arguments, and the arguments after each option such as `--cmake-args`.
+
+    Such an option takes all arguments up to the next such option.
+    """
     own: list[str] = []
     collected: dict[str, list[str]] = {option: [] for option in _COLLECTING}
     current = own

@@ -1,4 +1,4 @@
-"""`roswtf`: runs Noetic's checks, with Noetic's messages.
+"""`roswtf`: runs the same checks as Noetic, and words the results in the same way.
 
 `pipros doctor` finds more, and suggests remedies.
 """

@@ -81,7 +81,10 @@ def _matching(pattern: str, *, with_folders: bool) -> list[str]:
 
 
 def _matching_below(pattern: str, *, with_folders: bool) -> Iterator[str]:
-    """Yield paths whose name matches a pattern's last part, at any depth below the matches of its folder."""
+    """Yield the paths, at any depth, whose name matches the last component of the pattern.
+
+    The search starts in the folders that match the rest of the pattern.
+    """
     base, _, last = pattern.rpartition("/")
     for root in _matching(base, with_folders=True) if _WILD.search(base) else [base]:
         for folder, folders, files in os.walk(root):

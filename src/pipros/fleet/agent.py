@@ -123,7 +123,7 @@ class Agent:
         return self._statistics.counters()
 
     def local_names(self) -> frozenset[str]:
-        """Return the topics and services of the local master when it was last polled."""
+        """Return the names of the topics and services that the local master had when it was last polled."""
         state = self._offers.local.state
         return frozenset({*state.topics(), *state.services})
 

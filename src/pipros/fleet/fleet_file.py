@@ -136,7 +136,7 @@ class FleetFile:
         return rule if rule is not None and rule.is_allowed else None
 
     def accepted_service(self, service: str) -> Rule | None:
-        """Return the rule that accepts calls of a service; see `accepted_topic`."""
+        """Return the rule that accepts calls to a service from at least some members; None if none does."""
         rule = first_rule(self.accepted_services, service)
         return rule if rule is not None and rule.is_allowed else None
 

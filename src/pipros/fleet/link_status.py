@@ -89,7 +89,7 @@ def link_statuses(
 
 
 class LinkDiagnostics:
-    """Publisher of statuses on `/diagnostics`."""
+    """Publishes the status of links on `/diagnostics`."""
 
     def __init__(self, node: Node, hardware: str = "pipros fleet") -> None:
         """Advertise the topic. Blocks until the master answers."""

@@ -96,7 +96,8 @@ def look(
 def outcome_topics(entry: Entry) -> tuple[str, ...]:
     """Return the feedback and result topics of an action if `entry` is its status topic; otherwise none.
 
-    A client sends its goal once it has the status, so its agent must receive the outcome topics by then.
+    An action client sends its goal as soon as it has received a status message, so the agent on the client's
+    side must already be subscribed to the feedback and result topics.
     """
     action, _, last = entry.name.rpartition("/")
     is_status = entry.type == "actionlib_msgs/GoalStatusArray" and last == "status"

@@ -101,7 +101,7 @@ class ShownMembers:
         self._wishes_sent.clear()
 
     def settle(self) -> None:
-        """Update the local master according to the directories."""
+        """Update the local master to match the members' directories."""
         room = self._node.limits.fleet_topics
         for shown in list(self.members.values()):
             room -= shown.settle(room)

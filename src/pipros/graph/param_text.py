@@ -31,7 +31,7 @@ def as_shown(value: Any) -> str:
 
 
 def as_pretty_text(tree: Mapping[str, Any], indent: str = "") -> str:
-    """Format a namespace for reading. The result is not valid YAML, because strings have no quotes.
+    """Format a namespace for display. The result is not valid YAML, because strings are not quoted.
 
     Control characters other than line breaks and tabs are escaped.
     """

@@ -89,7 +89,7 @@ def _is_reached_from_elsewhere(environment: Environment) -> bool:
 
 
 def _settled_system(environment: Environment, timeout_s: float) -> SystemReport:
-    """Return the system, gathered a second time if nodes may still be connecting."""
+    """Return a report on the system. If nodes may still be connecting, query the system a second time."""
     system = gather_system(environment.master_uri, timeout_s=timeout_s)
     if any(finding.rule in CONNECTION_RULES for finding in check_graph(system)):
         system = gather_system(environment.master_uri, timeout_s=timeout_s)

@@ -94,7 +94,7 @@ class SessionMaster:
         return run_id
 
     def start(self, run_id: str, log_folder: Path) -> None:
-        """Start a master unless `find` found one. If the found master has no run id, set it.
+        """Start a master unless `find` has found one. If the existing master has no run ID, set one.
 
         Raises:
             LaunchError: a master is already running but a core was requested; the master would be on another

@@ -222,7 +222,8 @@ class Liveness:
 class _ProbeSlots:
     """Limits the number of concurrent probes, so that the master still answers calls.
 
-    A slot is held for at most `SLOW_S`, so that silent nodes do not delay the probes of others.
+    A slot is held for at most `SLOW_S`, so that unresponsive nodes do not delay the probes of other
+    nodes.
     """
 
     def __init__(self, count: int) -> None:

@@ -43,11 +43,11 @@ class Recipients(Protocol):
     """The registered nodes, as recipients of notices. Called on the notifier's loop."""
 
     def is_current(self, notice: Notice) -> bool:
-        """Return whether the node still has the notice's API. Called before an update is delivered."""
+        """Return whether the node still uses the notice's URI. Called before an update is delivered."""
         ...
 
     async def may_shut_down(self, notice: Notice) -> bool:
-        """Return whether the process at the notice's API is still that node.
+        """Return whether the process at the notice's URI is still the node to which the notice is addressed.
 
         Called before a `shutdown` is delivered.
         """
@@ -67,7 +67,7 @@ class Recipients(Protocol):
 
 
 class NoticeClient(Protocol):
-    """A connection to one API."""
+    """A connection to one node's XML-RPC API."""
 
     async def post(self, document: bytes, *, timeout_s: float) -> object:
         """Send an encoded call and wait for the response. Raises PiprosError if the call fails."""

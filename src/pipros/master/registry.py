@@ -31,7 +31,8 @@ class Notice:
 
     Attributes:
         node: the name of the node.
-        api: the URI to call. The notice is dropped if the node has another API when the notice is due.
+        api: the URI to call. The notice is dropped if the node has registered a different URI by the time it
+            is due.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
         params: the arguments of the call, the master's own caller_id first.
     """

@@ -108,7 +108,7 @@ class Store:
             self._database, self.restored = _open(file)
         except (sqlite3.Error, PiprosError, ValueError, KeyError) as error:
             self.set_aside = _move_aside(file)
-            _log.error("%s is not a usable store of a master (%s); moved to %s", file, error, self.set_aside)
+            _log.error("%s is not a usable master store (%s); moved to %s", file, error, self.set_aside)
             self._database, self.restored = _open(file)
         self._changes: queue.SimpleQueue[tuple[str, tuple[Any, ...]] | None] = queue.SimpleQueue()
         self._closing = threading.Event()
@@ -262,7 +262,7 @@ def _open(file: Path) -> tuple[sqlite3.Connection, StoredState]:
 def _check(database: sqlite3.Connection) -> None:
     [application] = database.execute("PRAGMA application_id").fetchone()
     if application != APPLICATION_ID:
-        raise PiprosError("it is an SQLite database of another program")
+        raise PiprosError("the file is another program's SQLite database")
     [version] = database.execute("PRAGMA user_version").fetchone()
     if version != FORMAT:
         raise PiprosError(f"its format must be {FORMAT}, got {version}")

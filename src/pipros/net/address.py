@@ -83,7 +83,7 @@ def bind_host(environment: Environment) -> str:
 
 
 def advertised_host(environment: Environment) -> str:
-    """Return the host name or address to advertise: `ROS_HOSTNAME`, `ROS_IP` or a default, in this order.
+    """Return the host name or address to advertise: `ROS_HOSTNAME`, or else `ROS_IP`, or else a default.
 
     The default is loopback if only loopback is bound, otherwise this machine's name. If that is localhost,
     the default is the address from which this machine would reach the master.

@@ -113,7 +113,7 @@ class IncomingLink:
     `delivery_lock` is held during each delivery, so links that share a lock never deliver at the same time.
     The message passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
     thread, with the reason if the link ended because of an error. The link polls longer for the next message
-    if `published` has changed; see `pipros.net.busy_poll`.
+    if the node has published since the last one, as counted by `published`; see `pipros.net.busy_poll`.
     """
 
     def __init__(

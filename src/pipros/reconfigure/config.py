@@ -43,7 +43,7 @@ class Config(dict[str, Any]):
 
 
 def group_dict(group: Any) -> Config:
-    """Return the fields of a group or of a group's state, without the group's contents."""
+    """Return the fields of a group or of a group's state, with empty `groups` and `parameters`."""
     return Config(
         id=group.id,
         parent=group.parent,

@@ -107,7 +107,10 @@ def id_in_ros1(goal: bytes) -> str:
 
 
 def with_id(goal: bytes, cdr: bytes) -> bytes:
-    """Return a `send_goal` request or a feedback message for the CDR of the goal or feedback."""
+    """Insert a goal ID into the CDR of a goal or of feedback.
+
+    Return the CDR of the `send_goal` request or of the feedback message.
+    """
     return _HEADER + goal + cdr[len(_HEADER) :]
 
 

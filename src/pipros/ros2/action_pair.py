@@ -29,7 +29,7 @@ class ActionPair:
         """Compile the conversions.
 
         Raises:
-            PiprosError: the action is not installed in ROS 1, or its types do not correspond.
+            PiprosError: the action is not installed in ROS 1, or its ROS 1 and ROS 2 types do not match.
         """
         self.plan = plan
         self.hashes = hashes

@@ -74,7 +74,7 @@ class ActionToRos1:
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
-        """Offer it. Blocks until the master answers.
+        """Offer the ROS 1 action in ROS 2. Blocks until the master answers.
 
         Raises:
             PiprosError: the engine is closed, the name is not legal in ROS 2, or the node has a topic of the
@@ -266,7 +266,7 @@ class ActionToRos1:
             cdr = self.pair.feedback_to_cdr(message.feedback)
             self._feedback_out.publish(with_id(id_in_ros2(message.status.goal_id.id), cdr))
         except (PiprosError, ValueError) as error:
-            _LOG.warning("feedback of the action %s was dropped: %s", self._name, error)
+            _LOG.warning("feedback from the action %s was dropped: %s", self._name, error)
 
     def _found(self, goal_id: Any) -> _Goal | None:
         """Return the goal with a ROS 1 ID. Add it if a ROS 1 client sent it."""

@@ -71,7 +71,7 @@ class ActionToRos2:
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
-        """Offer it. Blocks until the master answers.
+        """Offer the ROS 2 action in ROS 1. Blocks until the master answers.
 
         Raises:
             PiprosError: the engine is closed, or the node has a topic of the action with another type.
@@ -235,7 +235,7 @@ class ActionToRos2:
             key, cdr = split_id(sample.payload)
             feedback = self.pair.feedback_to_ros1(cdr)
         except (PiprosError, ValueError) as error:
-            _LOG.warning("feedback of the action %s was dropped: %s", self._name, error)
+            _LOG.warning("feedback from the action %s was dropped: %s", self._name, error)
             return
         with self._lock:
             goal = self._find(key)

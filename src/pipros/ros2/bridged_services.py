@@ -21,7 +21,7 @@ class Ros1Service:
     """A ROS 1 service, offered in ROS 2. If it fails, the ROS 2 client gets no reply."""
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
-        """Offer it.
+        """Offer the ROS 1 service in ROS 2.
 
         Raises:
             PiprosError: the engine is closed, or the name is not legal in ROS 2.
@@ -56,7 +56,7 @@ class Ros2Service:
     """A ROS 2 service, offered in ROS 1."""
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
-        """Offer it. Blocks until the master answers.
+        """Offer the ROS 2 service in ROS 1. Blocks until the master answers.
 
         Raises:
             NameInUse: the node already has a service of this name.

@@ -54,7 +54,7 @@ class GatewayStatus:
     left_out: Mapping[str, LeftOut] = field(default_factory=dict)
 
     def values(self) -> dict[str, Any]:
-        """Return the report for JSON, as `pipros ros2 status --json` prints it."""
+        """Return the report as JSON-serializable values, as printed by `pipros ros2 status --json`."""
         return {
             "identity": self.identity,
             "passed": [

@@ -133,7 +133,7 @@ def load(
     """Return the single document in the text; None if the text is empty.
 
     Args:
-        angles: whether `deg(…)` and `rad(…)` are computed, as in parameter files.
+        angles: whether `deg(…)` and `rad(…)` are evaluated, as in parameter files.
         limits: defaults to the process-wide limits.
 
     Raises:

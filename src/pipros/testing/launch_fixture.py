@@ -38,15 +38,15 @@ class Launched:
     def __init__(
         self, words: Sequence[str | Path], arguments: Mapping[str, Any], master_uri: str, *, folder: Path
     ) -> None:
-        """Read the file; `start` starts the nodes.
+        """Read the launch file. Call `start` to start the nodes.
 
         Args:
-            words: `package file`, or the path of a file.
+            words: a package and the name of a launch file in it, or the path of a launch file.
             arguments: arguments for the file; booleans and numbers are converted to text.
-            folder: the base of a relative path.
+            folder: the folder that a relative path is resolved against.
 
         Raises:
-            LaunchError: the file does not exist, or has an error.
+            LaunchError: the file does not exist or is invalid.
         """
         environment = Environment.from_os()
         index = PackageIndex.from_environment(environment)

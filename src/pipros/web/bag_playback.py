@@ -280,7 +280,10 @@ class BagPlayback:
     def _current(
         self, topic: str, connections: Sequence[Connection], moment_ns: int
     ) -> Sequence[StoredMessage]:
-        """Return the messages of a topic that are current at a moment, the oldest first."""
+        """Return the messages that a subscriber needs when playback starts at this time, oldest first.
+
+        See `LEAD_S`.
+        """
         lead_s = LEAD_S.get(topic, LEAD_OF_TYPE_S.get(connections[0].type, 0.0))
         found: deque[StoredMessage] = deque(maxlen=LEADING_MESSAGES)
         if lead_s != 0.0:

@@ -130,7 +130,10 @@ def open_layout(path: str) -> OpenedLayout:
 
 
 def _from_perspective(settings: Any, path: str) -> OpenedLayout:
-    """Return a layout with a panel for each running plugin, or, without any, for each with settings."""
+    """Return a layout with a panel for each running plugin.
+
+    If no plugin is running, the layout has a panel for each plugin that has settings.
+    """
     try:
         running = str(settings["keys"]["running-plugins"]["repr"])
     except (KeyError, TypeError):

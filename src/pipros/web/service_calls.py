@@ -39,7 +39,7 @@ class ServiceCalls:
         share = current_browser().calls
         if not share.try_acquire():
             raise RequestRefused(
-                f"{CALLS_OF_A_BROWSER} calls of this browser are pending; wait until one ends"
+                f"{CALLS_OF_A_BROWSER} calls from this browser are pending; wait until one ends"
             )
         calls = OpenCalls()
         try:

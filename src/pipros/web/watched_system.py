@@ -62,7 +62,10 @@ class WatchedSystem:
         self._is_over = threading.Event()
 
     def start(self) -> None:
-        """Prepare observations, which start on demand. Must be called in the server's event loop."""
+        """Start the observer thread, which observes the system only on demand.
+
+        Must be called in the server's event loop.
+        """
         loop = asyncio.get_running_loop()
         threading.Thread(target=self._observe, args=(loop,), name="observer", daemon=True).start()
 

@@ -83,7 +83,7 @@ def build(
     """Build a workspace.
 
     Args:
-        projects: packages in the workspace that an earlier call of this function has built.
+        projects: packages in the workspace that an earlier call to this function built.
 
     Raises:
         WorkspaceError: nothing can be built.

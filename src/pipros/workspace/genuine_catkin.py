@@ -77,7 +77,7 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
 
 
 def has_tools(variables: Mapping[str, str]) -> bool:
-    """Return whether all tools for compiled code are installed."""
+    """Return whether all tools needed to build C++ packages are installed."""
     try:
         find_tools(variables)
     except MissingTools:

@@ -72,7 +72,10 @@ def check_interfaces(
 
 
 def _with_dependencies(names: Sequence[str], find_folder: Callable[[str], Path | None]) -> set[str]:
-    """Return the packages and their direct and indirect dependencies, whose messages are also available."""
+    """Return the given packages and all their direct and indirect dependencies.
+
+    Definitions may use messages from all of them.
+    """
     known: set[str] = set()
     pending = list(names)
     while pending:

@@ -144,7 +144,7 @@ def test_an_unusable_store_is_set_aside_unchanged(
     assert store.restored.parameters == ()
     assert store.set_aside == tmp_path / "master.db.unusable-1"
     assert store.set_aside.read_bytes() == before
-    assert f"{file} is not a usable store of a master" in caplog.text
+    assert f"{file} is not a usable master store" in caplog.text
     file.unlink()
     spoil(file)
     again = Store(file)

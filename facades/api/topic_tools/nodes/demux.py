@@ -37,7 +37,11 @@ class Demux:
             output.publish(message)
 
     def select(self, topic: str) -> str:
-        """Select a topic, or no topic. Return the previous selection. Raises `Refused`."""
+        """Select an output, or no output. Return the previous selection.
+
+        Raises:
+            Refused: `topic` is not an output of the demux.
+        """
         rospy.loginfo("trying to switch demux to %s", topic)
         before = self.selection.select(topic)
         if self.selection.selected:
@@ -47,13 +51,21 @@ class Demux:
         return before
 
     def add(self, topic: str) -> None:
-        """Add an output, which is advertised when the next message arrives. Raises `Refused`."""
+        """Add an output, which is advertised when the next message arrives.
+
+        Raises:
+            Refused: `topic` is already an output of the demux, or not a valid name.
+        """
         with self._lock:
             self.selection.add(topic)
             self._outputs[topic] = Output(topic)
 
     def delete(self, topic: str) -> None:
-        """Remove an output. Raises `Refused`."""
+        """Remove an output.
+
+        Raises:
+            Refused: `topic` is not an output of the demux, or is currently selected.
+        """
         with self._lock:
             self.selection.delete(topic)
             output = self._outputs.pop(topic)

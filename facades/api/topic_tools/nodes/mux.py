@@ -56,7 +56,11 @@ class Mux:
                     rospy.loginfo("Unregistering from %s", topic)
 
     def select(self, topic: str) -> str:
-        """Select a topic, or no topic. Return the previous selection. Raises `Refused`."""
+        """Select an input, or no input. Return the previous selection.
+
+        Raises:
+            Refused: `topic` is not an input of the mux.
+        """
         rospy.loginfo("trying to switch mux to %s", topic)
         with self._lock:
             before = self.selection.select(topic)
@@ -68,7 +72,11 @@ class Mux:
         return before
 
     def add(self, topic: str) -> None:
-        """Add an input. Raises `Refused`."""
+        """Add an input.
+
+        Raises:
+            Refused: `topic` is already an input of the mux, or not a valid name.
+        """
         with self._lock:
             self.selection.add(topic)
             self._inputs[topic] = self._input(topic)
@@ -76,7 +84,11 @@ class Mux:
         rospy.loginfo("added %s to mux", topic)
 
     def delete(self, topic: str) -> None:
-        """Remove an input. Raises `Refused`."""
+        """Remove an input.
+
+        Raises:
+            Refused: `topic` is not an input of the mux, or is currently selected.
+        """
         with self._lock:
             self.selection.delete(topic)
             source = self._inputs.pop(topic)

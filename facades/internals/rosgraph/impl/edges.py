@@ -1,4 +1,4 @@
-"""Edges of a graph, and sets of them."""
+"""Graph edges and edge sets."""
 
 from __future__ import annotations
 

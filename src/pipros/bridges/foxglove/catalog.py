@@ -33,7 +33,7 @@ class ServiceDefinition:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A topic with a type. If the type changes, the topic becomes a new channel. Ids are never reused."""
+    """A topic with a type. If the type changes, the topic gets a new channel. IDs are never reused."""
 
     id: int
     topic: str

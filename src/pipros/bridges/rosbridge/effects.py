@@ -110,10 +110,10 @@ class WithdrawService:
 
 @dataclass(frozen=True, slots=True)
 class AnswerCall:
-    """Answer a call of a service that the client offers.
+    """Answer a call to a service that the client offers.
 
     Attributes:
-        call: the id of the call.
+        call: the ID of the call.
         values: the response, or an error text if `is_success` is false.
     """
 

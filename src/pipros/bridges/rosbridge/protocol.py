@@ -329,7 +329,9 @@ class ClientProtocol:
     def _set_level(self, operation: dict[str, Any]) -> Iterator[Effect]:
         known = [level.name.lower() for level in Level]
         if operation.get("level") not in known:
-            raise BadOperation(f"level must be {', '.join(known)}, got {_quoted(operation.get('level'))}")
+            raise BadOperation(
+                f"level must be one of {', '.join(known)}; got {_quoted(operation.get('level'))}"
+            )
         self._level = Level(known.index(operation["level"]))
         yield from ()
 

@@ -96,7 +96,7 @@ class Bridge:
         return ClientSession(self, outbox)
 
     def close(self) -> None:
-        """Withdraw the services of clients, and ignore all later subscriptions."""
+        """Unadvertise the clients' services, and ignore any further subscriptions."""
         self.services.close()
         self.topics.close()
         self.calls.close()
@@ -253,7 +253,7 @@ class ClientSession:
         with self._lock:
             if self._open_calls >= CALLS_OF_A_CLIENT:
                 raise PiprosError(
-                    f"{CALLS_OF_A_CLIENT} calls of this client are pending; wait until one ends"
+                    f"{CALLS_OF_A_CLIENT} calls from this client are pending; wait until one ends"
                 )
             self._open_calls += 1
         self._bridge.calls.run(partial(self._call_now, effect))

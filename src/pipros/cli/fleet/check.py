@@ -31,7 +31,7 @@ def _lines(file: FleetFile) -> Iterator[str]:
         ("shares the topics", file.shared_topics),
         ("shares the parameters", file.shared_parameters),
         ("accepts messages for the topics", file.accepted_topics),
-        ("accepts calls of the services", file.accepted_services),
+        ("accepts calls to the services", file.accepted_services),
         ("lets others set the parameters", file.accepted_parameters),
     ):
         yield f"{what}:{'' if rules else ' (none)'}"

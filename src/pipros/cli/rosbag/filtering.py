@@ -1,4 +1,4 @@
-"""`rosbag filter`."""
+"""`rosbag filter`: copies the messages that match an expression to a new bag."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosbag info`."""
+"""`rosbag info`: summarizes bags."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosbag check` and `rosbag fix`."""
+"""`rosbag check` and `rosbag fix`: find and migrate messages whose types have changed."""
 
 from __future__ import annotations
 

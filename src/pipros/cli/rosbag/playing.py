@@ -1,4 +1,4 @@
-"""`rosbag play`."""
+"""`rosbag play`: publishes the messages in bags at their recorded intervals."""
 
 from __future__ import annotations
 

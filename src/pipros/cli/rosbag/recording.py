@@ -1,4 +1,4 @@
-"""`rosbag record`."""
+"""`rosbag record`: records messages on topics in bags."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosnode cleanup`."""
+"""`rosnode cleanup`: unregisters nodes that cannot be reached."""
 
 from __future__ import annotations
 

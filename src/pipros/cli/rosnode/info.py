@@ -1,4 +1,4 @@
-"""`rosnode info`."""
+"""`rosnode info`: describes nodes."""
 
 from __future__ import annotations
 

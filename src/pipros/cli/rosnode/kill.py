@@ -1,4 +1,4 @@
-"""`rosnode kill`."""
+"""`rosnode kill`: shuts nodes down."""
 
 from __future__ import annotations
 

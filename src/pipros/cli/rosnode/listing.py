@@ -1,4 +1,4 @@
-"""`rosnode list`."""
+"""`rosnode list`: lists nodes."""
 
 from __future__ import annotations
 

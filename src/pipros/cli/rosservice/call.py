@@ -1,4 +1,4 @@
-"""`rosservice call`."""
+"""`rosservice call`: calls a service and prints the response."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rostopic bw`."""
+"""`rostopic bw`: measures the bandwidth of topics."""
 
 from __future__ import annotations
 

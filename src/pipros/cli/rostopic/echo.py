@@ -1,4 +1,4 @@
-"""`rostopic echo`."""
+"""`rostopic echo`: prints messages, from a topic or a bag."""
 
 from __future__ import annotations
 

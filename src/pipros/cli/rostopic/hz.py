@@ -1,4 +1,4 @@
-"""`rostopic hz`."""
+"""`rostopic hz`: measures the message rate of topics."""
 
 from __future__ import annotations
 

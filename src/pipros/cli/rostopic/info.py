@@ -1,4 +1,4 @@
-"""`rostopic info`, `rostopic type` and `rostopic find`."""
+"""`rostopic info`, `rostopic type` and `rostopic find`: describe topics, or find them by type."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rostopic list`."""
+"""`rostopic list`: lists topics, of the running system or in a bag."""
 
 from __future__ import annotations
 

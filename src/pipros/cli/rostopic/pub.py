@@ -1,4 +1,4 @@
-"""`rostopic pub`."""
+"""`rostopic pub`: publishes messages on a topic."""
 
 from __future__ import annotations
 
@@ -117,9 +117,8 @@ class _Publishing:
         file contains only one message, repeat it at the rate.
         """
         options, rate_hz = self._options, self._options.rate_hz
-        publisher = self._advertise(
-            latch=rate_hz is None or options.latch, queue_size=None
-        )  # wait until no message is queued
+        # queue_size=None: `publish` blocks until the message has been sent
+        publisher = self._advertise(latch=rate_hz is None or options.latch, queue_size=None)
         self._wait_for_subscriber(publisher)
         if rate_hz is None and (options.once or options.latch):
             for message in islice(messages, 1):

@@ -76,8 +76,8 @@ def read_robot(text: str) -> Robot:
     """Parse a URDF.
 
     Raises:
-        UrdfError: the text is not well-formed XML or not a valid URDF, or the links do not form a tree with one
-            root.
+        UrdfError: the text is not well-formed XML or not a valid URDF, or the links do not form a tree with
+            one root.
     """
     try:
         robot = parse(text, "robot_description")

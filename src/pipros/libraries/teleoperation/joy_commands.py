@@ -25,7 +25,9 @@ def by_direction(value: Any, name: str, first: str, known: Sequence[str]) -> dic
     given = value if isinstance(value, Mapping) else {first: value}
     for direction, number in given.items():
         if direction not in known or isinstance(number, bool) or not isinstance(number, int | float):
-            raise InvalidAxes(f"{name} must map {', '.join(known)} to numbers, got {value!r}")
+            raise InvalidAxes(
+                f"{name} must be a number or map directions ({', '.join(known)}) to numbers, got {value!r}"
+            )
     return {direction: float(number) for direction, number in given.items()}
 
 

@@ -111,8 +111,9 @@ def module_for(module: str, now: Callable[[], Time]) -> Names:
     if top.endswith(_MESSAGES):
         return MessagePackage(top)
     raise NotFound(
-        f"an expression cannot import {module}; it can import numpy, math, rospy (times), "
-        "tf (transformations), and message packages, whose names end in _msgs"
+        f"an expression cannot import {module}; it can import numpy, math, "
+        "rospy (only Time.now, Duration and get_rostime), tf (only transformations), "
+        "and packages whose names end in _msgs"
     )
 
 

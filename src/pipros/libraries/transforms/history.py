@@ -140,7 +140,7 @@ class MovingFrame:
         return interpolate(self.poses[number], self.poses[after], ratio)
 
     def pose_at(self, time: int) -> Pose:
-        """Return the pose of a frame with only one parent at `time`, for which `locate` finds a pose."""
+        """Return the pose at `time`, which must be in range. The frame must have had only one parent."""
         stamps = self.stamps
         if time == stamps[-1] or time == 0:
             return self.poses[-1]

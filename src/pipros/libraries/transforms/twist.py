@@ -32,7 +32,7 @@ def twist(
         reference_point: pose of the frame whose origin is the reference point, relative to the reference
             frame.
 
-    The change of the reference point repeats a defect of Noetic (`vel += numpy.dot(rot, delta[:3])` in
+    The change of the reference point reproduces a bug in Noetic (`vel += numpy.dot(rot, delta[:3])` in
     tf/listener.py; compared in tests/interop): it adds the scalar product of the angular velocity and the
     offset to each component of the linear velocity, where kinematics needs their cross product.
     """

@@ -147,7 +147,7 @@ class _Reading:
 
 
 def format_yaml(calibration: Calibration) -> str:
-    """Format a calibration as YAML, like camera_calibration_parsers."""
+    """Format a calibration as YAML in the layout of camera_calibration_parsers."""
     lines = [
         f"image_width: {calibration.width}",
         f"image_height: {calibration.height}",

@@ -118,13 +118,13 @@ def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[Complet
         limit = limit_text("definition_fields", limits.definition_fields)
         raise DefinitionError(f"the message has {layout.code_size} fields in total; {limit}", file=spec.file)
     if layout.value_count > limits.message_values:  # the sizes of nested fixed arrays multiply
-        raise DefinitionError(
-            f"a new message would hold more than {limits.message_values} values", file=spec.file
-        )
+        limit = limit_text("message_values", limits.message_values)
+        raise DefinitionError(f"a new message would contain too many values; {limit}", file=spec.file)
     if layout.unpaid_values > limits.empty_elements:  # such a message could not be read
+        limit = limit_text("empty_elements", limits.empty_elements)
         raise DefinitionError(
-            f"every message would hold {layout.unpaid_values} values more than its bytes pay for, "
-            f"and at most {limits.empty_elements} are allowed",
+            "every message would exceed the budget of eight values per byte by "
+            f"{layout.unpaid_values} values; {limit}",
             file=spec.file,
         )
     return whole, layout

@@ -214,9 +214,9 @@ def _may_be_package(name: str) -> bool:
 def _is_python_starting() -> bool:
     """Return True while Python runs `sitecustomize` or `usercustomize`.
 
-    They often import modules that do not exist. For example, at every start of Python, these modules on
-    Debian and Ubuntu try to import a module of the crash reporter. Finding out that the crash reporter is not
-    a ROS package takes longer than the start itself.
+    They often try to import modules that do not exist. For example, on Debian and Ubuntu, `sitecustomize`
+    tries to import the crash reporter whenever Python starts. Finding out that the crash reporter is not a
+    ROS package takes longer than the start itself.
     """
     for name in ("sitecustomize", "usercustomize"):
         spec = getattr(sys.modules.get(name), "__spec__", None)

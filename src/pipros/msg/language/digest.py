@@ -66,7 +66,7 @@ def complete(spec: MessageSpec, lookup: Lookup) -> CompleteSpec:
 
 
 def check_nesting(specs: Iterable[MessageSpec], lookup: Lookup) -> None:
-    """Check the nesting of messages in all `specs`, visiting each type once.
+    """Check that no message in `specs` contains itself or is nested too deeply, visiting each type once.
 
     Raises the same errors as `embedded_types`.
     """

@@ -1,4 +1,4 @@
-"""A common form of ROS 1 and ROS 2 field types, for serialization."""
+"""A common representation of ROS 1 and ROS 2 field types, used for serialization."""
 
 from __future__ import annotations
 

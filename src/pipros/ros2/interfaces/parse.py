@@ -129,7 +129,10 @@ def full_name(name: str, package: str = "") -> str:
 
 
 def _sections(text: str, names: Sequence[str], file: str) -> list[str]:
-    """Return the parts between the lines `---`, with empty lines before them to keep line numbers."""
+    """Return the parts separated by `---` lines.
+
+    Each part starts with empty lines in place of the earlier parts, so that its line numbers stay correct.
+    """
     parts: list[list[str]] = [[]]
     for number, line in enumerate(text.split("\n"), 1):
         if line.strip() == SECTION_MARK:

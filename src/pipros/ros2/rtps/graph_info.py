@@ -158,10 +158,11 @@ class GraphInfo:
     def __init__(
         self, guid: bytes, make_writer: Callable[[], InfoWriter], size: GidBytes | None = None
     ) -> None:
-        """Learn the size of GIDs, unless it is given.
+        """Create the graph information of a participant without nodes.
 
         Args:
             make_writer: called right before the first publication.
+            size: the size of GIDs; None to learn it from the messages of other participants.
         """
         self.others: dict[bytes, ParticipantInfo] = {}
         self._own = ParticipantInfo(guid)

@@ -23,7 +23,7 @@ _FRACTIONS: Final = 1 << 32
 
 
 class Parameter(IntEnum):
-    """Ids of parameters. 0x800f is Fast DDS's related sample identity, older than the standard's."""
+    """Parameter IDs. 0x800f is Fast DDS's related sample identity, older than the standard's."""
 
     SENTINEL = 0x01
     LEASE_DURATION = 0x02
@@ -113,7 +113,7 @@ def read_integer(value: bytes, is_little: bool) -> int | None:
 
 
 def duration(seconds: float) -> bytes:
-    """Encode a duration; `math.inf` is infinite."""
+    """Encode a duration in seconds; `math.inf` is encoded as DDS's infinite duration."""
     if math.isinf(seconds):
         return _DURATIONS[1].pack(*_INFINITE)
     whole = int(seconds)

@@ -1,7 +1,8 @@
 """The engine for ROS 2 nodes that use rmw_zenoh.
 
-eclipse-zenoh calls Python functions in its own threads, and then a process without `Session.close` never
-exits. Therefore all data come from channels, which daemon threads read; one thread for each subscription.
+eclipse-zenoh runs Python callbacks in its own threads. A process that uses such callbacks never exits unless
+it calls `Session.close`. Therefore, data is received through channels, each read by a daemon thread: one per
+subscription.
 """
 
 from __future__ import annotations

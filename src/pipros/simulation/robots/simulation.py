@@ -39,7 +39,7 @@ class Simulation:
         """Create a simulation.
 
         Args:
-            seed: a number >= 0, for the noise and for the places of robots without a starting pose.
+            seed: a seed >= 0 for the noise and for the random poses of robots without a starting pose.
 
         Raises:
             InvalidSettings: a name is repeated, a starting pose is not free, or there is no free place for a
@@ -180,7 +180,10 @@ class Simulation:
         robot.place(pose)
 
     def reset(self) -> None:
-        """Move all robots back to their starting poses and restart the noise. Simulated time continues."""
+        """Move all robots back to their starting poses.
+
+        Recharge their batteries and restart their noise sequences. Simulated time continues.
+        """
         self._reset_at = self.steps
         for robot in self.robots.values():
             robot.reset()

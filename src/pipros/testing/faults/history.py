@@ -129,7 +129,7 @@ class History:
 
     @property
     def gaps(self) -> list[Gap]:
-        """The gaps, for each sink and source."""
+        """The gaps in the received sequences, grouped by sink and source."""
         with self._lock:
             return [gap for sequence in self._sequences.values() for gap in sequence.gaps]
 

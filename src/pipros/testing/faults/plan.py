@@ -48,7 +48,7 @@ class Faults:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Bytes to forward, after a delay and a pause."""
+    """Bytes to forward `delay_s` after their arrival, followed by a pause of `pause_s`."""
 
     data: bytes
     delay_s: float = 0.0

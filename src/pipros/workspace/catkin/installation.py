@@ -63,15 +63,15 @@ def read_installations(words: list[str], scope: Scope, *, is_python: bool = Fals
 
 
 def install(item: Installation, prefix: Path, settings: Mapping[str, str], say: Say) -> None:
-    """Copy a file or folder to the install space, or run code.
+    """Copy a file or folder to the install space, or run the code or script of an `install()` command.
 
     Args:
         prefix: the install space.
-        settings: the CMake cache entries for the code.
+        settings: the CMake cache entries for the code or script.
 
     Raises:
         CannotCopy: the file or folder does not exist.
-        CMakeError: the code fails.
+        CMakeError: the code or script fails.
         OSError: the file or folder cannot be copied.
     """
     if item.copy is not None:

@@ -67,11 +67,11 @@ class Download:
 
 @dataclass(frozen=True, slots=True)
 class EnvironmentHook:
-    """A file that a workspace's setup files source.
+    """A file that is sourced by a workspace's setup files.
 
     Attributes:
         text: the content; None to copy `source`.
-        installed: the content in the install space; None if it is the same.
+        installed: the content in the install space; None if it is the same as in the devel space.
     """
 
     name: str

@@ -142,7 +142,7 @@ def _without_shell(words: Sequence[str], folder: str) -> Iterable[tuple[str, tup
 
 
 def _dependency(word: str, scope: Scope) -> str:
-    """Resolve a dependency: an existing source file, a file in the build tree, or a target, in this order."""
+    """Resolve a dependency to an existing source file, or else to a file in the build tree or a target."""
     if os.path.exists(scope.in_source(word)):
         return scope.in_source(word)
     return word if os.path.isabs(word) or "/" not in word else scope.in_binary(word)
