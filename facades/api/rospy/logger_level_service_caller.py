@@ -33,7 +33,11 @@ class LoggerLevelServiceCaller:
         return list(_loggers.LEVELS)
 
     def get_loggers(self, node: str) -> list[str]:
-        """Return the names of a node's loggers. Raises ROSConsoleException."""
+        """Return the names of a node's loggers.
+
+        Raises:
+            ROSConsoleException: the master or the node cannot be reached, or the call failed.
+        """
         with _graph(node) as graph:
             self._current_levels = _loggers.levels_of(graph.master, graph.resolve(node))
         return list(self._current_levels)

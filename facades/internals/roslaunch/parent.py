@@ -101,7 +101,12 @@ class ROSLaunchParent:
         self._is_over = False
 
     def _load_config(self) -> None:
-        """Load the files, for scripts that change the configuration before `start`. Raises RLException."""
+        """Load the files, for scripts that change the configuration before `start`.
+
+        Raises:
+            RLException: a file is invalid.
+            ValueError: a node that must be required has `respawn` set.
+        """
         config = load_config_default(
             self.roslaunch_files, self.port, roslaunch_strs=self.roslaunch_strs, verbose=self.verbose
         )

@@ -47,7 +47,7 @@ _TURN_S: Final = 0.001
 class RpcServer:
     """Serves a table of methods, and `system.multicall`, over XML-RPC.
 
-    A call of an unknown method, or of a method that raises, is answered with a fault whose text is the same
+    A call to an unknown method, or of a method that raises, is answered with a fault whose text is the same
     as that of ROS's Python peers. A call with the wrong number of parameters is answered with `[-1, text,
     0]`, as the ROS API requires (pass `on_bad_arity` for another response).
 

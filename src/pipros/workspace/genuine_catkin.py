@@ -194,7 +194,11 @@ def _carry_out(
     *,
     installs: bool,
 ) -> None:
-    """Run CMake and make in a build folder. Raises NativeBuildFailed."""
+    """Run CMake and make in a build folder.
+
+    Raises:
+        NativeBuildFailed: a command failed.
+    """
     steps = [configure, ["make", *(options.jobs or (f"-j{os.cpu_count() or 1}",))]]
     if installs:
         steps.append(["make", "install"])

@@ -31,7 +31,7 @@ class ParameterWatch:
         self._is_started = False
 
     def set_needed(self, is_needed: bool) -> None:
-        """Begin or stop watching. Does not block."""
+        """Start or stop watching. Does not block."""
         if is_needed == self._is_needed:
             return
         self._is_needed = is_needed

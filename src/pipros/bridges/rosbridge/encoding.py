@@ -151,7 +151,11 @@ class Encoder:
         self._newest.pop(topic, None)
 
     def decode(self, message: TopicMessage) -> Any:
-        """Decode a message with the installed class or its publisher's definition. Raises `PiprosError`."""
+        """Decode a message with the installed class or its publisher's definition.
+
+        Raises:
+            PiprosError: the type is unknown, or the message is malformed.
+        """
         header = message.header
         kind, definition = header.get("type", "*"), header.get("message_definition", "")
         return self._classes.find(kind, header.get("md5sum", "*"), definition)._from_bytes(message.body)

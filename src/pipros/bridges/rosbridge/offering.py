@@ -25,7 +25,11 @@ class Offerer(Protocol):
     """A client that offers services."""
 
     def send_call(self, operation: Mapping[str, Any], request: Any) -> None:
-        """Send the operation `call_service` with the values of a request. Raises `PiprosError`."""
+        """Send the operation `call_service` with the values of a request.
+
+        Raises:
+            PiprosError: a value of the request cannot be represented in the client's encoding.
+        """
 
 
 class OfferedServices:

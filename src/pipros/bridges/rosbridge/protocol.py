@@ -330,7 +330,7 @@ class ClientProtocol:
         known = [level.name.lower() for level in Level]
         if operation.get("level") not in known:
             raise BadOperation(
-                f"level must be one of {', '.join(known)}; got {_quoted(operation.get('level'))}"
+                f"level must be one of {', '.join(known)}, got {_quoted(operation.get('level'))}"
             )
         self._level = Level(known.index(operation["level"]))
         yield from ()

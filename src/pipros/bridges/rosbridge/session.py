@@ -182,7 +182,7 @@ class ClientSession:
         return sorted(self._published)
 
     def send_call(self, operation: Mapping[str, Any], request: Any) -> None:
-        """Send a call of an offered service, with the values of the request."""
+        """Send a call to an offered service, with the values of the request."""
         self._send({**operation, "args": self._bridge.encoder.values_of(request)})
 
     def _handle(self, effects: Iterator[Effect]) -> None:

@@ -1,6 +1,6 @@
 """Lay out a directed graph in layers from left to right, in the direction of the arrows.
 
-The method is that of Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
+The method is by Sugiyama, Tagawa and Toda (1981). Arrows that close a cycle are reversed. Each vertex is
 placed in a layer to the right of all its predecessors or, in large graphs with many cycles, to the right of
 its nearest predecessor. Long arrows get a bend in each layer that they cross. The order within layers is
 improved by barycentres, and vertical positions are fitted by least squares. Vertices without arrows form a

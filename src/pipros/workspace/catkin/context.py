@@ -84,7 +84,11 @@ class ReadContext:
         return self._interpreter.file
 
     def run(self) -> None:
-        """Execute the project's `CMakeLists.txt`. Raises CMakeError."""
+        """Execute the project's `CMakeLists.txt`.
+
+        Raises:
+            CMakeError: the file is invalid, or reports an error.
+        """
         self._interpreter.run_file(self.project.file)
 
     def error(self, command: Command, reason: str) -> CMakeError:
