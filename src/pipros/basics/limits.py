@@ -108,6 +108,7 @@ class Limits(NamedTuple):
         page_bags: bags that all browsers connected to a page have opened together.
         page_record_spare_bytes: free disk space at which a recording made by a page ends.
         page_export_bytes: the messages in a part of a bag that a browser exports.
+        page_exports: exports of all browsers connected to a page at a time; each needs a temporary file.
         scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
         bridge_clients: clients of rosbridge and Foxglove servers of a process.
         bridge_topics: topics that all these clients receive together.
@@ -216,6 +217,7 @@ class Limits(NamedTuple):
     page_bags: int = 20
     page_record_spare_bytes: int = 1024 * _MIB
     page_export_bytes: int = 512 * _MIB
+    page_exports: int = 2
     scene_resource_bytes: int = 100 * _MIB
     bridge_clients: int = 250
     bridge_topics: int = 1000

@@ -73,6 +73,7 @@ class BagViews:
         self._folder = folder
         self._open_bags = open_bags
         self._opening = 0
+        self._exports = 0
 
     async def bags(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the names and sizes of the bags in the folder."""
@@ -198,7 +199,10 @@ class BagViews:
             reader.close()
 
     async def bag_export(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield part of a bag as the chunks of a file, then `{"done": true}`."""
+        """Yield part of a bag as the chunks of a file, then `{"done": true}`.
+
+        The file is temporary; at most `page_exports` exist at a time.
+        """
         path, form, topics = (
             self._path(arguments.get("name")),
             arguments.get("format"),
@@ -208,12 +212,22 @@ class BagViews:
             raise RequestRefused(f"format must be one of {', '.join(FORMATS)}, and topics a list of names")
         range_ns = tuple(round(_number(arguments, key) * NS_PER_S) for key in ("begin", "end"))
         wanted = {topic_name({"name": each}) for each in topics}
-        work = self._system.computations.run
-        with tempfile.TemporaryFile() as file:
-            await work(_export, path, self._playback().layout, wanted, (range_ns[0], range_ns[1]), form, file)
-            file.seek(0)
-            while piece := await work(file.read, PIECE_BYTES):
-                yield piece
+        layout, work = self._playback().layout, self._system.computations.run
+        limit = process_limits().page_exports
+        if self._exports >= limit:
+            what = "too many exports are running; try again when one has ended"
+            raise RequestRefused(f"{what}; {limit_text('page_exports', limit)}")
+        self._exports += 1
+        try:
+            with tempfile.TemporaryFile() as file:
+                await work(_export, path, layout, wanted, (range_ns[0], range_ns[1]), form, file)
+                file.seek(0)
+                while piece := await work(file.read, PIECE_BYTES):
+                    yield piece
+        except OSError as error:  # also from closing the file; other errors would be retried
+            raise RequestRefused(f"cannot export: {error}") from None
+        finally:
+            self._exports -= 1
         yield {"done": True}
 
     def _playback(self) -> BagPlayback:
@@ -280,11 +294,11 @@ def _export(
     form: str,
     file: IO[bytes],
 ) -> None:
-    with _reader(path, layout) as reader:
-        try:
+    try:
+        with _reader(path, layout) as reader:
             export(reader, topics, range_ns, form, file, process_limits().page_export_bytes)
-        except PiprosError as error:
-            raise RequestRefused(str(error)) from None
+    except PiprosError as error:
+        raise RequestRefused(str(error)) from None
 
 
 def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:
