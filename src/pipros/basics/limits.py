@@ -102,7 +102,7 @@ class Limits(NamedTuple):
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
-            parameters.
+            parameters; also the messages of one topic that are kept after a jump in a bag.
         page_layout_bytes: a layout of panels, which a browser stores or a file contains.
         page_topics: topics that all browsers connected to a page watch together.
         page_bags: bags that all browsers connected to a page have opened together.
