@@ -8,6 +8,7 @@ import errno
 import io
 import os
 import tempfile
+import threading
 from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ from pipros.web.browser_share import begin_browser
 from pipros.web.open_bags import OpenBags
 from pipros.web.server import RequestRefused
 from pipros.web.views.bags import BagViews
-from pipros.web.watched_system import WatchedSystem
+from pipros.web.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
 from tests.support.bags import bag_bytes
 
 EXPORT = {"name": "run.bag", "format": "bag", "topics": ["/number"], "begin": 0, "end": 2000}
@@ -41,19 +42,23 @@ class Browser:
         self.open_bags = OpenBags()
         self.views = BagViews(self.system, BagFolder(folder), self.open_bags)
         self._path = path
+        self._showing = contextlib.ExitStack()
 
     def run(self, task: Callable[[], Awaitable[Any]]) -> None:
         """Run a coroutine in an event loop while the bag is open."""
 
         async def run() -> None:
             begin_browser()
-            with self.showing():
+            with self._showing:
+                self._showing.enter_context(
+                    self.open_bags.showing(BagPlayback(self.system, BagReader(self._path)))
+                )
                 await task()
 
         asyncio.run(run())
 
-    def showing(self) -> contextlib.AbstractContextManager[None]:
-        return self.open_bags.showing(BagPlayback(self.system, BagReader(self._path)))
+    def close_bag(self) -> None:
+        self._showing.close()
 
 
 @pytest.fixture
@@ -96,3 +101,28 @@ def test_an_export_to_a_full_disk_is_refused(browser: Browser, monkeypatch: pyte
 
     monkeypatch.setattr(tempfile, "TemporaryFile", FullDisk)
     browser.run(check)
+
+
+def test_views_that_wait_for_a_bag_to_close_do_not_exceed_the_limit_together(browser: Browser) -> None:
+    released = threading.Event()
+
+    async def check() -> None:
+        limit = process_limits().page_bags
+        opening = [browser.views.bag({"name": "run.bag"}) for _ in range(limit + 5)]
+        tasks = [asyncio.ensure_future(anext(each)) for each in opening]
+        await asyncio.sleep(0)  # each of them waits for the open bag
+        browser.close_bag()
+        results = await asyncio.gather(*tasks, return_exceptions=True)
+        assert results.count({"opening": 0.0}) == limit
+        refused = [str(each) for each in results if isinstance(each, RequestRefused)]
+        assert len(refused) == 5
+        assert all(f"too many bags are open; the limit is {limit}" in each for each in refused)
+        for each in opening:
+            await each.aclose()  # type: ignore[attr-defined]
+
+    for _ in range(COMPUTATIONS_AT_ONCE):  # so that no bag is opened meanwhile
+        browser.system.computations.start(released.wait)
+    try:
+        browser.run(check)
+    finally:
+        released.set()

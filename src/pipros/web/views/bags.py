@@ -90,15 +90,15 @@ class BagViews:
 
         Meanwhile, the browser's other views show the bag at its current moment.
         """
-        limit = process_limits().page_bags
-        if self._opening + len(self._open_bags) >= limit:
-            raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
         for _ in range(CLOSING_TURNS):  # the view of the previous bag may still be ending
             if self._open_bags.playback is None:
                 break
             await asyncio.sleep(STATE_INTERVAL_S)
         else:
             raise RequestRefused("this browser has already opened a bag")
+        limit = process_limits().page_bags
+        if self._opening + len(self._open_bags) >= limit:
+            raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
         opening = _Opening()
         self._opening += 1
         try:
