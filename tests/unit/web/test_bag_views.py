@@ -25,6 +25,7 @@ from pipros.web.bag_playback import BagPlayback
 from pipros.web.browser_share import begin_browser
 from pipros.web.open_bags import OpenBags
 from pipros.web.server import RequestRefused
+from pipros.web.views import bags
 from pipros.web.views.bags import BagViews
 from pipros.web.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
 from tests.support.bags import bag_bytes
@@ -126,3 +127,15 @@ def test_views_that_wait_for_a_bag_to_close_do_not_exceed_the_limit_together(bro
         browser.run(check)
     finally:
         released.set()
+
+
+def test_an_expression_that_takes_too_long_ends_the_curve_of_a_bag(
+    browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def check() -> None:
+        slow = "/number=len([1 for a in range(1000) for b in range(1000) for c in range(1000)])"
+        with pytest.raises(RequestRefused, match=r"a sample takes .* s, and the limit is 0\.01 s"):
+            await whole(browser.views.bag_curve({"name": "run.bag", "field": slow}))
+
+    monkeypatch.setattr(bags, "COMPUTED_S", 0.01)  # so that the expression is slow on any machine
+    browser.run(check)

@@ -31,7 +31,7 @@ from pipros.web.curve_samples import find_field, mark_of, sample_of
 from pipros.web.image_pixels import packed
 from pipros.web.open_bags import OpenBags
 from pipros.web.server import RequestRefused
-from pipros.web.views.plot import axis_of, field_text
+from pipros.web.views.plot import COMPUTED_S, axis_of, field_text
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -166,7 +166,8 @@ class BagViews:
         def take(message: Any, time_s: float) -> list[float | None]:
             return sample_of(message, chosen, axis, time_s, time_s)
 
-        async for piece in self._samples(arguments, {field.topic}, take):
+        limit_s = math.inf if field.expression is None else COMPUTED_S
+        async for piece in self._samples(arguments, {field.topic}, take, limit_s):
             yield piece
 
     async def bag_marks(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -182,14 +183,14 @@ class BagViews:
             yield {"marks": piece["samples"], "lost": piece["lost"]}
 
     async def _samples(
-        self, arguments: Mapping[str, Any], topics: set[str], take: Take
+        self, arguments: Mapping[str, Any], topics: set[str], take: Take, limit_s: float = math.inf
     ) -> AsyncIterator[Mapping[str, Any]]:
         path, layout = self._path(arguments.get("name")), self._playback().layout
         work = self._system.computations.run
         reader = await work(_reader, path, layout)
         try:
             connections = [each for each in reader.connections if each.topic in topics]
-            samples = BagSamples(reader, connections, take)
+            samples = BagSamples(reader, connections, take, limit_s)
             yield {"samples": [], "lost": samples.left_out, "error": ""}
             while (piece := await work(samples.next_piece)) is not None:
                 yield {"samples": piece[0], "lost": 0, "error": piece[1]}
