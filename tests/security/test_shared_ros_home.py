@@ -304,7 +304,7 @@ def test_parameters_that_another_user_could_have_written_are_not_restored(
     store.close()
     plant(file)
 
-    with pytest.raises(StoreUntrusted, match="set ROS_HOME to a folder of your own"):
+    with pytest.raises(StoreUntrusted, match="set ROS_HOME to your own folder"):
         Store(file)
 
 

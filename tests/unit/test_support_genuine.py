@@ -53,9 +53,10 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
     ended = run(run_without_genuine, "tests/interop", "tests/unit/test_support_genuine.py")
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
-    *_, checker, how, page, get, python, clients, install, dds, peers, what, lacking, cure, last = (
-        ended.stdout.rstrip("\n").splitlines()
-    )
+    *lines, last = ended.stdout.rstrip("\n").splitlines()
+    if lines[-5].startswith("examples/fleet: "):  # if this machine has no systemd
+        del lines[-5:-3]
+    *_, checker, how, page, get, python, clients, install, dds, peers, what, lacking, cure = lines
     assert checker == "tests/typing: what pyright says is not tested, for it is not on this machine"
     assert how == f"to have it where Node.js is: {pyright.INSTALL}"
     assert page.startswith(

@@ -102,12 +102,13 @@ class Limits(NamedTuple):
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
-            parameters.
+            parameters; also the messages of one topic that are kept after a jump in a bag.
         page_layout_bytes: a layout of panels, which a browser stores or a file contains.
         page_topics: topics that all browsers connected to a page watch together.
         page_bags: bags that all browsers connected to a page have opened together.
         page_record_spare_bytes: free disk space at which a recording made by a page ends.
         page_export_bytes: the messages in a part of a bag that a browser exports.
+        page_exports: exports of all browsers connected to a page at a time; each needs a temporary file.
         scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
         bridge_clients: clients of rosbridge and Foxglove servers of a process.
         bridge_topics: topics that all these clients receive together.
@@ -216,6 +217,7 @@ class Limits(NamedTuple):
     page_bags: int = 20
     page_record_spare_bytes: int = 1024 * _MIB
     page_export_bytes: int = 512 * _MIB
+    page_exports: int = 2
     scene_resource_bytes: int = 100 * _MIB
     bridge_clients: int = 250
     bridge_topics: int = 1000

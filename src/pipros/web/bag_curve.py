@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from pipros.bag.connection import Connection
+from pipros.bag.errors import BagError
 from pipros.bag.reader import BagReader
 from pipros.basics.errors import PiprosError
 from pipros.msg.time import NS_PER_S
@@ -25,13 +26,23 @@ class BagSamples:
 
     Of more than `MOST_SAMPLES` messages, evenly spaced ones are decoded.
 
+    Args:
+        limit_s: maximum processor time (s) of `take` for one message.
+
     Attributes:
         left_out: number of messages that are not decoded.
     """
 
-    def __init__(self, reader: BagReader, connections: Sequence[Connection], take: Take) -> None:
+    def __init__(
+        self,
+        reader: BagReader,
+        connections: Sequence[Connection],
+        take: Take,
+        limit_s: float = math.inf,
+    ) -> None:
         self._reader = reader
         self._take = take
+        self._limit_s = limit_s
         counts = reader.count_by_connection()
         total = sum(counts.get(each.id, 0) for each in connections)
         self._step = max(1, math.ceil(total / MOST_SAMPLES))
@@ -39,17 +50,27 @@ class BagSamples:
         self._messages = enumerate(reader.stored_messages(connections))
 
     def next_piece(self) -> tuple[list[Any], str] | None:
-        """Return further samples, and the last problem; None at the end of the bag."""
+        """Return further samples, and the last problem; None at the end of the bag.
+
+        Raises:
+            BagError: a sample takes too long, or the bag is damaged.
+        """
         samples: list[Any] = []
         problem = ""
         until_s = time.monotonic() + PIECE_S
         for number, message in self._messages:
             if number % self._step == 0:
+                begin_s = math.inf
                 try:
                     decoded = self._reader.class_of(message.connection)._from_bytes(message.data)
+                    begin_s = time.thread_time()  # decoding may have compiled the message class
                     sample = self._take(decoded, message.time_ns / NS_PER_S)
                 except (PiprosError, ValueError) as error:
                     sample, problem = None, str(error)
+                sample_s = time.thread_time() - begin_s
+                if sample_s > self._limit_s:
+                    what = f"a sample takes {sample_s:.1f} s, and the limit is {self._limit_s} s"
+                    raise BagError(f"{what}; choose a simpler expression")
                 if sample is not None:
                     samples.append(sample)
             if time.monotonic() > until_s:

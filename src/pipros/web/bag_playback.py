@@ -10,6 +10,8 @@ one chunk at a time.
 from __future__ import annotations
 
 import asyncio
+import functools
+import itertools
 import threading
 import time
 from collections import deque
@@ -22,6 +24,7 @@ from pipros.bag.errors import BagError, NoMessages
 from pipros.bag.layout import BagLayout
 from pipros.bag.playback_clock import PlaybackClock
 from pipros.bag.reader import BagReader
+from pipros.basics.limits import process_limits
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import SystemState
 from pipros.msg import load_message_class
@@ -56,11 +59,15 @@ LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
 )
 """The same for types whose messages change what earlier ones have shown."""
 LEADING_MESSAGES: Final = 2000
+"""Maximum number of these messages; their total size is limited to `Limits.page_view_bytes`."""
 LOG_TOPICS: Final = ("/rosout_agg", "/rosout")
 CLOCK_TOPIC: Final = "/clock"
 TICK_S: Final = 0.1
 LOWEST_SPEED: Final = 0.01
 HIGHEST_SPEED: Final = 100.0
+
+IsOver = Callable[[], bool]
+"""Returns whether messages that are still being read are no longer needed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,6 +252,7 @@ class BagPlayback:
         """Execute the next step, or wait for one. Return False once the playback is closed."""
         with self._changed:
             version, moment_ns = self._version, self._moment_ns
+            is_over = functools.partial(self._is_over, self._epoch)
             watches = self.system.topics.watches()
             self._fed &= set(watches)
             fresh = [watch for watch in watches if watch not in self._fed]
@@ -257,9 +265,9 @@ class BagPlayback:
                 return True
         try:
             for watch in fresh:
-                self._lead(watch, moment_ns)
+                self._lead(watch, moment_ns, is_over)
             if step is not None:
-                self._step(*step, watches, moment_ns)
+                self._step(*step, watches, moment_ns, is_over)
             elif self._is_playing:
                 self._play(watches, version, moment_ns)
         except (BagError, OSError) as error:
@@ -268,45 +276,69 @@ class BagPlayback:
                 self._is_playing = False
         return True
 
-    def _lead(self, watch: TopicWatch, moment_ns: int) -> None:
+    def _is_over(self, epoch: int) -> bool:
+        """Whether the playback was closed, or has jumped since `epoch`, so that no more need be read."""
+        return self._is_closed or self._epoch != epoch
+
+    def _lead(self, watch: TopicWatch, moment_ns: int, is_over: IsOver) -> None:
         """Pass on the messages of a topic that were current at the moment."""
         connections = self._connections(watch.topic)
         if watch.topic == CLOCK_TOPIC:
             self._tick([watch], moment_ns)
         elif connections:
-            for message in self._current(watch.topic, connections, moment_ns):
+            for message in self._current(watch.topic, connections, moment_ns, is_over):
+                if is_over():
+                    return
                 self._deliver([watch], message, is_leading=True)
 
     def _current(
-        self, topic: str, connections: Sequence[Connection], moment_ns: int
+        self, topic: str, connections: Sequence[Connection], moment_ns: int, is_over: IsOver
     ) -> Sequence[StoredMessage]:
         """Return the messages that a subscriber needs when playback starts at this time, oldest first.
 
-        See `LEAD_S`.
+        If they exceed the limits, return the newest ones, at least one. See `LEAD_S`.
         """
         lead_s = LEAD_S.get(topic, LEAD_OF_TYPE_S.get(connections[0].type, 0.0))
-        found: deque[StoredMessage] = deque(maxlen=LEADING_MESSAGES)
+        found: deque[StoredMessage] = deque()
         if lead_s != 0.0:
             begin_ns = self.begin_ns if lead_s is None else moment_ns - round(lead_s * NS_PER_S)
-            found.extend(self._reader.stored_messages(connections, max(begin_ns, 0), moment_ns))
+            room = process_limits().page_view_bytes
+            for message in self._reader.stored_messages(connections, max(begin_ns, 0), moment_ns):
+                if is_over():
+                    break
+                found.append(message)
+                room -= len(message.data)
+                while len(found) > LEADING_MESSAGES or (room < 0 and len(found) > 1):
+                    room += len(found.popleft().data)
         if not found and topic not in LEAD_S:
-            newest = newest_before(self._reader, connections, moment_ns)
+            newest = newest_before(self._reader, connections, moment_ns, is_over)
             found.extend([newest] if newest is not None else [])
         return found
 
     def _step(
-        self, direction: int, wanted: Sequence[Connection], watches: Sequence[TopicWatch], moment_ns: int
+        self,
+        direction: int,
+        wanted: Sequence[Connection],
+        watches: Sequence[TopicWatch],
+        moment_ns: int,
+        is_over: IsOver,
     ) -> None:
         if direction < 0:
-            found = newest_before(self._reader, wanted, moment_ns - 1)
-            self.jump(found.time_ns if found is not None else self.begin_ns)
+            found = newest_before(self._reader, wanted, moment_ns - 1, is_over)
+            with self._changed:
+                if not is_over():
+                    self._jump(found.time_ns if found is not None else self.begin_ns)
             return
         following = next(iter(self._reader.stored_messages(wanted, moment_ns + 1)), None)
         target_ns = self.end_ns if following is None else following.time_ns
         by_topic = self._by_topic(watches)
         for message in self._reader.stored_messages(self._of(by_topic), moment_ns + 1, target_ns):
+            if is_over():
+                break
             self._deliver(by_topic[message.connection.topic], message)
         with self._changed:
+            if is_over():
+                return
             self._moment_ns = target_ns
         self._tick(watches, target_ns)
 
@@ -385,9 +417,15 @@ class BagPlayback:
 
 
 def newest_before(
-    reader: BagReader, connections: Sequence[Connection], moment_ns: int
+    reader: BagReader,
+    connections: Sequence[Connection],
+    moment_ns: int,
+    is_over: IsOver = lambda: False,
 ) -> StoredMessage | None:
-    """Return the newest message at or before a time. Reads backwards in growing windows of time."""
+    """Return the newest message at or before a time; None if there is none, or if `is_over` becomes true.
+
+    Reads backwards in growing windows of time.
+    """
     try:
         begin_ns = reader.range_ns[0]
     except NoMessages:
@@ -395,7 +433,10 @@ def newest_before(
     end_ns, window_ns = moment_ns, FIRST_WINDOW_NS
     while connections and end_ns >= begin_ns:
         first_ns = max(begin_ns, end_ns - window_ns)
-        newest = deque(reader.stored_messages(connections, first_ns, end_ns), maxlen=1)
+        messages = reader.stored_messages(connections, first_ns, end_ns)
+        newest = deque(itertools.takewhile(lambda _: not is_over(), messages), maxlen=1)
+        if is_over():
+            return None
         if newest:
             return newest[0]
         end_ns, window_ns = first_ns - 1, window_ns * WINDOW_GROWTH

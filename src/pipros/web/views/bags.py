@@ -31,7 +31,7 @@ from pipros.web.curve_samples import find_field, mark_of, sample_of
 from pipros.web.image_pixels import packed
 from pipros.web.open_bags import OpenBags
 from pipros.web.server import RequestRefused
-from pipros.web.views.plot import axis_of, field_text
+from pipros.web.views.plot import COMPUTED_S, axis_of, field_text
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
@@ -73,6 +73,7 @@ class BagViews:
         self._folder = folder
         self._open_bags = open_bags
         self._opening = 0
+        self._exports = 0
 
     async def bags(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the names and sizes of the bags in the folder."""
@@ -89,15 +90,15 @@ class BagViews:
 
         Meanwhile, the browser's other views show the bag at its current moment.
         """
-        limit = process_limits().page_bags
-        if self._opening + len(self._open_bags) >= limit:
-            raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
         for _ in range(CLOSING_TURNS):  # the view of the previous bag may still be ending
             if self._open_bags.playback is None:
                 break
             await asyncio.sleep(STATE_INTERVAL_S)
         else:
             raise RequestRefused("this browser has already opened a bag")
+        limit = process_limits().page_bags
+        if self._opening + len(self._open_bags) >= limit:
+            raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
         opening = _Opening()
         self._opening += 1
         try:
@@ -165,7 +166,8 @@ class BagViews:
         def take(message: Any, time_s: float) -> list[float | None]:
             return sample_of(message, chosen, axis, time_s, time_s)
 
-        async for piece in self._samples(arguments, {field.topic}, take):
+        limit_s = math.inf if field.expression is None else COMPUTED_S
+        async for piece in self._samples(arguments, {field.topic}, take, limit_s):
             yield piece
 
     async def bag_marks(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -181,14 +183,14 @@ class BagViews:
             yield {"marks": piece["samples"], "lost": piece["lost"]}
 
     async def _samples(
-        self, arguments: Mapping[str, Any], topics: set[str], take: Take
+        self, arguments: Mapping[str, Any], topics: set[str], take: Take, limit_s: float = math.inf
     ) -> AsyncIterator[Mapping[str, Any]]:
         path, layout = self._path(arguments.get("name")), self._playback().layout
         work = self._system.computations.run
         reader = await work(_reader, path, layout)
         try:
             connections = [each for each in reader.connections if each.topic in topics]
-            samples = BagSamples(reader, connections, take)
+            samples = BagSamples(reader, connections, take, limit_s)
             yield {"samples": [], "lost": samples.left_out, "error": ""}
             while (piece := await work(samples.next_piece)) is not None:
                 yield {"samples": piece[0], "lost": 0, "error": piece[1]}
@@ -198,7 +200,10 @@ class BagViews:
             reader.close()
 
     async def bag_export(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield part of a bag as the chunks of a file, then `{"done": true}`."""
+        """Yield part of a bag as the chunks of a file, then `{"done": true}`.
+
+        The file is temporary; at most `page_exports` exist at a time.
+        """
         path, form, topics = (
             self._path(arguments.get("name")),
             arguments.get("format"),
@@ -208,12 +213,22 @@ class BagViews:
             raise RequestRefused(f"format must be one of {', '.join(FORMATS)}, and topics a list of names")
         range_ns = tuple(round(_number(arguments, key) * NS_PER_S) for key in ("begin", "end"))
         wanted = {topic_name({"name": each}) for each in topics}
-        work = self._system.computations.run
-        with tempfile.TemporaryFile() as file:
-            await work(_export, path, self._playback().layout, wanted, (range_ns[0], range_ns[1]), form, file)
-            file.seek(0)
-            while piece := await work(file.read, PIECE_BYTES):
-                yield piece
+        layout, work = self._playback().layout, self._system.computations.run
+        limit = process_limits().page_exports
+        if self._exports >= limit:
+            what = "too many exports are running; try again when one has ended"
+            raise RequestRefused(f"{what}; {limit_text('page_exports', limit)}")
+        self._exports += 1
+        try:
+            with tempfile.TemporaryFile() as file:
+                await work(_export, path, layout, wanted, (range_ns[0], range_ns[1]), form, file)
+                file.seek(0)
+                while piece := await work(file.read, PIECE_BYTES):
+                    yield piece
+        except OSError as error:  # also from closing the file; other errors would be retried
+            raise RequestRefused(f"cannot export: {error}") from None
+        finally:
+            self._exports -= 1
         yield {"done": True}
 
     def _playback(self) -> BagPlayback:
@@ -280,11 +295,11 @@ def _export(
     form: str,
     file: IO[bytes],
 ) -> None:
-    with _reader(path, layout) as reader:
-        try:
+    try:
+        with _reader(path, layout) as reader:
             export(reader, topics, range_ns, form, file, process_limits().page_export_bytes)
-        except PiprosError as error:
-            raise RequestRefused(str(error)) from None
+    except PiprosError as error:
+        raise RequestRefused(str(error)) from None
 
 
 def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:

@@ -27,6 +27,7 @@ COMPUTED_S = 0.2
 """Maximum processor time per second spent on one curve. Further messages count as lost.
 
 If a single sample of an expression takes longer, the curve ends, because browsers may send any expression.
+Curves of whole bags end then, too.
 """
 CLOCK_TOPIC = "/clock"
 
