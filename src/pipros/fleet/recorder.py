@@ -222,8 +222,9 @@ class Recorder:
                     self._record(*found)
             except LinkFailed:
                 return  # the session was closed
-            except (PiprosError, OSError) as error:
-                self._warn(f"the history is incomplete: {error}")
+            except Exception as error:  # one member must not end the recording of all others
+                self._warn(f"the history is incomplete: {error or type(error).__name__}")
+                self._events.wake()  # other messages may be waiting
 
     def _next_message(self) -> tuple[str, bytes, bytes, bool] | None:
         with self._lock:

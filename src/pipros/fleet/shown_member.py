@@ -208,6 +208,15 @@ class ShownMember:
 def read_definition(content: bytes, md5sum: str, limit_bytes: int) -> str:
     """Return a definition's text from another member; empty if it is malformed or has another MD5 sum."""
     match read_json(content) if len(content) <= limit_bytes else None:
-        case [str(found), str(text)] if found == md5sum:
+        case [str(found), str(text)] if found == md5sum and _is_encodable(text):
             return text
     return ""
+
+
+def _is_encodable(text: str) -> bool:
+    """Return whether a text can be encoded as UTF-8. JSON may contain lone surrogates, which cannot."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
