@@ -345,3 +345,36 @@ def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -
             assert len(held) == 2
         finally:
             hostile.close()
+
+
+def test_topics_and_services_of_all_members_together_are_limited(claimed_port: ClaimedPort) -> None:
+    topics = tuple(Entry(f"/topic{number}", "std_msgs/String", String._md5sum) for number in range(5))
+    services = (Entry("/service0", "a/B", "0" * 32), Entry("/service1", "a/B", "0" * 32))
+    directories = {
+        "first": (topics[:2], topics[2:4], services),
+        "second": (topics, (), ()),
+        "third": (topics[:3], topics[3:], services),
+        "last": ((), (), ()),
+    }
+    with (
+        running_router(claimed_port.number) as address,
+        Member("operator", address, limits={"fleet_topics": 5}) as operator,
+    ):
+        others = connect(address)
+        try:
+            held = []
+            for name, offers in directories.items():
+                instance = new_instance()
+                answer = _answering(to_json(Directory(name, instance, 1, *offers)))
+                held.append(others.serve(keys.directory(name), answer))
+                held.append(others.declare_token(keys.live(name, 1, instance)))
+                wait_until(lambda name=name: name in operator.agent.shown, 15, name)
+            shown = {
+                name: (len(each.sinks), len(each.inputs), len(each.services))
+                for name, each in operator.agent.shown.items()
+            }
+            assert shown == {"first": (2, 2, 1), "second": (0, 0, 0), "third": (0, 0, 0), "last": (0, 0, 0)}
+            assert any("too many topics are shown" in each for each in operator.warnings)
+            assert len(held) == 8
+        finally:
+            others.close()

@@ -126,7 +126,7 @@ class Limits(NamedTuple):
         ros2_history_bytes: the messages that one writer keeps for readers of ROS 2.
         ros2_inbox_bytes: messages of ROS 2 that wait for one callback, or for a service's answer.
         fleet_members: other members of a fleet that a member shows.
-        fleet_topics: topics of all these members that it shows.
+        fleet_topics: topics and services of all these members that it shows.
         fleet_directory_bytes: a member's directory.
         fleet_message_bytes: a message, a request or a reply over a fleet link, also once it is decompressed.
         fleet_queue_bytes: messages that wait to be sent over a fleet link.

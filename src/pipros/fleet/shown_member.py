@@ -70,17 +70,21 @@ class ShownMember:
             self._node.log.warning("[%s] of [%s] is not shown: %s", entry.name, self.directory.member, error)
 
     def settle(self, room: int) -> int:
-        """Update the local master according to the directory. Return the number of topics.
+        """Update the local master according to the directory. Return the number of topics and services in it.
 
-        `room`: maximum number of topics to show.
+        `room`: maximum number of topics and services to show.
         """
-        self._settle_sinks({entry.name: entry for entry in self.directory.shared[:room]})
-        self._settle_inputs({entry.name: entry for entry in self.directory.accepted[:room]})
-        self._settle_services({entry.name: entry for entry in self.directory.services[:room]})
+        directory = self.directory
+        shared = directory.shared[:room]
+        accepted = directory.accepted[: room - len(shared)]
+        services = directory.services[: room - len(shared) - len(accepted)]
+        self._settle_sinks({entry.name: entry for entry in shared})
+        self._settle_inputs({entry.name: entry for entry in accepted})
+        self._settle_services({entry.name: entry for entry in services})
         wanted = {name for name, sink in self.sinks.items() if sink.is_wanted}
         wanted.update(
             outcome
-            for entry in self.directory.shared[:room]
+            for entry in shared
             if entry.name in wanted
             for outcome in outcome_topics(entry)
             if outcome in self.sinks
@@ -89,7 +93,7 @@ class ShownMember:
             self._receive(name, self.sinks[name])
         for name in self._received.keys() - wanted:
             self._received.pop(name).undeclare()
-        return len(self.directory.shared)
+        return len(directory.shared) + len(directory.accepted) + len(directory.services)
 
     def wanted(self) -> frozenset[str]:
         """Return the topics that local nodes subscribe to, with the outcome topics of their actions."""
