@@ -11,7 +11,7 @@ import json
 import logging
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import astuple
 from typing import Final
@@ -36,6 +36,10 @@ _REQUEST_S: Final = 3.0
 _ENDING_S: Final = 0.3
 _MOST_PUBLISHERS: Final = 100
 """Maximum number of publishers per topic that are recorded separately."""
+_LATCHED_BYTES: Final = FILE_BYTES // 4
+"""Maximum size of a member's latched messages, so that the files have room for other messages."""
+_HEADER_BYTES: Final = 256
+"""Approximate size of a connection in a file, without the definition."""
 
 
 class _Topic:
@@ -103,7 +107,7 @@ class Recorder:
         self._topics: dict[tuple[str, str], _Topic] = {}
         self._wishes: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
-        self._latched_bytes = 0
+        self._latched_bytes: Counter[str] = Counter()
         self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
         self._waiting_bytes = 0
         self._lock = threading.Lock()
@@ -299,14 +303,18 @@ class Recorder:
             connection = topic.connection(found.source, is_latched=is_latched)
             self._files.write(member, connection, time.time_ns(), body)
 
-    def _may_keep(self, topic: _Topic, source: int, size: int) -> bool:
+    def _may_keep(self, topic: _Topic, source: int, body_bytes: int) -> bool:
         """Return whether there is room to keep a latched message, which begins each subsequent file."""
+        size = body_bytes + len((topic.definition or "").encode()) + _HEADER_BYTES
         if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
             return False
-        before = topic.latched.get(source, 0)
-        if self._latched_bytes - before + size > self._limits.fleet_latched_bytes:
+        added = size - topic.latched.get(source, 0)
+        if (
+            self._latched_bytes[topic.member] + added > _LATCHED_BYTES
+            or self._latched_bytes.total() + added > self._limits.fleet_latched_bytes
+        ):
             return False
-        self._latched_bytes += size - before
+        self._latched_bytes[topic.member] += added
         topic.latched[source] = size
         return True
 

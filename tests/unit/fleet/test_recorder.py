@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import struct
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ from pipros.bag.connection import Connection
 from pipros.bag.opening import open_bag
 from pipros.fleet import keys
 from pipros.fleet.directory import Directory, Entry, to_json
-from pipros.fleet.history_files import SMALLEST_LIMIT_BYTES, HistoryFiles
+from pipros.fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFiles
 from pipros.fleet.messages import Attachment, pack
 from pipros.fleet.recorder import Recorder
 from pipros.fleet.zenoh_session import Answer
@@ -163,3 +164,25 @@ def test_an_unexpected_error_ends_no_recording_and_is_logged_once(
     recorder.close()
     assert recorded(tmp_path / "robot2") == ["kept 1", "kept 2"]
     assert caplog.messages == ["the history is incomplete: cannot pack"]
+
+
+def test_latched_messages_leave_room_in_the_files(
+    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path
+) -> None:
+    maps = [Entry(f"/map{number}", "std_msgs/String", String._md5sum) for number in range(4)]
+    link.join("robot1", *maps, TALK)
+    link.join("robot2", TALK)
+    wait_until(lambda: sum(map(len, link.wanted.values())) == 6, DEADLINE_S, "requests")
+    big = os.urandom(FILE_BYTES // 6).hex()  # lz4 cannot compress it
+    for entry in maps:
+        link.send("robot1", entry, 1, body(big), is_latched=True)
+    link.send("robot2", TALK, 1, body("latched"), is_latched=True)
+    for sequence in range(1, 11):
+        link.send("robot1", TALK, sequence, body("small"))
+        wait_until(lambda count=sequence: files.written == 5 + count, DEADLINE_S, "a message")
+    assert len(list((tmp_path / "robot1").iterdir())) <= 2
+    assert [each.messages for each in files.list("robot2")] == [1]
+    link.send("robot2", TALK, 2, body("later"))
+    wait_until(lambda: files.written == 16, DEADLINE_S, "a later message")
+    recorder.close()
+    assert sorted(recorded(tmp_path / "robot2")) == ["latched", "latched", "later"]
