@@ -36,6 +36,8 @@ _REQUEST_S: Final = 3.0
 _ENDING_S: Final = 0.3
 _MOST_PUBLISHERS: Final = 100
 """Maximum number of publishers per topic that are recorded separately."""
+_MOST_REQUESTS: Final = 32
+"""Maximum number of requests for files that are being answered or queued."""
 _LATCHED_BYTES: Final = FILE_BYTES // 4
 """Maximum size of a member's latched messages, so that the files have room for other messages."""
 _HEADER_BYTES: Final = 256
@@ -110,6 +112,7 @@ class Recorder:
         self._latched_bytes: Counter[str] = Counter()
         self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
         self._waiting_bytes = 0
+        self._requests = 0
         self._lock = threading.Lock()
         self._declared: list[Ends] = []
         self._thread = threading.Thread(target=self._run, name="recorder of a fleet", daemon=True)
@@ -166,7 +169,14 @@ class Recorder:
         _answer(question, wishes_to_json(wishes))
 
     def _on_history_request(self, question: Question) -> None:
-        self._workers.run(self._answer_history, question)
+        with self._lock:
+            has_room = self._requests < _MOST_REQUESTS
+            self._requests += has_room
+        if has_room:
+            self._workers.run(self._answer_history, question)
+        else:
+            question.refuse("the router has too many requests for its history; try again later")
+            question.close()
 
     # -- workers ------------------------------------------------------------------------------------
 
@@ -184,6 +194,8 @@ class Recorder:
             question.refuse(str(error))
         finally:
             question.close()
+            with self._lock:
+                self._requests -= 1
 
     def _request_directory(self, member: str) -> None:
         try:

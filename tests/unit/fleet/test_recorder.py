@@ -6,6 +6,7 @@ import json
 import logging
 import os
 import struct
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from pipros.bag.connection import Connection
 from pipros.bag.opening import open_bag
 from pipros.fleet import keys
 from pipros.fleet.directory import Directory, Entry, to_json
-from pipros.fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFiles
+from pipros.fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFile, HistoryFiles
 from pipros.fleet.messages import Attachment, pack
 from pipros.fleet.recorder import Recorder
 from pipros.fleet.zenoh_session import Answer
@@ -27,6 +28,25 @@ DEADLINE_S = 15
 MD5 = "0123456789abcdef" * 2
 RUN = "00" * 8
 String: Any = load_message_class("std_msgs/String")
+
+
+class FakeQuestion:
+    """Request whose answer is stored."""
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+        self.answers: list[bytes] = []
+        self.refusal = ""
+        self.is_closed = False
+
+    def answer(self, payload: bytes) -> None:
+        self.answers.append(payload)
+
+    def refuse(self, reason: str) -> None:
+        self.refusal = reason
+
+    def close(self) -> None:
+        self.is_closed = True
 
 
 class FakeLink:
@@ -40,11 +60,16 @@ class FakeLink:
     def __init__(self) -> None:
         self.answers: dict[str, bytes] = {}
         self.wanted: dict[str, list[str]] = {}
+        self._served: dict[str, Callable[..., object]] = {}
         self._subscribers: dict[str, Callable[..., object]] = {}
         self._on_token: Callable[[str, bool], object] = print
 
     def serve(self, pattern: str, on_question: Callable[..., object]) -> None:
-        del pattern, on_question
+        self._served[pattern] = on_question
+
+    def ask(self, pattern: str, question: FakeQuestion) -> None:
+        """Play a member that sends a request."""
+        self._served[pattern](question)
 
     def subscribe(self, pattern: str, on_message: Callable[..., object]) -> None:
         self._subscribers[pattern] = on_message
@@ -92,11 +117,20 @@ class Files(HistoryFiles):
     """Files that cannot be written for one member.
 
     Attributes:
+        can_list: event for which `list` waits.
         written: number of messages written.
     """
 
     broken = ""
     written = 0
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder, SMALLEST_LIMIT_BYTES)
+        self.can_list = threading.Event()
+
+    def list(self, member: str) -> list[HistoryFile]:
+        self.can_list.wait(DEADLINE_S)
+        return super().list(member)
 
     def write(self, member: str, connection: Connection, time_ns: int, data: bytes) -> None:
         if member == self.broken:
@@ -107,7 +141,7 @@ class Files(HistoryFiles):
 
 @pytest.fixture
 def files(tmp_path: Path) -> Files:
-    return Files(tmp_path, SMALLEST_LIMIT_BYTES)
+    return Files(tmp_path)
 
 
 @pytest.fixture
@@ -181,8 +215,32 @@ def test_latched_messages_leave_room_in_the_files(
         link.send("robot1", TALK, sequence, body("small"))
         wait_until(lambda count=sequence: files.written == 5 + count, DEADLINE_S, "a message")
     assert len(list((tmp_path / "robot1").iterdir())) <= 2
+    files.can_list.set()
     assert [each.messages for each in files.list("robot2")] == [1]
     link.send("robot2", TALK, 2, body("later"))
     wait_until(lambda: files.written == 16, DEADLINE_S, "a later message")
     recorder.close()
     assert sorted(recorded(tmp_path / "robot2")) == ["latched", "latched", "later"]
+
+
+def test_surplus_requests_for_the_history_are_refused(
+    link: FakeLink, recorder: Recorder, files: Files
+) -> None:
+    questions = [FakeQuestion(keys.history("robot1")) for _ in range(40)]
+    for question in questions:
+        link.ask(keys.history("*"), question)
+    assert [each.is_closed for each in questions] == 32 * [False] + 8 * [True]
+    assert {each.refusal for each in questions[32:]} == {
+        "the router has too many requests for its history; try again later"
+    }
+    files.can_list.set()
+    wait_until(lambda: all(each.is_closed for each in questions), DEADLINE_S, "the answers")
+    assert all(each.answers == [b"[]"] for each in questions[:32])
+    wait_until(lambda: _answered(link), DEADLINE_S, "room for another request")
+
+
+def _answered(link: FakeLink) -> bool:
+    question = FakeQuestion(keys.history("robot1"))
+    link.ask(keys.history("*"), question)
+    wait_until(lambda: question.is_closed, DEADLINE_S, "an answer")
+    return question.answers == [b"[]"]
