@@ -378,3 +378,47 @@ def test_topics_and_services_of_all_members_together_are_limited(claimed_port: C
             assert len(held) == 8
         finally:
             others.close()
+
+
+def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
+    claimed_port: ClaimedPort,
+) -> None:
+    md5sum, text = "0" * 32, "string data  # " + 60 * "x"
+    both = (Entry("/topic0", "a/Type0", md5sum), Entry("/topic1", "a/Type1", md5sum))
+    requested: list[str] = []
+
+    def answer(question: Any) -> None:
+        requested.append(question.key)
+        question.answer(json.dumps([md5sum, text]).encode())
+        question.close()
+
+    with (
+        running_router(claimed_port.number) as address,
+        Member("operator", address, limits={"definition_cache_bytes": 100}) as operator,
+    ):
+        other = connect(address)
+        try:
+            instance = new_instance()
+            held = [
+                other.serve(keys.definition("robot1", "*"), answer),
+                other.serve(
+                    keys.directory("robot1"), _answering(to_json(Directory("robot1", instance, 1, both)))
+                ),
+                other.declare_token(keys.live("robot1", 1, instance)),
+            ]
+            operator.wait_for_topic("/robot1/topic0")
+            operator.wait_for_topic("/robot1/topic1")
+            expected = "too many definitions of [robot1]"
+            assert [each for each in operator.warnings if expected in each] == operator.warnings
+            for revision, entries in enumerate([(), both[:1], (), both[:1]], 2):
+                other.put(keys.directory("robot1"), to_json(Directory("robot1", instance, revision, entries)))
+                names = {entry.name for entry in entries}
+                sinks = operator.agent.shown["robot1"].sinks
+                wait_until(lambda sinks=sinks, names=names: sinks.keys() == names, 15, "the change")
+            assert sorted(requested) == 3 * [keys.definition("robot1", "a/Type0")] + [
+                keys.definition("robot1", "a/Type1")
+            ]
+            assert len(operator.warnings) == 1
+            assert len(held) == 3
+        finally:
+            other.close()

@@ -85,7 +85,8 @@ class Limits(NamedTuple):
         lookups: concurrent look-ups of host names.
         subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition from a peer or a bag.
-        definition_cache_bytes: definitions whose classes are kept for the next message.
+        definition_cache_bytes: definitions whose classes are kept for the next message; also those of a fleet
+            member.
         definition_types: types in one definition.
         definition_fields: fields and constants of all types in one definition, or of one type in a file.
             Fields of embedded types count each time.
