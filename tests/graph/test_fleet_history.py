@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from pipros.bag.opening import open_bag
 from pipros.fleet.access import Role
 from pipros.fleet.agent import new_instance
 from pipros.fleet.certificates import Authority
-from pipros.fleet.history_files import SMALLEST_LIMIT_BYTES, HistoryFiles
+from pipros.fleet.history_files import COMPLETION_S, SMALLEST_LIMIT_BYTES, HistoryFiles
 from pipros.fleet.key_files import read_keys
 from pipros.fleet.recorder import Recorder
 from pipros.fleet.status import history_file, history_of
@@ -30,7 +31,8 @@ def recorded(path: Path) -> list[tuple[str, str]]:
 def test_an_operator_who_joins_late_gets_the_history(claimed_port: ClaimedPort, tmp_path: Path) -> None:
     address = f"tcp/127.0.0.1:{claimed_port.number}"
     router = open_router([address])
-    files = HistoryFiles(tmp_path / "history", SMALLEST_LIMIT_BYTES)
+    clock = itertools.count(step=COMPLETION_S).__next__
+    files = HistoryFiles(tmp_path / "history", SMALLEST_LIMIT_BYTES, clock=clock)
     recorder = Recorder(router, files, new_instance(), ["/odom", "/map"], log=logging.getLogger("test"))
     recorder.start()
     try:

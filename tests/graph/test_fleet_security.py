@@ -345,3 +345,80 @@ def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -
             assert len(held) == 2
         finally:
             hostile.close()
+
+
+def test_topics_and_services_of_all_members_together_are_limited(claimed_port: ClaimedPort) -> None:
+    topics = tuple(Entry(f"/topic{number}", "std_msgs/String", String._md5sum) for number in range(5))
+    services = (Entry("/service0", "a/B", "0" * 32), Entry("/service1", "a/B", "0" * 32))
+    directories = {
+        "first": (topics[:2], topics[2:4], services),
+        "second": (topics, (), ()),
+        "third": (topics[:3], topics[3:], services),
+        "last": ((), (), ()),
+    }
+    with (
+        running_router(claimed_port.number) as address,
+        Member("operator", address, limits={"fleet_topics": 5}) as operator,
+    ):
+        others = connect(address)
+        try:
+            held = []
+            for name, offers in directories.items():
+                instance = new_instance()
+                answer = _answering(to_json(Directory(name, instance, 1, *offers)))
+                held.append(others.serve(keys.directory(name), answer))
+                held.append(others.declare_token(keys.live(name, 1, instance)))
+                wait_until(lambda name=name: name in operator.agent.shown, 15, name)
+            shown = {
+                name: (len(each.sinks), len(each.inputs), len(each.services))
+                for name, each in operator.agent.shown.items()
+            }
+            assert shown == {"first": (2, 2, 1), "second": (0, 0, 0), "third": (0, 0, 0), "last": (0, 0, 0)}
+            assert any("too many topics are shown" in each for each in operator.warnings)
+            assert len(held) == 8
+        finally:
+            others.close()
+
+
+def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
+    claimed_port: ClaimedPort,
+) -> None:
+    md5sum, text = "0" * 32, "string data  # " + 60 * "x"
+    both = (Entry("/topic0", "a/Type0", md5sum), Entry("/topic1", "a/Type1", md5sum))
+    requested: list[str] = []
+
+    def answer(question: Any) -> None:
+        requested.append(question.key)
+        question.answer(json.dumps([md5sum, text]).encode())
+        question.close()
+
+    with (
+        running_router(claimed_port.number) as address,
+        Member("operator", address, limits={"definition_cache_bytes": 100}) as operator,
+    ):
+        other = connect(address)
+        try:
+            instance = new_instance()
+            held = [
+                other.serve(keys.definition("robot1", "*"), answer),
+                other.serve(
+                    keys.directory("robot1"), _answering(to_json(Directory("robot1", instance, 1, both)))
+                ),
+                other.declare_token(keys.live("robot1", 1, instance)),
+            ]
+            operator.wait_for_topic("/robot1/topic0")
+            operator.wait_for_topic("/robot1/topic1")
+            expected = "too many definitions of [robot1]"
+            assert [each for each in operator.warnings if expected in each] == operator.warnings
+            for revision, entries in enumerate([(), both[:1], (), both[:1]], 2):
+                other.put(keys.directory("robot1"), to_json(Directory("robot1", instance, revision, entries)))
+                names = {entry.name for entry in entries}
+                sinks = operator.agent.shown["robot1"].sinks
+                wait_until(lambda sinks=sinks, names=names: sinks.keys() == names, 15, "the change")
+            assert sorted(requested) == 3 * [keys.definition("robot1", "a/Type0")] + [
+                keys.definition("robot1", "a/Type1")
+            ]
+            assert len(operator.warnings) == 1
+            assert len(held) == 3
+        finally:
+            other.close()

@@ -38,6 +38,8 @@ AFTER_ALL = 1 << 64
 """A number larger than any timestamp (ns)."""
 
 _OF_HEADER = ("callerid", "latching", "md5sum", "topic")
+MAX_CONNECTIONS = 65_535
+"""Maximum number of connections of a file: the ids of channels are 16-bit numbers > 0."""
 
 
 @contextmanager
@@ -256,7 +258,13 @@ class McapWriter:
         return int(self._file.tell())
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
-        """Add a connection; see `BagWriter.add_connection`."""
+        """Add a connection; see `BagWriter.add_connection`.
+
+        Raises:
+            BagError: the file has MAX_CONNECTIONS already.
+        """
+        if len(self._channels) >= MAX_CONNECTIONS:
+            raise BagError(f"an MCAP file can have at most {MAX_CONNECTIONS} connections")
         connection = Connection(len(self._channels), topic, dict(header))
         key = connection.type, bytes(header.get("message_definition", b""))
         if key not in self._schemas:

@@ -85,7 +85,8 @@ class Limits(NamedTuple):
         lookups: concurrent look-ups of host names.
         subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition from a peer or a bag.
-        definition_cache_bytes: definitions whose classes are kept for the next message.
+        definition_cache_bytes: definitions whose classes are kept for the next message; also those of a fleet
+            member.
         definition_types: types in one definition.
         definition_fields: fields and constants of all types in one definition, or of one type in a file.
             Fields of embedded types count each time.
@@ -127,7 +128,7 @@ class Limits(NamedTuple):
         ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
         ros2_inbox_bytes: ROS 2 messages that wait for one callback, or for a service's answer.
         fleet_members: other members of a fleet that a member shows.
-        fleet_topics: topics of all these members that it shows.
+        fleet_topics: topics and services of all these members that it shows.
         fleet_directory_bytes: a member's directory.
         fleet_message_bytes: a message, a request or a reply over a fleet link, also once it is decompressed.
         fleet_queue_bytes: messages that wait to be sent over a fleet link.

@@ -5,10 +5,11 @@ Needs the extra `mcap`.
 
 from __future__ import annotations
 
+import math
 import re
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -21,6 +22,8 @@ from pipros.bag.record_files import FileOptions, RecordFiles
 FILE_BYTES: Final = 8 * 1024 * 1024
 """Size at which a new file is started. Larger messages are not recorded."""
 SMALLEST_LIMIT_BYTES: Final = 4 * FILE_BYTES
+COMPLETION_S: Final = 10.0
+"""Minimum interval between two completions of a member's current file for readers."""
 _CHUNK_BYTES: Final = 64 * 1024
 _NAME: Final = re.compile(r"[\w-]{1,100}\.mcap", re.ASCII)
 
@@ -48,8 +51,12 @@ class HistoryFiles:
     file of the member with the largest history is deleted.
     """
 
-    def __init__(self, folder: str | Path, limit_bytes: int) -> None:
+    def __init__(
+        self, folder: str | Path, limit_bytes: int, *, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         """Create the folder.
+
+        `clock`: returns a time in s.
 
         Raises:
             ValueError: the limit is less than SMALLEST_LIMIT_BYTES.
@@ -62,6 +69,8 @@ class HistoryFiles:
         self._folder = Path(folder)
         self._folder.mkdir(parents=True, exist_ok=True)
         self._limit_bytes = limit_bytes
+        self._clock = clock
+        self._completed_s: dict[str, float] = {}
         self._unchecked_bytes = FILE_BYTES
         self._files: dict[str, RecordFiles] = {}
         self._open: set[str] = set()
@@ -95,10 +104,17 @@ class HistoryFiles:
             files.write(StoredMessage(connection, time_ns, data))
 
     def list(self, member: str) -> list[HistoryFile]:
-        """Complete the current file of a member, and return all of its files, oldest first."""
+        """Return the complete files of a member, oldest first.
+
+        The current file is completed, unless this was done less than COMPLETION_S ago, because each file
+        begins with all latched messages.
+        """
         with self._lock:
-            self._complete(member)
-            found = [_described(path) for path in sorted((self._folder / member).glob("*.mcap"))]
+            now_s = self._clock()
+            if member in self._open and now_s - self._completed_s.get(member, -math.inf) >= COMPLETION_S:
+                self._completed_s[member] = now_s
+                self._complete(member)
+        found = [_described(path) for path in sorted((self._folder / member).glob("*.mcap"))]
         return sorted((each for each in found if each is not None), key=lambda each: each.begin_ns)
 
     def read(self, member: str, name: str) -> bytes | None:

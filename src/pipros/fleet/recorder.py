@@ -11,7 +11,7 @@ import json
 import logging
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 from dataclasses import astuple
 from typing import Final
@@ -36,6 +36,12 @@ _REQUEST_S: Final = 3.0
 _ENDING_S: Final = 0.3
 _MOST_PUBLISHERS: Final = 100
 """Maximum number of publishers per topic that are recorded separately."""
+_MOST_REQUESTS: Final = 32
+"""Maximum number of requests for files that are being answered or queued."""
+_LATCHED_BYTES: Final = FILE_BYTES // 4
+"""Maximum size of a member's latched messages, so that the files have room for other messages."""
+_HEADER_BYTES: Final = 256
+"""Approximate size of a connection in a file, without the definition."""
 
 
 class _Topic:
@@ -103,9 +109,10 @@ class Recorder:
         self._topics: dict[tuple[str, str], _Topic] = {}
         self._wishes: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
-        self._latched_bytes = 0
+        self._latched_bytes: Counter[str] = Counter()
         self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
         self._waiting_bytes = 0
+        self._requests = 0
         self._lock = threading.Lock()
         self._declared: list[Ends] = []
         self._thread = threading.Thread(target=self._run, name="recorder of a fleet", daemon=True)
@@ -162,7 +169,14 @@ class Recorder:
         _answer(question, wishes_to_json(wishes))
 
     def _on_history_request(self, question: Question) -> None:
-        self._workers.run(self._answer_history, question)
+        with self._lock:
+            has_room = self._requests < _MOST_REQUESTS
+            self._requests += has_room
+        if has_room:
+            self._workers.run(self._answer_history, question)
+        else:
+            question.refuse("the router has too many requests for its history; try again later")
+            question.close()
 
     # -- workers ------------------------------------------------------------------------------------
 
@@ -180,6 +194,8 @@ class Recorder:
             question.refuse(str(error))
         finally:
             question.close()
+            with self._lock:
+                self._requests -= 1
 
     def _request_directory(self, member: str) -> None:
         try:
@@ -222,8 +238,9 @@ class Recorder:
                     self._record(*found)
             except LinkFailed:
                 return  # the session was closed
-            except (PiprosError, OSError) as error:
-                self._warn(f"the history is incomplete: {error}")
+            except Exception as error:  # one member must not end the recording of all others
+                self._warn(f"the history is incomplete: {error or type(error).__name__}")
+                self._events.wake()  # other messages may be waiting
 
     def _next_message(self) -> tuple[str, bytes, bytes, bool] | None:
         with self._lock:
@@ -298,14 +315,18 @@ class Recorder:
             connection = topic.connection(found.source, is_latched=is_latched)
             self._files.write(member, connection, time.time_ns(), body)
 
-    def _may_keep(self, topic: _Topic, source: int, size: int) -> bool:
+    def _may_keep(self, topic: _Topic, source: int, body_bytes: int) -> bool:
         """Return whether there is room to keep a latched message, which begins each subsequent file."""
+        size = body_bytes + len((topic.definition or "").encode()) + _HEADER_BYTES
         if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
             return False
-        before = topic.latched.get(source, 0)
-        if self._latched_bytes - before + size > self._limits.fleet_latched_bytes:
+        added = size - topic.latched.get(source, 0)
+        if (
+            self._latched_bytes[topic.member] + added > _LATCHED_BYTES
+            or self._latched_bytes.total() + added > self._limits.fleet_latched_bytes
+        ):
             return False
-        self._latched_bytes += size - before
+        self._latched_bytes[topic.member] += added
         topic.latched[source] = size
         return True
 

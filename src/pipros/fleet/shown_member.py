@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text
 from pipros.fleet import keys
 from pipros.fleet.calls import RemoteService
 from pipros.fleet.directory import Directory, Entry, read_json
@@ -14,6 +16,7 @@ from pipros.fleet.fleet_file import Priority, Rule
 from pipros.fleet.local_graph import outcome_topics
 from pipros.fleet.sinks import Sink
 from pipros.fleet.sources import Sender, Source
+from pipros.fleet.warnings_once import WarningsOnce
 from pipros.fleet.zenoh_session import Ends, Link, LinkFailed
 from pipros.msg.class_finder import installed_class
 from pipros.net.workers import Workers
@@ -55,32 +58,39 @@ class ShownMember:
         self._me = me
         self._workers = workers
         self._wake = wake
+        self._warn = WarningsOnce(node.log)
         self._definitions: dict[tuple[str, str], str | None] = {}
+        self._lock = threading.Lock()
         self._received: dict[str, Ends] = {}
         self._refused: set[Entry] = set()
         self._is_closed = False
 
     @contextmanager
     def _once(self, entry: Entry) -> Iterator[None]:
-        """Log why a name cannot be shown, and never try it again, because other members choose the names."""
+        """Log why a name cannot be shown, and do not try it again, because other members choose the names."""
         try:
             yield
         except PiprosError as error:
             self._refused.add(entry)
-            self._node.log.warning("[%s] of [%s] is not shown: %s", entry.name, self.directory.member, error)
+            self._warn(f"[{entry.name}] of [{self.directory.member}] is not shown: {error}")
 
     def settle(self, room: int) -> int:
-        """Update the local master according to the directory. Return the number of topics.
+        """Update the local master according to the directory. Return the number of topics and services in it.
 
-        `room`: maximum number of topics to show.
+        `room`: maximum number of topics and services to show.
         """
-        self._settle_sinks({entry.name: entry for entry in self.directory.shared[:room]})
-        self._settle_inputs({entry.name: entry for entry in self.directory.accepted[:room]})
-        self._settle_services({entry.name: entry for entry in self.directory.services[:room]})
+        directory = self.directory
+        shared = directory.shared[:room]
+        accepted = directory.accepted[: room - len(shared)]
+        services = directory.services[: room - len(shared) - len(accepted)]
+        self._forget({*shared, *accepted, *services})
+        self._settle_sinks({entry.name: entry for entry in shared})
+        self._settle_inputs({entry.name: entry for entry in accepted})
+        self._settle_services({entry.name: entry for entry in services})
         wanted = {name for name, sink in self.sinks.items() if sink.is_wanted}
         wanted.update(
             outcome
-            for entry in self.directory.shared[:room]
+            for entry in shared
             if entry.name in wanted
             for outcome in outcome_topics(entry)
             if outcome in self.sinks
@@ -89,7 +99,7 @@ class ShownMember:
             self._receive(name, self.sinks[name])
         for name in self._received.keys() - wanted:
             self._received.pop(name).undeclare()
-        return len(self.directory.shared)
+        return len(directory.shared) + len(directory.accepted) + len(directory.services)
 
     def wanted(self) -> frozenset[str]:
         """Return the topics that local nodes subscribe to, with the outcome topics of their actions."""
@@ -101,6 +111,13 @@ class ShownMember:
         self._settle_sinks({})
         self._settle_inputs({})
         self._settle_services({})
+
+    def _forget(self, offered: set[Entry]) -> None:
+        """Forget all definitions and errors except those of the given entries."""
+        self._refused &= offered
+        with self._lock:
+            for key in self._definitions.keys() - {(entry.type, entry.md5sum) for entry in offered}:
+                del self._definitions[key]
 
     def _local(self, entry: Entry) -> Entry:
         return Entry(f"/{self.directory.member}{entry.name}", entry.type, entry.md5sum, entry.timeout_s)
@@ -180,34 +197,56 @@ class ShownMember:
     def _definition(self, entry: Entry) -> str | None:
         """Return the definition of a message type; None while it is being requested."""
         key = entry.type, entry.md5sum
-        if key not in self._definitions:
-            found = installed_class(entry.type)
-            has_same = found is not None and found._md5sum == entry.md5sum
-            self._definitions[key] = found._full_text if found is not None and has_same else None
-            if not has_same:
-                self._workers.run(self._request_definition, key)
-        return self._definitions[key]
+        with self._lock:
+            if key in self._definitions:
+                return self._definitions[key]
+        found = installed_class(entry.type)
+        has_same = found is not None and found._md5sum == entry.md5sum
+        text = found._full_text if found is not None and has_same else None
+        with self._lock:
+            self._definitions[key] = text
+        if text is None:
+            self._workers.run(self._request_definition, key)
+        return text
 
     def _request_definition(self, key: tuple[str, str]) -> None:
         """Request the definition of a message type. Without an answer, the topic is shown without one."""
         kind, md5sum = key
-        text = ""
+        limits, text = self._node.limits, ""
+        if self._definitions.get(key, "") is not None:
+            return  # received in the meantime, or no longer needed
         try:
             for answer in self._link.get(
                 keys.definition(self.directory.member, kind),
                 timeout_s=_REQUEST_S,
                 ended=lambda: self._is_closed,
             ):
-                text = read_definition(answer.payload, md5sum, self._node.limits.definition_bytes) or text
+                text = read_definition(answer.payload, md5sum, limits.definition_bytes) or text
         except PiprosError as error:
             self._node.log.debug("%s", error)
-        self._definitions[key] = text
+        with self._lock:
+            used_bytes = sum(len(each or "") for each in self._definitions.values())
+            has_room = used_bytes + len(text) <= limits.definition_cache_bytes
+            if key in self._definitions:
+                self._definitions[key] = text if has_room else ""
+        if not has_room:
+            limit = limit_text("definition_cache_bytes", limits.definition_cache_bytes)
+            self._warn(f"too many definitions of [{self.directory.member}]; {limit}")
         self._wake()
 
 
 def read_definition(content: bytes, md5sum: str, limit_bytes: int) -> str:
     """Return a definition's text from another member; empty if it is malformed or has another MD5 sum."""
     match read_json(content) if len(content) <= limit_bytes else None:
-        case [str(found), str(text)] if found == md5sum:
+        case [str(found), str(text)] if found == md5sum and _is_encodable(text):
             return text
     return ""
+
+
+def _is_encodable(text: str) -> bool:
+    """Return whether a text can be encoded as UTF-8. JSON may contain lone surrogates, which cannot."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -104,8 +104,8 @@ class ShownMembers:
         """Update the local master to match the members' directories."""
         room = self._node.limits.fleet_topics
         for shown in list(self.members.values()):
-            room -= shown.settle(room)
-        if room <= 0:
+            room -= shown.settle(max(room, 0))
+        if room < 0:
             limit = limit_text("fleet_topics", self._node.limits.fleet_topics)
             self._warn(f"too many topics are shown; {limit}")
 

@@ -77,7 +77,7 @@ def history_of(link: Link, member: str) -> list[HistoryFile] | None:
     """Return the files that a router recorded for a member, oldest first; None if no router records.
 
     Raises:
-        LinkFailed: the router cannot read its files.
+        LinkFailed: the router cannot read its files, or has too many requests.
     """
     answers = link.get(keys.history(member), timeout_s=HISTORY_S)
     return list(read_rows(read_json(answers[-1].payload))) if answers else None

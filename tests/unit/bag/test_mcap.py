@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from pipros.bag import BagError
 from pipros.bag.connection import StoredMessage, received_connection
-from pipros.bag.mcap_files import McapWriter, recover
+from pipros.bag.mcap_files import MAX_CONNECTIONS, McapWriter, recover
 from pipros.bag.opening import open_bag
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.rewrite import copy_chosen
@@ -249,3 +249,19 @@ def contents_of_active(path: Path) -> list[str]:
     with open("copy.mcap", "w+b") as file:
         recover(path, file, process_limits(), lambda _: None)
     return [row[1] for row in contents("copy.mcap")]
+
+
+def test_a_file_with_too_many_connections_is_completed_without_the_surplus(tmp_path: Path) -> None:
+    path = tmp_path / "many.mcap"
+    with path.open("w+b") as file:
+        writer = McapWriter(file)
+        header = {"type": b"std_msgs/String", "md5sum": String._md5sum.encode()}
+        for number in range(MAX_CONNECTIONS):
+            writer.add_connection(f"/topic{number}", header)
+        with pytest.raises(BagError, match="an MCAP file can have at most 65535 connections"):
+            writer.add_connection("/surplus", header)
+        writer.finish()
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    assert len(summary.channels) == MAX_CONNECTIONS

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,10 @@ from typing import Any
 import pytest
 
 from pipros.bag.connection import Connection
+from pipros.bag.mcap_files import McapReader
 from pipros.bag.opening import open_bag
 from pipros.fleet.history_files import (
+    COMPLETION_S,
     FILE_BYTES,
     SMALLEST_LIMIT_BYTES,
     HistoryFile,
@@ -57,6 +60,45 @@ def test_files_can_be_read_while_recording_continues(tmp_path: Path) -> None:
     assert files.read("robot1", names[0]) == (tmp_path / "robot1" / names[0]).read_bytes()
     assert {name for name, _ in BagFolder(tmp_path).names()} == {f"robot1/{name}" for name in names}
     assert files.list("robot2") == []
+
+
+def test_requests_complete_a_file_only_at_intervals(tmp_path: Path) -> None:
+    now_s = 100.0
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES, clock=lambda: now_s)
+    map_topic = connection("/robot1/map", latching=True)
+    for number in range(5):
+        files.write("robot1", map_topic, number * S, body("map"))
+        assert len(files.list("robot1")) == 1
+    files.write("robot2", connection("/robot2/odom"), 1 * S, body("other"))
+    assert len(files.list("robot2")) == 1
+    now_s += COMPLETION_S
+    assert len(files.list("robot1")) == 2
+    files.close()
+
+
+def test_files_are_described_while_another_thread_writes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    files.write("robot1", connection("/robot1/odom"), 1 * S, body("first"))
+    files.close()
+    (tmp_path / "robot1" / "removed.mcap").symlink_to("missing")
+
+    class SlowReader(McapReader):
+        """Reader that returns once another thread has written."""
+
+        def __init__(self, path: Path) -> None:
+            writer = threading.Thread(
+                target=files.write, args=("robot2", connection("/robot2/odom"), 1 * S, b""), daemon=True
+            )
+            writer.start()
+            writer.join(10)
+            assert not writer.is_alive()
+            super().__init__(path)
+
+    monkeypatch.setattr("pipros.fleet.history_files.McapReader", SlowReader)
+    assert [each.messages for each in files.list("robot1")] == [1]
+    files.close()
 
 
 def test_the_member_with_the_largest_files_loses_its_oldest_one(tmp_path: Path) -> None:

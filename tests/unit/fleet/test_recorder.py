@@ -1,0 +1,246 @@
+"""The recorder's thread and its limits, with a link that the tests play."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import struct
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipros.bag.connection import Connection
+from pipros.bag.opening import open_bag
+from pipros.fleet import keys
+from pipros.fleet.directory import Directory, Entry, to_json
+from pipros.fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFile, HistoryFiles
+from pipros.fleet.messages import Attachment, pack
+from pipros.fleet.recorder import Recorder
+from pipros.fleet.zenoh_session import Answer
+from pipros.msg import load_message_class
+from tests.support.waiting import wait_until
+
+DEADLINE_S = 15
+MD5 = "0123456789abcdef" * 2
+RUN = "00" * 8
+String: Any = load_message_class("std_msgs/String")
+
+
+class FakeQuestion:
+    """Request whose answer is stored."""
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+        self.answers: list[bytes] = []
+        self.refusal = ""
+        self.is_closed = False
+
+    def answer(self, payload: bytes) -> None:
+        self.answers.append(payload)
+
+    def refuse(self, reason: str) -> None:
+        self.refusal = reason
+
+    def close(self) -> None:
+        self.is_closed = True
+
+
+class FakeLink:
+    """Link whose other members are played by the test.
+
+    Attributes:
+        answers: payloads that members answer, by key.
+        wanted: the topics that the recorder requested last, by member.
+    """
+
+    def __init__(self) -> None:
+        self.answers: dict[str, bytes] = {}
+        self.wanted: dict[str, list[str]] = {}
+        self._served: dict[str, Callable[..., object]] = {}
+        self._subscribers: dict[str, Callable[..., object]] = {}
+        self._on_token: Callable[[str, bool], object] = print
+
+    def serve(self, pattern: str, on_question: Callable[..., object]) -> None:
+        self._served[pattern] = on_question
+
+    def ask(self, pattern: str, question: FakeQuestion) -> None:
+        """Play a member that sends a request."""
+        self._served[pattern](question)
+
+    def subscribe(self, pattern: str, on_message: Callable[..., object]) -> None:
+        self._subscribers[pattern] = on_message
+
+    def declare_token(self, key: str) -> None:
+        del key
+
+    def watch_tokens(self, pattern: str, on_change: Callable[[str, bool], object]) -> None:
+        del pattern
+        self._on_token = on_change
+
+    def get(self, key: str, **_: object) -> list[Answer]:
+        return [Answer(key, self.answers[key], b"")] if key in self.answers else []
+
+    def put(self, key: str, payload: bytes, **_: object) -> None:
+        self.wanted[key.rpartition("/")[2]] = json.loads(payload)["topics"]
+
+    def join(self, member: str, *entries: Entry) -> None:
+        """Play a member that joins and sends its directory."""
+        self._on_token(keys.live(member, keys.VERSION, RUN), True)
+        self.send_directory(member, *entries)
+
+    def leave(self, member: str) -> None:
+        self._on_token(keys.live(member, keys.VERSION, RUN), False)
+
+    def send_directory(self, member: str, *entries: Entry) -> None:
+        payload = to_json(Directory(member, RUN, 1, entries))
+        self.answers[keys.directory(member)] = payload
+        self._subscribers[keys.directory("*")](keys.directory(member), payload, b"")
+
+    def send(
+        self, member: str, entry: Entry, sequence: int, body: bytes, *, is_latched: bool = False
+    ) -> None:
+        """Play a member that sends a message."""
+        attachment = pack(Attachment(0, RUN, sequence, 0, entry.md5sum, is_latched=is_latched))
+        self._subscribers[keys.topic("*", keys.EVERY)](keys.topic(member, entry.name), body, attachment)
+
+
+@pytest.fixture
+def link() -> FakeLink:
+    return FakeLink()
+
+
+class Files(HistoryFiles):
+    """Files that cannot be written for one member.
+
+    Attributes:
+        can_list: event for which `list` waits.
+        written: number of messages written.
+    """
+
+    broken = ""
+    written = 0
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder, SMALLEST_LIMIT_BYTES)
+        self.can_list = threading.Event()
+
+    def list(self, member: str) -> list[HistoryFile]:
+        self.can_list.wait(DEADLINE_S)
+        return super().list(member)
+
+    def write(self, member: str, connection: Connection, time_ns: int, data: bytes) -> None:
+        if member == self.broken:
+            raise struct.error("cannot pack")
+        super().write(member, connection, time_ns, data)
+        self.written += 1
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Files:
+    return Files(tmp_path)
+
+
+@pytest.fixture
+def recorder(link: FakeLink, files: Files) -> Iterator[Recorder]:
+    found = Recorder(link, files, "11" * 8, ["/**"], log=logging.getLogger("test"))  # type: ignore[arg-type]
+    found.start()
+    yield found
+    found.close()
+
+
+def recorded(folder: Path) -> list[str]:
+    """Return the texts in a folder's complete files."""
+    found = []
+    for path in sorted(folder.glob("*.mcap")):
+        with open_bag(path) as bag:
+            found += [each.message.data for each in bag.messages()]
+    return found
+
+
+def body(text: str) -> bytes:
+    return b"".join(String(text)._to_buffers())
+
+
+TALK = Entry("/talk", "std_msgs/String", String._md5sum)
+
+
+def test_a_definition_with_lone_surrogates_is_ignored(
+    link: FakeLink, recorder: Recorder, tmp_path: Path
+) -> None:
+    strange = Entry("/strange", "a/Strange", MD5)
+    link.answers[keys.definition("robot1", "a/Strange")] = json.dumps([MD5, "\ud800"]).encode()
+    link.join("robot1", strange)
+    link.join("robot2", TALK)
+    wait_until(lambda: link.wanted == {"robot1": ["/strange"], "robot2": ["/talk"]}, DEADLINE_S, "requests")
+    link.send("robot1", strange, 1, b"x")
+    link.send("robot2", TALK, 1, body("hello"))
+    wait_until((tmp_path / "robot2").exists, DEADLINE_S, "the message of the other member")
+    recorder.close()
+    assert recorded(tmp_path / "robot2") == ["hello"]
+    assert len(list((tmp_path / "robot1").iterdir())) == 1
+
+
+def test_an_unexpected_error_ends_no_recording_and_is_logged_once(
+    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    files.broken = "robot1"
+    link.join("robot1", TALK)
+    link.join("robot2", TALK)
+    wait_until(lambda: link.wanted == {"robot1": ["/talk"], "robot2": ["/talk"]}, DEADLINE_S, "requests")
+    for sequence in (1, 2):
+        link.send("robot1", TALK, sequence, body("lost"))
+        link.send("robot2", TALK, sequence, body(f"kept {sequence}"))
+    wait_until(lambda: files.written == 2, DEADLINE_S, "the messages of the other member")
+    recorder.close()
+    assert recorded(tmp_path / "robot2") == ["kept 1", "kept 2"]
+    assert caplog.messages == ["the history is incomplete: cannot pack"]
+
+
+def test_latched_messages_leave_room_in_the_files(
+    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path
+) -> None:
+    maps = [Entry(f"/map{number}", "std_msgs/String", String._md5sum) for number in range(4)]
+    link.join("robot1", *maps, TALK)
+    link.join("robot2", TALK)
+    wait_until(lambda: sum(map(len, link.wanted.values())) == 6, DEADLINE_S, "requests")
+    big = os.urandom(FILE_BYTES // 6).hex()  # lz4 cannot compress it
+    for entry in maps:
+        link.send("robot1", entry, 1, body(big), is_latched=True)
+    link.send("robot2", TALK, 1, body("latched"), is_latched=True)
+    for sequence in range(1, 11):
+        link.send("robot1", TALK, sequence, body("small"))
+        wait_until(lambda count=sequence: files.written == 5 + count, DEADLINE_S, "a message")
+    assert len(list((tmp_path / "robot1").iterdir())) <= 2
+    files.can_list.set()
+    assert [each.messages for each in files.list("robot2")] == [1]
+    link.send("robot2", TALK, 2, body("later"))
+    wait_until(lambda: files.written == 16, DEADLINE_S, "a later message")
+    recorder.close()
+    assert sorted(recorded(tmp_path / "robot2")) == ["latched", "latched", "later"]
+
+
+def test_surplus_requests_for_the_history_are_refused(
+    link: FakeLink, recorder: Recorder, files: Files
+) -> None:
+    questions = [FakeQuestion(keys.history("robot1")) for _ in range(40)]
+    for question in questions:
+        link.ask(keys.history("*"), question)
+    assert [each.is_closed for each in questions] == 32 * [False] + 8 * [True]
+    assert {each.refusal for each in questions[32:]} == {
+        "the router has too many requests for its history; try again later"
+    }
+    files.can_list.set()
+    wait_until(lambda: all(each.is_closed for each in questions), DEADLINE_S, "the answers")
+    assert all(each.answers == [b"[]"] for each in questions[:32])
+    wait_until(lambda: _answered(link), DEADLINE_S, "room for another request")
+
+
+def _answered(link: FakeLink) -> bool:
+    question = FakeQuestion(keys.history("robot1"))
+    link.ask(keys.history("*"), question)
+    wait_until(lambda: question.is_closed, DEADLINE_S, "an answer")
+    return question.answers == [b"[]"]
