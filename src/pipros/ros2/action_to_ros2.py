@@ -296,13 +296,13 @@ class ActionToRos2:
 
     def _on_status(self, sample: Sample) -> None:
         try:
-            rows = parse_status_array(sample.payload)
+            rows = parse_status_array(sample.payload, self._node.limits.goals)
         except (PiprosError, ValueError) as error:
             _LOG.warning("a status of the action %s was dropped: %s", self._name, error)
             return
         others = []
         with self._lock:
-            for info, status in rows[: self._node.limits.goals]:
+            for info, status in rows:
                 goal = self._find(info.goal)
                 if goal is None:
                     others.append((info, status))
