@@ -194,6 +194,19 @@ def test_queued_goals_that_are_cancelled_are_not_sent(client: Client, cancelled:
     assert "send_goal second" not in client.engine.log
 
 
+def test_goals_that_arrive_after_their_cancellation_are_not_sent(client: Client) -> None:
+    """They are sent on different connections, so that their order is not guaranteed."""
+    for each in client.engine.callers.values():
+        each.is_open.set()
+    client.request_cancel("second", "marker")
+    client.wait_for("cancel_goal marker")
+    client.start("second")
+    wait_until(lambda: client.results, what="the result")
+
+    assert client.results == {"second": Status.RECALLED}
+    assert "send_goal second" not in client.engine.log
+
+
 def test_goals_that_the_server_does_not_answer_are_cancelled(client: Client) -> None:
     client.send.reply = b""
     client.send.is_open.set()

@@ -98,6 +98,9 @@ class ActionToRos2:
         self._publish_at_s = 0.0
         self._is_closed = threading.Event()
         self._executing = Workers("ROS 2 goals", node.limits.fleet_calls)
+        self._cancelled_early: GoalTable[float] = GoalTable(
+            node.limits.goals, node.limits.name_characters, lambda _: True
+        )
         self._cancellations: set[GoalInfo] = set()
         self._cancelling = Workers("cancelled ROS 2 goals", _CANCELLING)
         self._goal_id, self._goal_status, self._statuses = (
@@ -154,6 +157,7 @@ class ActionToRos2:
                 return
             self._publish_at_s = now_s + STATUS_S
             self._goals.keep(lambda goal: not goal.ended_s or now_s - goal.ended_s < ENDED_S)
+            self._cancelled_early.keep(lambda cancelled_s: now_s - cancelled_s < ENDED_S)
         self._publish_status()
 
     def close(self) -> None:
@@ -175,6 +179,7 @@ class ActionToRos2:
             if self._goals.find(goal_id) is not None:
                 return
             self.calls += 1
+            goal.is_cancelled = self._cancelled_early.find(goal_id) is not None
             is_added = self._goals.add(goal_id, goal)
         try:
             if not is_added:
@@ -190,6 +195,8 @@ class ActionToRos2:
             meant = self._goals.meant_by(message.id, stamp_ns, lambda goal: goal.stamp.to_nsec())
             for goal in meant:
                 goal.is_cancelled = True
+            if message.id and self._goals.find(message.id) is None:
+                self._cancelled_early.add(message.id, time.monotonic())
             is_one = bool(message.id) and not stamp_ns
             is_unsent = is_one and any(not goal.is_sent and not goal.ended_s for goal in meant)
         if not is_unsent:  # `_execute` cancels goals that the ROS 2 server does not know yet
