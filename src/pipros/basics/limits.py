@@ -52,7 +52,7 @@ class Limits(NamedTuple):
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
         log_files: a log file and its rotated predecessors. `x.log.1` is the most recent of these.
         goals: goals of an action server, including recently ended goals and goals cancelled in advance. Goal
-            ids are limited to `name_characters`.
+            ids are limited to `name_characters`. Also the queued cancellations of an action of ROS 2.
         launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
         launch_includes: `<include>`s in one launch.
         launch_insert_characters: the text that the substitutions in one attribute or text insert.

@@ -160,9 +160,14 @@ def status_array(goals: Sequence[tuple[GoalInfo, Ros2Status]]) -> bytes:
     return b"".join(parts)
 
 
-def parse_status_array(cdr: bytes | memoryview) -> list[tuple[GoalInfo, Ros2Status]]:
-    """Parse a status message. Raises the same errors as `split_id`; unknown statuses are left out."""
+def parse_status_array(cdr: bytes | memoryview, limit: int) -> list[tuple[GoalInfo, Ros2Status]]:
+    """Parse the first `limit` statuses of a message; unknown statuses are left out.
+
+    Raises the same errors as `split_id`.
+    """
+    cdr = memoryview(cdr)[: len(_HEADER) + _COUNT.size + limit * _STATUS_BYTES]
     (count,) = _COUNT.unpack_from(_body(cdr, _COUNT.size))
+    count = min(count, limit)
     body = _body(cdr, _COUNT.size + max(0, count * _STATUS_BYTES - _PADDING))
     # All statuses have the same size once padding is inserted after the first ID, where CDR has none.
     body = body[: _COUNT.size + ID_BYTES] + bytes(_PADDING) + body[_COUNT.size + ID_BYTES :]

@@ -87,7 +87,6 @@ class ActionToRos1:
         self._name = name
         self._changed = threading.Condition()
         self._is_closed = False
-        self._result_bytes = 0
         self._goals: GoalTable[_Goal] = GoalTable(
             node.limits.goals, node.limits.name_characters, lambda goal: goal.has_ended
         )
@@ -135,7 +134,7 @@ class ActionToRos1:
         """Remove goals that ended more than `KEPT_S` ago."""
         now_s = time.monotonic()
         with self._changed:
-            self._forget(lambda goal: goal.has_ended and now_s - goal.ended_s > KEPT_S)
+            self._goals.keep(lambda goal: not goal.has_ended or now_s - goal.ended_s <= KEPT_S)
 
     def close(self) -> None:
         """End the action in ROS 2. Goals that have not ended continue in ROS 1."""
@@ -167,7 +166,7 @@ class ActionToRos1:
         with self._changed:
             is_accepted = goal.status is not None and not goal.is_rejected
             if not is_accepted:
-                self._forget_one(goal)
+                self._forget(goal)
             if goal.status is None:
                 self.failures += 1
                 _LOG.warning(
@@ -249,10 +248,18 @@ class ActionToRos1:
             self._set_status(goal, message.status.status)
             if goal.status is not None and not goal.result:
                 goal.result = self._result_of(goal.status, message.result)
-                self._result_bytes += len(goal.result)
-                while self._result_bytes > self._node.limits.ros2_history_bytes:
-                    self._forget_one(next(each for each in self._goals if each.result))
+                self._limit_results()
             self._notify(before)
+
+    def _limit_results(self) -> None:
+        """Remove the oldest goals with results until the other results are within the limit."""
+        excess = sum(len(goal.result) for goal in self._goals) - self._node.limits.ros2_history_bytes
+        for goal in self._goals:
+            if excess <= 0:
+                return
+            if goal.result:
+                excess -= len(goal.result)
+                self._forget(goal)
 
     def _result_of(self, status: Ros2Status, result: Any) -> bytes:
         try:
@@ -286,12 +293,8 @@ class ActionToRos1:
         if goal.status.has_ended:
             goal.ended_s = time.monotonic()
 
-    def _forget(self, is_forgotten: Callable[[_Goal], bool]) -> None:
-        self._result_bytes -= sum(len(goal.result) for goal in self._goals if is_forgotten(goal))
-        self._goals.keep(lambda goal: not is_forgotten(goal))
-
-    def _forget_one(self, goal: _Goal) -> None:
-        self._forget(lambda each: each is goal)
+    def _forget(self, goal: _Goal) -> None:
+        self._goals.keep(lambda each: each is not goal)
 
     def _rows(self) -> list[tuple[GoalInfo, Ros2Status]]:
         return [

@@ -50,7 +50,13 @@ _LOG = logging.getLogger("pipros.ros2")
 
 @dataclass(slots=True)
 class _Goal:
-    """A ROS 1 goal. `key` is its ID in ROS 2."""
+    """A ROS 1 goal.
+
+    Attributes:
+        key: its ID in ROS 2.
+        is_sent: the ROS 2 server has accepted the goal, so that it can be cancelled there.
+        is_cancelled: a ROS 1 node has requested the cancellation.
+    """
 
     id: str
     stamp: Time
@@ -58,12 +64,15 @@ class _Goal:
     status: Status = Status.PENDING
     text: str = ""
     ended_s: float = 0.0
+    is_sent: bool = False
+    is_cancelled: bool = False
 
 
 class ActionToRos2:
     """Offers a ROS 2 action in ROS 1, whose nodes can send goals to it. Thread-safe.
 
-    A thread waits for the result of each goal. Goals beyond `Limits.fleet_calls` are queued.
+    A thread waits for the result of each goal. Goals beyond `Limits.fleet_calls` are queued. Cancellations
+    are queued, too; those beyond `Limits.goals` are dropped.
 
     Attributes:
         calls: number of goals.
@@ -89,6 +98,10 @@ class ActionToRos2:
         self._publish_at_s = 0.0
         self._is_closed = threading.Event()
         self._executing = Workers("ROS 2 goals", node.limits.fleet_calls)
+        self._cancelled_early: GoalTable[float] = GoalTable(
+            node.limits.goals, node.limits.name_characters, lambda _: True
+        )
+        self._cancellations: set[GoalInfo] = set()
         self._cancelling = Workers("cancelled ROS 2 goals", _CANCELLING)
         self._goal_id, self._goal_status, self._statuses = (
             load_message_class(f"actionlib_msgs/{each}")
@@ -144,6 +157,7 @@ class ActionToRos2:
                 return
             self._publish_at_s = now_s + STATUS_S
             self._goals.keep(lambda goal: not goal.ended_s or now_s - goal.ended_s < ENDED_S)
+            self._cancelled_early.keep(lambda cancelled_s: now_s - cancelled_s < ENDED_S)
         self._publish_status()
 
     def close(self) -> None:
@@ -165,6 +179,7 @@ class ActionToRos2:
             if self._goals.find(goal_id) is not None:
                 return
             self.calls += 1
+            goal.is_cancelled = self._cancelled_early.find(goal_id) is not None
             is_added = self._goals.add(goal_id, goal)
         try:
             if not is_added:
@@ -175,20 +190,55 @@ class ActionToRos2:
             self._end(goal, Status.REJECTED, None, str(error))
 
     def _on_cancel(self, message: Any) -> None:
-        key = id_in_ros2(message.id) if message.id else NO_ID
-        self._cancelling.run(self._request_cancel, GoalInfo(key, message.stamp.to_nsec()))
+        stamp_ns = message.stamp.to_nsec()
+        with self._lock:
+            meant = self._goals.meant_by(message.id, stamp_ns, lambda goal: goal.stamp.to_nsec())
+            for goal in meant:
+                goal.is_cancelled = True
+            if message.id and self._goals.find(message.id) is None:
+                self._cancelled_early.add(message.id, time.monotonic())
+            is_one = bool(message.id) and not stamp_ns
+            is_unsent = is_one and any(not goal.is_sent and not goal.ended_s for goal in meant)
+        if not is_unsent:  # `_execute` cancels goals that the ROS 2 server does not know yet
+            self._cancel_in_ros2(GoalInfo(id_in_ros2(message.id) if message.id else NO_ID, stamp_ns))
+
+    def _cancel_in_ros2(self, goal: GoalInfo) -> None:
+        """Request a cancellation in another thread, unless the same request is queued."""
+        with self._lock:
+            if goal in self._cancellations:
+                return
+            has_room = len(self._cancellations) < self._node.limits.goals
+            if has_room:
+                self._cancelling.run(self._request_cancel, goal)
+                self._cancellations.add(goal)
+        if not has_room:
+            _LOG.warning("a cancellation for the action %s was dropped: too many are queued", self._name)
 
     def _request_cancel(self, goal: GoalInfo) -> None:
+        with self._lock:
+            self._cancellations.discard(goal)
         try:
             self._cancel.call(cancel_request(goal), CALL_S)
         except PiprosError as error:
             _LOG.warning("a goal of the action %s was not cancelled: %s", self._name, error)
 
     def _execute(self, goal: _Goal, request: bytes) -> None:
+        with self._lock:
+            has_ended, is_cancelled = bool(goal.ended_s), goal.is_cancelled
+        if has_ended:
+            return
+        if is_cancelled:
+            self._end(goal, Status.RECALLED, None, "the goal was cancelled before it was sent")
+            return
         try:
             if not is_accepted(self._send.call(request, CALL_S)):
                 self._end(goal, Status.REJECTED, None, "the action server has rejected the goal")
                 return
+            with self._lock:
+                goal.is_sent = True
+                is_cancelled = goal.is_cancelled
+            if is_cancelled:
+                self._cancel_in_ros2(GoalInfo(goal.key))
             while not self._is_closed.is_set() and not goal.ended_s:
                 reply = self._await_result(with_id(goal.key, b""))
                 if reply is not None:
@@ -199,6 +249,9 @@ class ActionToRos2:
         except (PiprosError, ValueError) as error:
             self.failures += 1
             self._end(goal, Status.ABORTED, None, str(error))
+            is_unknown = not goal.is_sent and not self._is_closed.is_set()
+            if is_unknown and self._cancel.is_available:  # the server may have accepted the goal
+                self._cancel_in_ros2(GoalInfo(goal.key))
 
     def _await_result(self, request: bytes) -> bytes | None:
         """Return the `get_result` reply, or None if the request should be repeated.
@@ -250,13 +303,13 @@ class ActionToRos2:
 
     def _on_status(self, sample: Sample) -> None:
         try:
-            rows = parse_status_array(sample.payload)
+            rows = parse_status_array(sample.payload, self._node.limits.goals)
         except (PiprosError, ValueError) as error:
             _LOG.warning("a status of the action %s was dropped: %s", self._name, error)
             return
         others = []
         with self._lock:
-            for info, status in rows[: self._node.limits.goals]:
+            for info, status in rows:
                 goal = self._find(info.goal)
                 if goal is None:
                     others.append((info, status))

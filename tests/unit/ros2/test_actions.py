@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -135,8 +136,8 @@ def test_statuses_and_cancellations_equal_those_of_rosbags() -> None:
     encoded = messages.status_array(rows)
 
     assert encoded == bytes(store.serialize_cdr(array, "action_msgs/msg/GoalStatusArray"))
-    assert messages.parse_status_array(encoded) == rows
-    assert messages.parse_status_array(messages.status_array([])) == []
+    assert messages.parse_status_array(encoded, 2) == rows
+    assert messages.parse_status_array(messages.status_array([]), 2) == []
     request = bytes(store.serialize_cdr(info, "action_msgs/msg/GoalInfo"))
     assert messages.cancel_request(INFO) == request
     assert messages.parse_cancel_request(request) == INFO
@@ -146,6 +147,15 @@ def test_statuses_and_cancellations_equal_those_of_rosbags() -> None:
     assert [messages.is_accepted(b"\0\1\0\0" + end) for end in (b"\1", b"\0")] == [True, False]
 
 
+def test_statuses_beyond_the_limit_are_not_parsed() -> None:
+    rows = [(GoalInfo(bytes([each]) * 16), Ros2Status.EXECUTING) for each in range(5)]
+    array = messages.status_array(rows)
+
+    assert messages.parse_status_array(memoryview(array), 3) == rows[:3]
+    assert messages.parse_status_array(array + b"\0", 5) == rows
+    assert messages.parse_status_array(array, 0) == []
+
+
 def test_messages_that_are_too_short_are_errors() -> None:
     lying = b"\0\1\0\0" + b"\xff" * 8
     for parse, cdr in (
@@ -153,7 +163,7 @@ def test_messages_that_are_too_short_are_errors() -> None:
         (messages.split_id, b"\0\0\0\0" + GOAL),
         (messages.is_accepted, b""),
         (messages.parse_cancel_request, messages.cancel_request(INFO)[:-1]),
-        (messages.parse_status_array, lying),
+        (partial(messages.parse_status_array, limit=9), lying),
     ):
         with pytest.raises(ConversionError, match="expected little-endian CDR with at least"):
             parse(cdr)
@@ -163,9 +173,9 @@ def test_unknown_statuses_and_negative_times_do_not_count() -> None:
     array = bytearray(messages.status_array([(INFO, Ros2Status.ACCEPTED)]))
     array[24:28] = b"\xff" * 4
 
-    assert messages.parse_status_array(bytes(array))[0][0] == GoalInfo(GOAL, 9)
+    assert messages.parse_status_array(bytes(array), 2)[0][0] == GoalInfo(GOAL, 9)
     array[-1] = 77
-    assert messages.parse_status_array(bytes(array)) == []
+    assert messages.parse_status_array(bytes(array), 2) == []
 
 
 def test_ids_survive_both_ways() -> None:

@@ -197,7 +197,7 @@ class Reader:
             end = max((end for start, end in writer.skipped if start <= writer.expected), default=0)
             if end <= writer.expected:
                 break
-            writer.expected = end
+            self._pass(writer, end)
         writer.skipped = [each for each in writer.skipped if each[1] > writer.expected]
         for sequence in [each for each in writer.assemblies if each < writer.expected]:
             writer.assemblies.pop(sequence).release()
@@ -206,12 +206,25 @@ class Reader:
         """Deliver what has arrived before `first`, and give up the rest."""
         if first <= writer.expected:
             return
-        for sequence in sorted(each for each in writer.early if each < first):
-            sample = writer.early.pop(sequence)
+        self._pass(writer, first)
+        self._catch_up(writer)
+
+    def _pass(self, writer: WriterProxy, end: int) -> None:
+        """Deliver what has arrived before `end`, and expect `end` next.
+
+        This includes samples in a GAP. Writers send one for samples that they have replaced in their
+        history, so it does not revoke what arrived before.
+        """
+        early = writer.early
+        if end - writer.expected < len(early):  # short GAPs, of which a datagram can contain thousands
+            arrived = [each for each in range(writer.expected, end) if each in early]
+        else:
+            arrived = sorted(each for each in early if each < end)
+        for sequence in arrived:
+            sample = early.pop(sequence)
             writer.budget.give_back(_cost(sample))
             self.deliver(sample)
-        writer.expected = first
-        self._catch_up(writer)
+        writer.expected = end
 
     def on_data_frag(self, guid: bytes, fragment: DataFrag, now: float) -> None:
         writer = self.writers.get(guid)
@@ -280,7 +293,8 @@ class Reader:
             return
         if beat.first > writer.expected:
             if writer.is_greeted:
-                self.lost += beat.first - writer.expected
+                arrived = sum(each < beat.first for each in writer.early)
+                self.lost += beat.first - writer.expected - arrived
             self._advance(writer, beat.first)
         writer.is_greeted = True
         writer.announced = beat.last

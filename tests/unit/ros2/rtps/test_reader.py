@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
 from pipros.ros2.rtps.incomplete import Budget
 from pipros.ros2.rtps.outbox import Outbox
@@ -140,7 +142,7 @@ def test_samples_that_are_no_longer_kept_are_passed_over() -> None:
     ears.sample(6)
 
     assert ears.numbers() == [1, 4, 6]
-    assert ears.reader.lost > 0
+    assert ears.reader.lost == 3
 
 
 def test_gaps_before_and_after_early_samples_are_passed_over() -> None:
@@ -151,6 +153,21 @@ def test_gaps_before_and_after_early_samples_are_passed_over() -> None:
     ears.sample(3)
 
     assert ears.numbers() == [3, 6]
+
+
+@pytest.mark.parametrize("end", [6, 20])
+def test_early_samples_in_a_gap_are_delivered(end: int) -> None:
+    """A writer that keeps few samples sends a GAP for those that it has replaced."""
+    ears = Ears()
+    ears.beat(1, 30)
+    for number in (1, 2, 5, 4, 29, 28, 27, 26):
+        ears.sample(number)
+    ears.receive(gap(READER, WRITER, 3, end))
+
+    assert ears.numbers() == [1, 2, 4, 5]
+    ears.wait(60.0)
+    assert ears.numbers() == [1, 2, 4, 5, 26, 27, 28, 29]
+    assert (ears.reader.lost, ears.budget.used_bytes) == (26 - end, 0)
 
 
 def test_repeated_samples_and_gaps_do_nothing() -> None:
