@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections import deque
+from collections.abc import Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -143,6 +144,10 @@ class RecordFiles:
             self._split(message.time_ns)
         self._write(message)
         return True
+
+    def forget_latched(self, topics: Set[str]) -> None:
+        """Do not repeat the latched messages of the given topics in later files."""
+        self._latched = {key: message for key, message in self._latched.items() if key[0] not in topics}
 
     def is_due(self, now_ns: int) -> bool:
         """Return whether the file has reached its maximum size or duration."""

@@ -9,7 +9,7 @@ import math
 import re
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -125,6 +125,21 @@ class HistoryFiles:
             return (self._folder / member / name).read_bytes()
         except OSError:
             return None
+
+    def forget(self, member: str) -> None:
+        """Complete the current file of a member, and do not repeat its latched messages in later files."""
+        with self._lock:
+            try:
+                self._complete(member)
+            finally:
+                self._files.pop(member, None)
+                self._completed_s.pop(member, None)
+
+    def forget_latched(self, member: str, topics: Set[str]) -> None:
+        """Do not repeat the latched messages of the given topics in later files."""
+        with self._lock:
+            if member in self._files:
+                self._files[member].forget_latched(topics)
 
     def close(self) -> None:
         """Complete all current files."""

@@ -12,7 +12,7 @@ import logging
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import astuple
 from typing import Final
 
@@ -25,6 +25,7 @@ from pipros.fleet.directory import Directory, Entry, Wishes, from_json, to_json,
 from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import matches_any
 from pipros.fleet.history_files import FILE_BYTES, HistoryFiles
+from pipros.fleet.members import Members
 from pipros.fleet.messages import Received, decompressed, unpack
 from pipros.fleet.shown_member import read_definition
 from pipros.fleet.warnings_once import WarningsOnce
@@ -105,6 +106,7 @@ class Recorder:
         self._warn = WarningsOnce(log)
         self._events = Events(4 * self._limits.fleet_members)
         self._workers = Workers("requests of a recorder", 4)
+        self._members = Members(self._limits.fleet_members)
         self._directories: dict[str, Directory] = {}
         self._topics: dict[tuple[str, str], _Topic] = {}
         self._wishes: dict[str, Wishes] = {}
@@ -142,12 +144,7 @@ class Recorder:
     # -- callbacks of the link; they run in Zenoh's threads and must not block ----------------------------
 
     def _on_token(self, key: str, is_present: bool) -> None:
-        match keys.read_live(key):
-            case (member, keys.VERSION, instance) if member == ROUTER:
-                if is_present and instance != self._instance:
-                    self._warn("another router records the history of this fleet; only one should")
-            case (member, keys.VERSION, _) if is_present:
-                self._workers.run(self._request_directory, member)
+        self._events.post("token", key, lambda: self._take_token(key, is_present=is_present))
 
     def _on_directory(self, key: str, payload: bytes, attachment: bytes) -> None:
         del attachment
@@ -250,15 +247,52 @@ class Recorder:
             self._waiting_bytes -= len(found[1])
             return found
 
+    def _take_token(self, key: str, *, is_present: bool) -> None:
+        token = self._members.update(key, is_present=is_present)
+        found = keys.read_live(key)
+        if is_present and found is not None and not self._members.of(found[0]):
+            self._warn(f"too many members; {limit_text('fleet_members', self._limits.fleet_members)}")
+        if token is None or token.version != keys.VERSION:
+            return
+        if token.member == ROUTER:
+            if is_present and token.instance != self._instance:
+                self._warn("another router records the history of this fleet; only one should")
+        elif token.member in self._members.present():
+            self._workers.run(self._request_directory, token.member)
+        else:
+            self._forget(token.member)
+
+    def _forget(self, member: str) -> None:
+        """Forget a member that has left, and complete its file."""
+        self._directories.pop(member, None)
+        self._forget_topics(member, frozenset())
+        self._wishes.pop(member, None)
+        self._latched_bytes.pop(member, None)
+        self._files.forget(member)
+
+    def _forget_topics(self, member: str, kept: Set[str]) -> None:
+        """Forget all topics of a member except those in `kept`."""
+        gone = [key for key in self._topics if key[0] == member and key[1] not in kept]
+        for key in gone:
+            self._latched_bytes[member] -= sum(self._topics.pop(key).latched.values())
+        if gone:
+            self._files.forget_latched(member, {f"/{member}{name}" for _, name in gone})
+
     def _take_directory(self, member: str, payload: bytes) -> None:
+        token = self._members.present().get(member)
+        if token is None:
+            return
         directory = from_json(payload, member, self._limits.fleet_directory_bytes)
         before = self._directories.get(member)
-        if before is None and len(self._directories) >= self._limits.fleet_members:
-            self._warn(f"too many members; {limit_text('fleet_members', self._limits.fleet_members)}")
+        if directory.instance != token.instance:
             return
-        self._directories[member] = directory
-        if before is None or before.instance != directory.instance:
+        if before is not None and before.instance == directory.instance:
+            if directory.revision < before.revision:
+                return
+        else:
             self._wishes.pop(member, None)
+        self._directories[member] = directory
+        self._forget_topics(member, {entry.name for entry in directory.shared})
         for entry in directory.shared:
             if matches_any(self._patterns, entry.name):
                 self._topic(member, entry.name)
@@ -283,6 +317,8 @@ class Recorder:
 
     def _publish_wishes(self, member: str) -> None:
         """Request the topics of a member that match the patterns and whose definitions are known."""
+        if member not in self._directories:
+            return  # it has left
         wanted = frozenset(
             name
             for (owner, name), topic in self._topics.items()

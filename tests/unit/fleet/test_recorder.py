@@ -15,6 +15,7 @@ import pytest
 
 from pipros.bag.connection import Connection
 from pipros.bag.opening import open_bag
+from pipros.basics.limits import process_limits
 from pipros.fleet import keys
 from pipros.fleet.directory import Directory, Entry, to_json
 from pipros.fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFile, HistoryFiles
@@ -146,7 +147,9 @@ def files(tmp_path: Path) -> Files:
 
 @pytest.fixture
 def recorder(link: FakeLink, files: Files) -> Iterator[Recorder]:
-    found = Recorder(link, files, "11" * 8, ["/**"], log=logging.getLogger("test"))  # type: ignore[arg-type]
+    limits = process_limits()._replace(fleet_members=2, fleet_topics=6)
+    log = logging.getLogger("test")
+    found = Recorder(link, files, "11" * 8, ["/**"], log=log, limits=limits)  # type: ignore[arg-type]
     found.start()
     yield found
     found.close()
@@ -244,3 +247,58 @@ def _answered(link: FakeLink) -> bool:
     link.ask(keys.history("*"), question)
     wait_until(lambda: question.is_closed, DEADLINE_S, "an answer")
     return question.answers == [b"[]"]
+
+
+@pytest.mark.usefixtures("recorder")
+def test_a_member_that_leaves_is_forgotten(
+    link: FakeLink, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    for number in range(5):
+        member = f"robot{number}"
+        link.join(member, TALK)
+        wait_until(lambda member=member: link.wanted.get(member) == ["/talk"], DEADLINE_S, "a request")
+        link.send(member, TALK, 1, body("hello"), is_latched=True)
+        wait_until(lambda number=number: files.written == number + 1, DEADLINE_S, "the message")
+        link.leave(member)
+        wait_until(lambda member=member: recorded(tmp_path / member) == ["hello"], DEADLINE_S, "its file")
+    assert not caplog.messages
+
+
+def test_topics_that_a_member_withdraws_are_forgotten(
+    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    large = os.urandom(FILE_BYTES // 12).hex()  # two of them are too large to be repeated
+    for number in range(10):
+        entry = Entry(f"/map{number}", "std_msgs/String", String._md5sum)
+        link.join("robot1", entry)
+        wait_until(lambda name=entry.name: link.wanted.get("robot1") == [name], DEADLINE_S, "a request")
+        link.send("robot1", entry, 1, body(f"{number} {large}"), is_latched=True)
+        wait_until(lambda number=number: files.written == number + 1, DEADLINE_S, "the message")
+    files.can_list.set()
+    before = {each.name for each in files.list("robot1")}
+    link.send("robot1", entry, 2, body("last"))
+    wait_until(lambda: files.written == 11, DEADLINE_S, "the message")
+    recorder.close()
+    for name in before:
+        (tmp_path / "robot1" / name).unlink()
+    assert [each.partition(" ")[0] for each in recorded(tmp_path / "robot1")] == ["9", "last"]
+    assert not caplog.messages
+
+
+def test_directories_of_members_without_a_token_are_ignored(link: FakeLink, recorder: Recorder) -> None:
+    link.send_directory("ghost", TALK)
+    link.join("robot1", TALK)
+    wait_until(lambda: link.wanted.get("robot1") == ["/talk"], DEADLINE_S, "a request")
+    recorder.close()
+    assert link.wanted == {"robot1": ["/talk"]}
+
+
+def test_surplus_members_are_reported(
+    link: FakeLink, recorder: Recorder, caplog: pytest.LogCaptureFixture
+) -> None:
+    for number in range(3):
+        link.join(f"robot{number}", TALK)
+    wait_until(lambda: len(link.wanted) == 2 and caplog.messages, DEADLINE_S, "the warning")
+    recorder.close()
+    assert link.wanted.keys() == {"robot0", "robot1"}
+    assert [each.partition(";")[0] for each in caplog.messages] == ["too many members"]
