@@ -38,7 +38,7 @@ export function parsedLayout(text, tabs) {
     if (depth > DEEPEST) fail(`has more than ${DEEPEST} levels`);
     const split = take(/(row|column)\(/y);
     if (split) return parts(split[1], depth);
-    const view = take(/([a-z]+)(?:\/([^()~*]*))?/y);
+    const view = take(/([a-z0-9]+)(?:\/([^()~*]*))?/y);
     if (!view) return fail("lacks the name of a view");
     if (!tabs.includes(view[1])) fail(`names an unknown view, ${view[1]}`);
     return leaf(view[1], unescaped(view[2] ?? ""));
