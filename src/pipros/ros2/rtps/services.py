@@ -37,6 +37,10 @@ from pipros.ros2.rtps.service_styles import (
 )
 
 SERVICE_QOS: Final = Qos(depth=10)
+_WRITER_QOS: Final = Qos(depth=0)
+"""Keeps requests and replies until they are acknowledged. With a depth, replies for other clients would
+displace one for a client whose reader has not yet answered the first heartbeat.
+"""
 _LOG = logging.getLogger("pipros.ros2")
 _REPLY_READER_S: Final = 0.1
 """How long a reply waits until the client's reader of replies has matched, as in rmw_cyclonedds."""
@@ -88,7 +92,7 @@ class Server:
         self._queued_bytes = 0
         self._lock = threading.Lock()
         entry = id_entry(os.urandom(16), is_client=False)
-        self._writer = participant.add_writer(replies, reply_type, SERVICE_QOS, entry + reply_hash)
+        self._writer = participant.add_writer(replies, reply_type, _WRITER_QOS, entry + reply_hash)
         self._reader = participant.add_reader(
             requests, request_type, SERVICE_QOS, self._on_request, entry + request_hash, is_direct=True
         )
@@ -189,7 +193,7 @@ class Client:
         self._reader = participant.add_reader(
             replies, reply_type, SERVICE_QOS, self._on_reply, entry + reply_hash, is_direct=True
         )
-        self._writer = participant.add_writer(requests, request_type, SERVICE_QOS, entry + request_hash)
+        self._writer = participant.add_writer(requests, request_type, _WRITER_QOS, entry + request_hash)
 
     @property
     def guids(self) -> tuple[bytes, bytes]:
