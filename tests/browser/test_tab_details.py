@@ -243,9 +243,9 @@ def test_a_pair_of_frames_has_its_transform_and_its_chain(ros: RosSystem, open_t
 
 def test_diagnostics_have_values_and_a_history(robot: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(robot), "diagnostics")
+    expect(tab.locator(".bar")).to_contain_text(re.compile(r"OK: [23]Warning: 1"))  # the list is complete
     tab.get_by_role("button", name=re.compile("^right")).click()
     side = tab.locator("aside")
     expect(side).to_contain_text("temperature41")
     expect(side.locator(".history .diagnostic-0").first).to_be_visible()
     expect(side.locator(".history .diagnostic-2").first).to_be_visible()
-    expect(tab.locator(".bar")).to_contain_text(re.compile(r"OK: [23]Warning: 1"))
