@@ -118,7 +118,7 @@ def part(name: str, text: str) -> str:
             "more than 1000 types",
         ),
         ("int32[67108865] x", "array length must be <= 67108864, got 67108865"),
-        ("A[3000] a\n" + part("p/A", "int32[3000] x"), "would hold more than 4194304 values"),
+        ("A[3000] a\n" + part("p/A", "int32[3000] x"), "would contain too many values; the limit is 4194304"),
         (
             "A[] a\n"
             + "".join(

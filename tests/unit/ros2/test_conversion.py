@@ -158,7 +158,7 @@ def test_a_bound_that_is_exceeded_raises() -> None:
     assert plan.to_ros1(plan.to_cdr(serialized(cls(dimensions=[1, 2, 3])))) == serialized(
         cls(dimensions=[1, 2, 3])
     )
-    with pytest.raises(BoundExceeded, match="length of 4, and ROS 2 allows 3"):
+    with pytest.raises(BoundExceeded, match="length of 4, but ROS 2 allows at most 3"):
         plan.to_cdr(serialized(cls(dimensions=[1, 2, 3, 4])))
 
 
