@@ -221,8 +221,9 @@ def test_cancellations_that_wait_for_the_server_are_limited(
     client: Client, caplog: pytest.LogCaptureFixture
 ) -> None:
     dropped = "a cancellation for the action /fibonacci was dropped: too many are queued"
-    client.request_cancel(*"abcd")
-    wait_until(lambda: len(client.engine.log) == 4, what="calls")
+    for count, each in enumerate("abcd", 1):  # one after the other: all four would exceed the limit of two
+        client.request_cancel(each)
+        wait_until(lambda count=count: len(client.engine.log) == count, what="a call")  # type: ignore[misc]
     client.request_cancel(*"efefghi")
     wait_until(lambda: caplog.messages.count(dropped) == 3, what="the reasons")
     client.cancel.is_open.set()
