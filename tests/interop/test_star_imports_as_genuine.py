@@ -12,6 +12,7 @@ import pytest
 
 from tests.interop.test_python_api_as_genuine import PACKAGES, listed
 from tests.support.environments import REPOSITORY, genuine_environment, make_tool_folder, pipros_environment
+from tests.support.once import make_once, shared_folder
 
 LACKING = {
     "bondpy.bondpy.BondSM_sm": "a state machine that a compiler wrote; pipros has its own",
@@ -40,30 +41,39 @@ MESSAGES = [
 Bound = Mapping[str, Mapping[str, list[str]]]
 
 
-@pytest.fixture(scope="module")
-def both(tmp_path_factory: pytest.TempPathFactory) -> tuple[Bound, Bound]:
+@pytest.fixture(scope="session")
+def both(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> tuple[Bound, Bound]:
     """Return the names that star imports bind in both implementations, by module."""
-    home = tmp_path_factory.mktemp("stars")
+    folder = shared_folder(tmp_path_factory, worker_id) / "stars"
     uri = "http://127.0.0.1:1"
-    genuine = bound("/usr/bin/python3", genuine_environment(home, uri))
-    ours = bound("python3", pipros_environment(home, uri, make_tool_folder(home / "tools")))
+
+    def make() -> None:
+        dump("/usr/bin/python3", genuine_environment(folder, uri), folder / "genuine.json")
+        dump(
+            "python3",
+            pipros_environment(folder, uri, make_tool_folder(folder / "tools")),
+            folder / "ours.json",
+        )
+
+    make_once(folder, make)
+    genuine: Bound = json.loads((folder / "genuine.json").read_bytes())
+    ours: Bound = json.loads((folder / "ours.json").read_bytes())
     assert not {name: names for name, names in ours.items() if isinstance(names, str)}
     # Errors are texts. Some modules cannot be imported in genuine ROS, either.
     return {name: names for name, names in genuine.items() if not isinstance(names, str)}, ours
 
 
-def bound(python: str, environment: dict[str, str]) -> Bound:
+def dump(python: str, environment: dict[str, str], file: Path) -> None:
     program = Path(__file__).parent / "programs" / "dump_star_imports.py"
-    ran = subprocess.run(
-        [python, "-W", "ignore", str(program), *PACKAGES, *MESSAGES],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    found: Bound = json.loads(ran.stdout)
-    return found
+    with file.open("wb") as output:
+        subprocess.run(
+            [python, "-W", "ignore", str(program), *PACKAGES, *MESSAGES],
+            env=environment,
+            stdout=output,
+            stderr=subprocess.PIPE,
+            timeout=120,
+            check=True,
+        )
 
 
 def differences(genuine: Bound, ours: Bound) -> Iterator[str]:

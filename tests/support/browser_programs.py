@@ -1,6 +1,6 @@
 """Programs for Python in a browser, which has no sockets, threads and processes.
 
-`tests/unit/test_other_systems.py` runs them in a simulated browser, `tests/pyodide` in Pyodide. Each starts
+`tests/tree/test_other_systems.py` runs them in a simulated browser, `tests/pyodide` in Pyodide. Each starts
 in an empty folder, after `BEGINNING`.
 """
 

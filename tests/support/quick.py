@@ -13,7 +13,7 @@ import pytest
 from tests.support.environments import REPOSITORY
 
 LIST = REPOSITORY / "tests" / "quick.txt"
-_BASE = "tests/unit"
+_BASES = ("tests/tree", "tests/unit")
 
 
 def listed(sign: str) -> list[str]:
@@ -53,4 +53,4 @@ def missing() -> list[str]:
 
 
 if __name__ == "__main__":
-    print(" ".join([_BASE, *listed("+")]))
+    print(" ".join([*_BASES, *listed("+")]))

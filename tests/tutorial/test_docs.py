@@ -25,7 +25,7 @@ PAGES = ("start.md", "package.md", "robot.md", "course.md", "simulation.md")
 OTHERS = {
     ("api.md", "python"): "tests/tutorial/test_client_docs.py",
     ("bags.md", "python"): "tests/unit/bag/test_docs.py",
-    ("browser.md", "python"): "tests/unit/test_other_systems.py",
+    ("browser.md", "python"): "tests/tree/test_other_systems.py",
     ("bridges.md", "console"): "tests/graph/test_serve.py",
     ("client.md", "python"): "tests/tutorial/test_client_docs.py",
     ("fleets.md", "console"): "tests/graph/test_fleet_command.py",

@@ -13,7 +13,7 @@ from pipros.cli import command_map
 from pipros.cli.pipros import main
 from pipros.workspace.overlays import MARKER
 from tests.support.environments import REPOSITORY
-from tests.unit.test_packaging import COMMANDS
+from tests.tree.test_packaging import COMMANDS
 
 
 def test_the_usage_is_printed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -64,7 +64,7 @@ PLACES = (
     "CHANGELOG.md",
 )
 # Recordings of genuine programs, and this file, which names the phrases.
-LEFT_OUT = ("tests/golden/", "tests/fuzz/corpus/", "tests/interop/programs/", "tests/unit/test_prose.py")
+LEFT_OUT = ("tests/golden/", "tests/fuzz/corpus/", "tests/interop/programs/", "tests/tree/test_prose.py")
 _SUFFIXES = {".py", ".md", ".sh", ".bash", ".zsh", ".fish", ""}
 _PATTERN = re.compile("|".join(f"(?:{phrase})" for phrase in AVOIDED))
 _TEST_NAME = re.compile(r"\btest_\w+")
@@ -105,7 +105,7 @@ def test_code_docs_and_scripts_avoid_translated_phrases() -> None:
         for number, line in avoided_in(file.read_text(encoding="utf-8", errors="replace")):
             if not any(name == where and text in line for where, text in ALLOWED):
                 wrong.append(f"{name}:{number}: {line}")
-    assert wrong == [], "rewrite these; tests/unit/test_prose.py says what to write instead"
+    assert wrong == [], "rewrite these; tests/tree/test_prose.py says what to write instead"
 
 
 @pytest.mark.parametrize(

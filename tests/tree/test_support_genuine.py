@@ -50,7 +50,7 @@ def test_missing_packages_are_found_by_their_files(monkeypatch: pytest.MonkeyPat
 
 
 def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path) -> None:
-    ended = run(run_without_genuine, "tests/interop", "tests/unit/test_support_genuine.py")
+    ended = run(run_without_genuine, "tests/interop", "tests/tree/test_support_genuine.py")
 
     assert "interop/" not in ended.stdout.partition("left out")[0]
     *lines, last = ended.stdout.rstrip("\n").splitlines()
@@ -76,7 +76,7 @@ def test_interop_is_left_out_and_the_last_lines_say_so(run_without_genuine: Path
 
 
 def test_in_continuous_integration_it_is_an_error(run_without_genuine: Path) -> None:
-    ended = run(run_without_genuine, "tests/unit/test_support_genuine.py", CI="true")
+    ended = run(run_without_genuine, "tests/tree/test_support_genuine.py", CI="true")
 
     assert ended.returncode == pytest.ExitCode.USAGE_ERROR
     assert "genuine ROS 1 is needed here (CI is set) and lacks: python3-rospy" in ended.stderr
