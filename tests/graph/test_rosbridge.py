@@ -639,7 +639,7 @@ def test_a_server_closes_while_its_node_shuts_down(server_class: Any, make_node:
     [
         ("_unregister_timeout:=-1", "~unregister_timeout must be a number >= 0, got -1"),
         ("_max_message_size:=big", "~max_message_size must be a number >= 0, got big"),
-        ("_address:=10.0.0.1", "UDP serves this machine only"),
+        ("_address:=10.0.0.1", "UDP serves only this machine"),
     ],
 )
 def test_wrong_parameters_of_a_server_are_errors(ros: Any, argument: str, error: str) -> None:

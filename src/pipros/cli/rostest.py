@@ -149,17 +149,15 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
 
 
 def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
-    """Return the package for the results: the package given by options, or else the package that contains the
-    file.
-    """
+    """Return the package that the results belong to: by default, the package that contains the test file."""
     found = index.containing(file)
     folder = Path(options.package_folder).absolute() if options.package_folder else None
     if options.package and (folder or found):
         return Package(options.package, folder or (found.path if found else file.parent))
     if found is None:
         raise NotFound(
-            f"[{file}] is not inside a ROS package, so its results have no name. "
-            "Set one with --package=NAME --pkgdir=FOLDER"
+            f"[{file}] is not inside a ROS package, so its results cannot be named. "
+            "Give the package with --package=NAME --pkgdir=FOLDER"
         )
     return Package(found.name, folder or found.path)
 

@@ -39,7 +39,9 @@ def decode_header(body: bytes) -> dict[str, str]:
         (length,) = _LENGTH.unpack_from(body, at)
         at += 4
         if at + length > len(body):
-            raise ProtocolError(f"connection header field claims {length} bytes, {len(body) - at} are left")
+            raise ProtocolError(
+                f"connection header field claims {length} bytes, but only {len(body) - at} are left"
+            )
         key, separator, value = body[at : at + length].partition(b"=")
         if not separator:
             raise ProtocolError(f"connection header field {key[:40]!r} has no '='")

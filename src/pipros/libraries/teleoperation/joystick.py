@@ -31,7 +31,7 @@ class Change(Enum):
 
 @dataclass(slots=True)
 class Joystick:
-    """State of axes and buttons. Both lists grow to include the numbers in the events, up to 256 elements.
+    """State of axes and buttons. Both lists grow as events report higher numbers, up to 256 elements.
 
     Attributes:
         deadzone: the part of each axis around its centre that is read as 0. The rest is scaled to the full
