@@ -1,4 +1,4 @@
-"""`rospy.loginfo` and its family.
+"""`rospy.loginfo` and similar functions.
 
 All messages are passed to Python's logger `rosout` (or `rosout.<logger_name>`), whose handlers write to the
 console, the log file and the topic `/rosout`. Each line includes the caller's source location.

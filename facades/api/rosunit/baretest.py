@@ -58,7 +58,7 @@ class TestTimeoutException(Exception):
 
 
 class BareTestCase(unittest.TestCase):
-    """A case that passes if a program writes results and exits. The results are then in `results`.
+    """A test case that passes if a program exits and has written results, which are then in `results`.
 
     Attributes:
         args: the program's command line.
