@@ -157,7 +157,7 @@ def isstring(s: object) -> bool:
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
     """Return the namespace of the process; see `rosgraph.names.get_ros_namespace`."""
-    from rosgraph import names as graph_names  # Imported here because few programs need rosgraph.
+    from rosgraph import names as graph_names  # imported late: few programs need rosgraph
 
     return graph_names.get_ros_namespace(env, argv)
 

@@ -54,7 +54,7 @@ _star_names(
 class TestTimeoutException(Exception):
     """A test program exceeded its time limit."""
 
-    __test__ = False  # not for pytest
+    __test__ = False  # pytest must not collect this class
 
 
 class BareTestCase(unittest.TestCase):

@@ -400,7 +400,7 @@ def _escaped(value: object) -> object:
 class Test(Node):
     """A test in a launch file: a node that exits after writing results."""
 
-    __test__ = False  # not for pytest
+    __test__ = False  # pytest must not collect this class
     __slots__ = ("retry", "test_name", "time_limit")
 
     def __init__(

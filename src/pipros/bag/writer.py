@@ -77,7 +77,7 @@ class MessageWriter(MessageSink, Protocol):
 
 
 class _Topic:
-    """A connection's record prefix for messages, and its index entries in the open chunk."""
+    """The prefix of a connection's message records, and the connection's index entries in the open chunk."""
 
     __slots__ = ("entries", "is_sorted", "last_ns", "start")
 

@@ -55,7 +55,7 @@ def end(
 def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
     """Stop child processes that were left running by processes that have exited.
 
-    Shells make their background jobs ignore SIGINT.
+    Starts with SIGTERM, because shells make their background jobs ignore SIGINT.
     """
     left = [process for process in processes if process.has_group]
     for process in left:

@@ -80,8 +80,8 @@ class AdaptiveBackoff:
 class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
-    Intended for one waiting thread at a time. Two threads can share a receiver, but it then learns less well.
-    If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
+    Intended for one waiting thread at a time. If two threads share a receiver, it works but learns less
+    reliably. If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 
     __slots__ = ("_backoff", "_longest_s")

@@ -1,6 +1,6 @@
 """The state of a joystick, updated by events from Linux: 8 bytes each, little endian on all common machines.
 
-Source: Documentation/input/joydev/joystick-api.rst of Linux. An event consists of a time in ms, a value, a
+Source: Linux's Documentation/input/joydev/joystick-api.rst. An event consists of a time in ms, a value, a
 type, and the number of the axis or button. Events of type INIT, which are sent after the device is opened,
 describe the initial state.
 """

@@ -32,7 +32,7 @@ class Chain:
         self._up = up
         self._down = down
         self._stamps = [frame.stamps for frame in up + down if isinstance(frame, MovingFrame)]
-        # Frames above the first common ancestor are in both parts. As in tf2, they do not count here.
+        # Frames above the first common ancestor are in both parts. As in tf2, they are ignored here.
         below = set(up) ^ set(down)
         self._common = [frame.stamps for frame in below if isinstance(frame, MovingFrame)]
         self.size_bytes = CHAIN_BYTES + _STEP_BYTES * (len(up) + len(down))

@@ -140,7 +140,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
 
 def _kabsch(source: Array, target: Array) -> Array:
-    """Return the rotation, of shape (3, 3), that maps points of shape (3, n) closest to others."""
+    """Return the rotation (3, 3) that minimises the distances between two arrays of points (3, n)."""
     left, _, right = np.linalg.svd(target @ source.T)
     rotation: Array = left @ right
     # a reflection would fit best, so flip the axis with the smallest singular value
