@@ -122,7 +122,7 @@ class FakePublisher:
     ("body", "complaint"),
     [
         (struct.pack("<II", 4, 100), "cannot decode 4 bytes as std_msgs/String"),
-        (struct.pack("<I", 0xFFFFFFFF), "message of 4294967295 bytes announced; the limit is"),
+        (struct.pack("<I", 0xFFFFFFFF), "message of 4294967295 bytes was announced; the limit is"),
     ],
     ids=["no message", "too large"],
 )

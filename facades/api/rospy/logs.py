@@ -133,7 +133,7 @@ def _family(level: int) -> Family:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
-        """Like `throttle`, but immediately log a message that differs from the previous one from this place."""
+        """Like `throttle`, but immediately log a message that differs from this place's last message."""
         logger = _logger(kwargs)
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)

@@ -81,7 +81,7 @@ class HeaderReader:
         (length,) = _LENGTH.unpack_from(self._buffer)
         if length > self.limit_bytes:
             limit = limit_text("header_bytes", self.limit_bytes)
-            raise LimitExceeded(f"connection header of {length} bytes announced; {limit}")
+            raise LimitExceeded(f"a connection header of {length} bytes was announced; {limit}")
         if len(self._buffer) < 4 + length:
             return None
         self.fields = decode_header(bytes(self._buffer[4 : 4 + length]))

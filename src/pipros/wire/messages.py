@@ -143,7 +143,7 @@ class MessageReader:
             body = self._start + 4
             if length > self.limit_bytes:
                 limit = limit_text("frame_bytes", self.limit_bytes)
-                raise LimitExceeded(f"message of {length} bytes announced; {limit}")
+                raise LimitExceeded(f"a message of {length} bytes was announced; {limit}")
             if end - body < length:
                 return
             self._start = body + length
@@ -246,7 +246,7 @@ class ReplyReader:
             (length,) = _unpack_length(held, 1)
             if length > self.limit_bytes:
                 limit = limit_text("frame_bytes", self.limit_bytes)
-                raise LimitExceeded(f"reply of {length} bytes announced; {limit}")
+                raise LimitExceeded(f"a reply of {length} bytes was announced; {limit}")
             missing += length
             if missing <= 0:
                 end = _REPLY_HEAD_BYTES + length
