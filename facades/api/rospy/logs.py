@@ -78,7 +78,7 @@ class LoggingIdentical:
         self.last_logging_msg_table: dict[Hashable, str] = {}
 
     def __call__(self, caller_id: Hashable, msg: str) -> bool:
-        """Return True if the caller's previous line was different, or if this is its first."""
+        """Return True if the caller's previous line was different, or if there was none."""
         is_new = self.last_logging_msg_table.get(caller_id) != msg
         self.last_logging_msg_table[caller_id] = msg
         return is_new

@@ -1,4 +1,4 @@
-"""Runs the bridges of a program until it is stopped: the node, the event loop and the port."""
+"""Run a program's node, event loop, port and bridges until the program is stopped."""
 
 from __future__ import annotations
 

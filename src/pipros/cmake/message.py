@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 class Kind(enum.Enum):
-    """The treatment of a message."""
+    """The kind of a message, which determines what is done with it."""
 
     STATUS = "print to standard output"
     NOTICE = "print to standard error"
@@ -35,7 +35,7 @@ _KINDS = {
 
 
 def read_message(words: Sequence[str]) -> tuple[Kind, str]:
-    """Return the treatment of `message(words)`, and the text to print."""
+    """Return the kind of the message in `message(words)`, and the text to print."""
     if words and words[0] in _KINDS:
         return _KINDS[words[0]], "".join(words[1:])
     return Kind.NOTICE, "".join(words)

@@ -11,7 +11,7 @@ class Edge:
 
     Attributes:
         key, rkey: keys in an `EdgeList`, which consist of the label and the start (`key`) or the end
-        (`rkey`).
+            (`rkey`).
     """
 
     __slots__ = ("end", "key", "label", "rkey", "start")

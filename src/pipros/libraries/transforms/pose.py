@@ -161,7 +161,7 @@ def normalized(pose: Pose) -> Pose:
 
 
 def compose_via_matrices(outer: Pose, inner: Pose) -> Pose:
-    """Like `composed`, but uses rotation matrices, which normalises all quaternions.
+    """Like `composed`, but use rotation matrices, which normalises all quaternions.
 
     tf2 composes transforms at two different times in this way.
     """

@@ -30,8 +30,8 @@ class World:
     """The walls of a world.
 
     Attributes:
-        jumps: WALL, OUTSIDE, or a number of cells that are certain to be free in every direction, including
-            diagonals; for each cell and for a border of one cell around the grid.
+        jumps: for each cell, and for a border of one cell around the grid: WALL, OUTSIDE, or a number of
+            cells that are certain to be free in every direction, including diagonals.
         resolution: metres per cell.
         left, bottom: position of the lower left corner of the grid, excluding the border.
     """
