@@ -42,7 +42,7 @@ def read_header(sock: socket.socket) -> None:
 
 
 def nonsense(seed: int) -> bytes:
-    """Bytes that no peer should send: noise, false lengths, halves of a header."""
+    """Bytes that no peer should send: noise, wrong lengths, and incomplete headers."""
     chance = random.Random(seed)  # noqa: S311 - repeatable, not secret
     noise = chance.randbytes(chance.randrange(1, 200))
     length = struct.pack("<I", chance.choice([0, 1, 3, len(noise), 2**31 - 1, 2**32 - 1]))

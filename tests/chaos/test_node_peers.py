@@ -23,7 +23,7 @@ String: Any = load_message_class("std_msgs/String")
 
 
 def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None:
-    """Check that a new subscriber gets a message of the node's topic `chat`."""
+    """Check that a new subscriber gets a message on the node's topic `chat`."""
     inbox, friend = Inbox(), make_node(name)
     friend.subscribe("chat", String, inbox)
     publication = node.endpoints.publication("/chat")

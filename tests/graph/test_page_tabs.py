@@ -87,7 +87,7 @@ def test_the_time_axis_of_curves(ros: RosSystem) -> None:
         assert "have no header; choose another x axis" in refused["error"]
         slow = "/point=len([1 for a in range(1000) for b in range(1000) for c in range(1000)])"
         ended = first(browser.watch("plot", field=slow), lambda data: data.get("error"))
-        # A fast processor reaches the evaluator's limit before the time is over.
+        # a fast processor reaches the evaluator's limit before the time limit
         assert re.search("a sample takes|does too much work", ended["error"])
         assert "axis must be one of" in next(browser.watch("plot", field="/point", axis="moon"))["error"]
 

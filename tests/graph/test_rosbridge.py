@@ -124,14 +124,14 @@ def test_a_throttled_topic_without_a_queue_drops_messages_that_come_too_early(ur
         publisher.publish(STRING("last"))
         while witness.wait_for("publish")["msg"] != {"data": "last"}:
             pass
-        client.send("subscribe", topic="/fast", id="b")  # the lower rate counts
+        client.send("subscribe", topic="/fast", id="b")  # the lower rate applies
         with publishing(publisher, "later"):
             assert [client.receive()["msg"]["data"] for _ in range(2)] == ["early", "later"]
 
 
 @contextmanager
 def publishing(publisher: Any, text: str) -> Iterator[None]:
-    """Publish a text again and again within the block."""
+    """Publish a text repeatedly within the block."""
     end = threading.Event()
 
     def publish() -> None:
