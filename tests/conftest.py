@@ -20,7 +20,7 @@ from tests.support.processes import Processes
 from tests.support.ros import RosSystem
 from tests.support.started import STARTED
 
-# On a machine with other work, the duration of an example says nothing about the code.
+# On a busy machine, the duration of an example says nothing about the code.
 settings.register_profile(
     "pipros", deadline=None, max_examples=examples(100), suppress_health_check=[HealthCheck.too_slow]
 )
@@ -83,7 +83,7 @@ def pytest_runtest_setup() -> None:
 def pytest_runtest_makereport() -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Add the output of every program of the test to the report of a failure.
 
-    In continuous integration a test that is skipped proves nothing, so it is a failure.
+    In continuous integration, a skipped test counts as a failure, because it proves nothing.
     """
     report = yield
     if report.failed:
@@ -152,7 +152,7 @@ def isolated_ros_variables(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: py
 
 @pytest.fixture
 def claimed_port() -> Iterator[ClaimedPort]:
-    """A free port that no other test uses, if it must be known in advance (else use port 0)."""
+    """A free port that no other test uses, for tests that must know it in advance; other tests use port 0."""
     port = ClaimedPort()
     yield port
     port.release()
@@ -161,7 +161,7 @@ def claimed_port() -> Iterator[ClaimedPort]:
 @pytest.fixture
 def processes(tmp_path: Path) -> Iterator[Processes]:
     """Start programs in the environment of this process; end them, and fail if one is still running."""
-    # Programs are started as usual: with compiled modules cached for the next start.
+    # As usual, programs cache compiled modules for the next start.
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     started = Processes(environment, tmp_path)
     yield started

@@ -28,7 +28,7 @@ class _DistributionFinder:
         return None
 
     def find_distributions(self, context: DistributionFinder.Context) -> Iterable[Distribution]:
-        # Lists of all distributions, or of those in given folders, contain only those installed by pip.
+        # Lists of distributions contain only those that pip installed.
         if context.name is None or "path" in vars(context):
             return ()
         from pipros.packages.distributions import shipped_distribution

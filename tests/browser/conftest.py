@@ -1,4 +1,6 @@
-"""The page in a real browser. `PIPROS_SCREENSHOTS=FOLDER` saves pictures of each tab, light and dark."""
+"""Fixtures for the page in a real browser.
+
+`PIPROS_SCREENSHOTS=FOLDER` saves pictures of each tab, light and dark."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every tab is usable with a screen reader, as far as axe-core can tell."""
+"""Every tab is usable with a screen reader, as far as axe-core can determine."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def connect(bag: BagWriter, topic: str, name: str) -> Connection:
 
 
 def make_bag(path: Path, *, is_finished: bool = True) -> None:
-    """Write 20 s of numbers at 10 Hz, images at 1 Hz, a log entry each 5 s, and a static transform."""
+    """Write 20 s of numbers at 10 Hz, images at 1 Hz, a log entry every 5 s, and a static transform."""
     image, log, frames = map(
         load_message_class, ("sensor_msgs/Image", "rosgraph_msgs/Log", "tf2_msgs/TFMessage")
     )

@@ -1,4 +1,4 @@
-"""The page on a system of pipros, rospy and roscpp nodes; without genuine ROS on one of pipros alone."""
+"""The page on a system of pipros, rospy and roscpp nodes or, without genuine ROS, of pipros nodes alone."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_each_tab_shows_data_of_all_kinds_of_nodes(mixed: RosSystem, open_tab: O
         tab.context.close()
     tab = open_tab(page, "graph")
     for name in ["robot", *(["genuine_robot", "cpp_talker", "cpp_imu", "listener"] if IS_MIXED else [])]:
-        if name != "robot" or IS_MIXED:  # alone it is connected only to the page
+        if name != "robot" or IS_MIXED:  # without other nodes, it is connected only to the page
             expect(tab.locator(f'[data-key="node:/{name}"]')).to_be_visible()
     if IS_MIXED:
         expect(tab.locator("svg.canvas")).to_contain_text(re.compile(r"\d Hz"))
@@ -119,7 +119,7 @@ def test_a_killed_talker_is_marked_and_does_not_disturb_other_nodes(
     expect(tab.locator('[data-key="node:/talker"]')).to_have_attribute(
         "aria-label", "node /talker, does not answer"
     )
-    tab.locator('[data-key="topic:/other"]').click()  # the others go on
+    tab.locator('[data-key="topic:/other"]').click()  # the others continue
     expect(tab.locator("aside .message")).to_contain_text("data")
     expect(tab.locator("aside dl")).to_contain_text(re.compile(r"Rate\d"))
     ros.pipros.run("bash", "-c", "echo y | rosnode cleanup")

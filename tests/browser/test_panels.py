@@ -140,12 +140,12 @@ def drag_over(tab: Tab, plot: Locator) -> None:
 
 
 def labels(plot: Locator) -> str:
-    """Return a picture of the time axis; it changes as long as the plot follows."""
+    """Return a picture of the time axis, which changes as long as the plot follows."""
     return str(plot.locator("canvas").evaluate("canvas => canvas.toDataURL()"))
 
 
 def is_still(tab: Tab, plot: Locator) -> bool:
-    """Return whether a plot stays as it is while new samples arrive."""
+    """Return whether a plot stays unchanged while new samples arrive."""
     before = labels(plot)
     legend = plot.locator(".legend")
     value = legend.inner_text()

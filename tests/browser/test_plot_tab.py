@@ -34,7 +34,7 @@ while not rospy.is_shutdown():
     count += 1
     rate.sleep()
 """
-# The part of the chart's columns that have a pixel in a colour.
+# the fraction of the chart's columns that have a pixel in a colour
 COLUMNS = """([red, green, blue]) => {
   const canvas = document.querySelector(".chart canvas");
   const { data, width, height } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);

@@ -45,8 +45,9 @@ NOTE_CLICKS = """() => {
   };
 }"""
 CONTROLS = "a[href], button, input, select, textarea, summary, [tabindex='0']"
-# What the mouse can use and the keyboard cannot: elements with a listener that neither can have the focus,
-# nor contain something that can. Entries of the log are chosen with the arrow keys, and the plot has keys.
+# Elements that the mouse can use but the keyboard cannot: those with a listener that neither can have the
+# focus # nor contain an element that can. Log entries are selected with the arrow keys, and the plot has
+# keys.
 MOUSE_ONLY = f"""() => [...document.querySelectorAll("[data-clicked]")].filter((element) =>
   element.checkVisibility() && !element.matches(".entry, .u-wrap, body") && !element.matches("{CONTROLS}")
   && !element.querySelector("{CONTROLS}") && element.childElementCount > 0)
@@ -69,7 +70,7 @@ SMALL = f"""() => [...document.querySelectorAll("{CONTROLS}")].filter((element) 
   const {{ width, height }} = target.getBoundingClientRect();
   return width < 39.5 || height < 39.5;
 }}).map((element) => element.outerHTML.slice(0, 150))"""
-# Tabs whose titles are wider than they are, and so lie over each other.
+# Tabs that are narrower than their titles, and therefore overlap.
 SQUEEZED = """() => [...document.querySelectorAll("[role=tab]")]
   .filter((tab) => tab.scrollWidth > tab.clientWidth).map((tab) => tab.textContent)"""
 MOST_STEPS = 250
@@ -77,7 +78,7 @@ MOST_STEPS = 250
 
 @pytest.fixture
 def page(ros: RosSystem, tmp_path: Path) -> Page:
-    """The page of a system with `/robot`, with control."""
+    """The page of a system with `/robot`, started with `--control`."""
     ros.pipros.start_master()
     ros.pipros.start(sys.executable, ROBOT, "robot")
     ros.wait_for_publisher("/imu")

@@ -38,7 +38,7 @@ exit(gen.generate(PACKAGE, "tuning", "Tuning"))
 
 @pytest.fixture
 def module(tmp_path: Path) -> Path:
-    """Return the contents of the module of the configuration, as JSON."""
+    """Return the contents of the configuration's module as JSON."""
     cfg = tmp_path / "Tuning.cfg"
     cfg.write_text(CFG)
     file = tmp_path / "module.json"
@@ -64,7 +64,7 @@ def test_each_kind_of_parameter_is_changed_on_the_page(
     expect(gain).to_have_value("1.5")
     gain.fill("-99")
     gain.press("Enter")
-    expect(gain).to_have_value("-10")  # the server keeps it within its bounds
+    expect(gain).to_have_value("-10")  # the server clips the value to its bounds
     slider = tab.get_by_label("gain, slider")
     slider.fill("4")
     server.wait_for("'gain': 4.0")

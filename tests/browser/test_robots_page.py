@@ -15,13 +15,13 @@ from tests.support.waiting import wait_until
 
 
 def pose_on(tab: Tab) -> list[float]:
-    """Return x, y and yaw of the only robot; empty before there is one."""
+    """Return x, y and yaw of the only robot; an empty list before it exists."""
     robots = json.loads(tab.locator("canvas").get_attribute("data-robots") or "[]")
     return list(robots[0][1:]) if robots else []
 
 
 def drag(tab: Tab, start: tuple[float, float], end: tuple[float, float]) -> None:
-    """Drag from one place of the world to another, in metres."""
+    """Drag from one position in the world to another, in metres."""
     box = tab.locator("canvas").bounding_box()
     assert box is not None
     places = [

@@ -1,4 +1,4 @@
-"""Bad messages, transforms and meshes are reported by their displays, and harm no other."""
+"""Bad messages, transforms and meshes are reported by their displays, and do not affect other displays."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_everything_bad_has_a_status_and_harms_no_other_display(
             "it contains invalid floating point values (nans or infs)",
         )
     }
-    # Endless ids: as if there were so many markers already.
+    # as if so many markers with different IDs already existed
     full = tab.evaluate(
         """() => {
           const { scene } = document.querySelector(".tab-scene");

@@ -56,7 +56,7 @@ def drag(tab: Tab, grip: Grip) -> None:
 def differences(
     found: Sequence[Mapping[str, Any]], expected: Sequence[Mapping[str, Any]]
 ) -> Sequence[tuple[int, str, Any, Any]]:
-    """Return the number, field and values of what differs."""
+    """Return the number, the field and the values of each difference."""
     events = [[each["event_type"] for each in events] for events in (found, expected)]
     if events[0] != events[1]:
         return [(0, "event_type", *events)]

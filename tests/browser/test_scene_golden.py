@@ -64,7 +64,7 @@ READ = """([places, size]) => {
 
 
 def differences(tab: Tab, name: str) -> str:
-    """Return how the picture differs from the recorded one; empty if it does not."""
+    """Return a description of the difference from the recorded picture; empty if there is none."""
     golden: Mapping[str, Any] = json.loads((GOLDEN / f"{name}.json").read_text())
     places = [[int(part) for part in place.split(",")] for place in golden["probes"]]
     found = tab.evaluate(READ, [places, [WIDTH, HEIGHT]])

@@ -1,4 +1,4 @@
-"""The Scene tab shows the moment of a bag: nothing of another moment stays."""
+"""The Scene tab shows one moment of a bag, without remains of other moments."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_the_scene_follows_a_bag_without_stale_objects(
         jump_to(tab, str(second))
         show_tab(tab, "Scene")
         wait_for(tab, [BEGIN + second, second, *shown])
-    # The beginning of the next loop lacks what the end has shown.
+    # the beginning of the next loop does not show messages from the end
     show_tab(tab, "Bags")
     jump_to(tab, "19")
     show_tab(tab, "Scene")

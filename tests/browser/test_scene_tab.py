@@ -1,6 +1,6 @@
-"""The Scene tab in a browser: what it draws, its tree, its tools, with and without control.
+"""The Scene tab in a browser: its drawing, its tree and its tools, with and without `--control`.
 
-In the view from above one metre is 50 pixels, and the middle of the picture is the origin.
+In the view from above, one metre is 50 pixels, and the origin is in the middle of the picture.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def scene_of(
 
 
 def colour_at(tab: Tab, x: float, y: float) -> Sequence[int]:
-    """Return the colour at a place in metres."""
+    """Return the colour at a position in metres."""
     found: Sequence[int] = tab.evaluate(
         """([x, y, scale]) => {
           const scene = document.querySelector(".tab-scene")?.scene;
@@ -169,7 +169,7 @@ def test_without_control_nothing_is_published(system: RosSystem, open_tab: OpenT
 
 
 def place_on(tab: Tab, x: float, y: float) -> tuple[float, float]:
-    """Return the pixel of the page at a place in metres."""
+    """Return the pixel of the page at a position in metres."""
     box = tab.locator(".scene-canvas").bounding_box()
     assert box is not None
     return box["x"] + box["width"] / 2 + x * SCALE, box["y"] + box["height"] / 2 - y * SCALE

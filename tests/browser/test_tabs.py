@@ -124,7 +124,7 @@ def test_a_node_is_shown_with_its_parameters(robot: RosSystem, open_tab: OpenTab
 
 
 def press_tab_until(tab: Tab, selector: str) -> None:
-    """Press Tab until the element has the focus; scrollable regions and heads of columns may come first."""
+    """Press Tab until the element has the focus; scrollable regions and column headers may precede it."""
     for _ in range(12):
         tab.keyboard.press("Tab")
         if tab.evaluate("selector => document.activeElement.matches(selector)", selector):

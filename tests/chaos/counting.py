@@ -1,4 +1,4 @@
-"""The resources of a process: memory, threads and descriptors, for tests that all are released."""
+"""The resources of a process: memory, threads and descriptors, for tests of their release."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def wait_until_back(before: Holdings) -> None:
     """Wait until the process has no more resources than before.
 
     Raises:
-        AssertionError: it keeps more resources.
+        AssertionError: the process still has more resources at the end.
     """
 
     def is_back() -> bool:

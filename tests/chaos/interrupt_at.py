@@ -1,7 +1,7 @@
-"""Runs a tool or a node many times, each time with one SIGINT at another byte code of its main thread.
+"""Run a tool or a node many times, each time with a SIGINT at another bytecode instruction of the main thread.
 
 `python -m tests.chaos.interrupt_at {command,node} MOMENT...` prints a line for each run that did not end, and
-finally `done`. Only the byte codes of `threading` and of pipros's waits count, between which Python
+finally `done`. Only the instructions of `threading` and of pipros's waits count, between which Python
 may run a signal handler while a lock is held. The runs are forked children, so that imports are done once.
 """
 
@@ -23,12 +23,12 @@ from pipros.graph.listening import Listening  # noqa: F401
 
 _FILES = (threading.__file__, *(f"/pipros/{name}.py" for name in ("interruptible_wait", "graph/listening")))
 _ENDS_WITHIN_S = 30.0
-_WAITS_S = 0.5  # a program that runs for that long is waiting
+_WAITS_S = 0.5  # a program that runs for this long is waiting
 _SENT = b"!"
 
 
 class _Interrupter:
-    """A trace function that sends SIGINT to this process at the n-th byte code."""
+    """A trace function that sends SIGINT to this process at the n-th bytecode instruction."""
 
     def __init__(self, moment: int, report: int) -> None:
         self._left = moment
@@ -37,7 +37,7 @@ class _Interrupter:
     def __call__(self, frame: FrameType, _event: str, _arg: Any) -> Any:
         if not frame.f_code.co_filename.endswith(_FILES):
             return None
-        frame.f_trace = self._step  # before the next line, which Python 3.13 ignores otherwise
+        frame.f_trace = self._step  # raise before the next line; otherwise, Python 3.13 ignores the signal
         frame.f_trace_opcodes = True
         frame.f_trace_lines = False
         return self._step

@@ -43,7 +43,7 @@ def quick_retries(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 class Relay:
-    """A node sends numbered texts to the one behind the proxy, which replies to each with its own text."""
+    """A node sends numbered texts to the node behind the proxy, which replies to each with its own text."""
 
     def __init__(self, near: Node, behind: Node, *, queue_size: int | None = 0) -> None:
         self.history = History()
@@ -69,7 +69,7 @@ class Relay:
         return int(text.split()[1])
 
     def wait(self, number: int) -> None:
-        """Wait until that message and the reply to it have arrived."""
+        """Wait until a message and the reply to it have arrived."""
 
         def answered() -> bool:
             came, answer = self.history.last("near", "behind"), self.history.last("behind", "near")
@@ -173,7 +173,7 @@ def test_a_stalled_link_loses_exactly_the_counted_messages(
 def test_a_link_that_ends_counts_its_queued_messages(relay: Relay, proxy: FaultProxy) -> None:
     relay.say_until_one_comes()
     proxy.stall()
-    for _ in range(500):  # more than the buffers of a system grow to
+    for _ in range(500):  # more than the system's buffers can grow to
         relay.say(size=100_000)
     proxy.cut()
     proxy.resume()

@@ -1,4 +1,4 @@
-"""One Ctrl-C is enough, even between two byte codes of a wait: see `tests.chaos.interrupt_at`."""
+"""One Ctrl-C is enough, even between two bytecode instructions of a wait; see `tests.chaos.interrupt_at`."""
 
 from __future__ import annotations
 

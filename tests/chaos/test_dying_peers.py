@@ -42,7 +42,7 @@ def read_header(sock: socket.socket) -> None:
 
 
 def nonsense(seed: int) -> bytes:
-    """Bytes that no peer should send: noise, false lengths, halves of a header."""
+    """Bytes that no peer should send: noise, wrong lengths, and incomplete headers."""
     chance = random.Random(seed)  # noqa: S311 - repeatable, not secret
     noise = chance.randbytes(chance.randrange(1, 200))
     length = struct.pack("<I", chance.choice([0, 1, 3, len(noise), 2**31 - 1, 2**32 - 1]))
@@ -179,7 +179,7 @@ def test_a_thousand_calls_leave_no_resources_behind(node: Node, make_node: MakeN
         (b"\x01", "unable to receive data from sender"),
         (b"\x01" + struct.pack("<I", 1000) + b"half", "unable to receive data from sender"),
         (b"\x00" + struct.pack("<I", 4), "unable to receive data from sender"),
-        (b"\x01" + struct.pack("<I", 0xFFFFFFFF), "4294967295 bytes announced; the limit is"),
+        (b"\x01" + struct.pack("<I", 0xFFFFFFFF), "4294967295 bytes was announced; the limit is"),
     ],
     ids=["silence", "within the answer", "within the body", "within the error", "4 GB announced"],
 )

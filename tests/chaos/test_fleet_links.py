@@ -112,7 +112,7 @@ def test_a_router_that_is_restarted_joins_all_again(claimed_port: ClaimedPort) -
 
 
 def test_messages_latched_during_a_short_cut_arrive(claimed_port: ClaimedPort) -> None:
-    """The link is back before the other members or the next poll can notice."""
+    """The link is restored before the other members or the next poll can notice."""
     address = f"tcp/127.0.0.1:{claimed_port.number}"
     router = open_router([address])
     with Member("robot1", address) as robot, Member("operator", address) as operator:

@@ -191,7 +191,7 @@ def test_every_process_recovers_and_messages_arrive_whole_once_and_in_order(scen
     for kill in kill_schedule(seed, victims, 12, after=(1, 50)):
         scene.kill(kill)
 
-    # A killed relay explains one gap; no other node is between a talker and its listener.
+    # a killed relay explains one gap, because no other node is between a talker and its listener
     assert scene.histories["chat"].problems() == []
     assert scene.histories["launched"].problems() == []
     assert scene.histories["relayed"].problems(breaks=2) == []

@@ -2,7 +2,7 @@
 
 The master runs in its own process, so that the test's own work is not counted. A bystander calls the
 master during each attack; every response must arrive within a second. A healthy master is a hundred
-times faster (`benchmarks/master.py` has the figures), and a stuck one much slower.
+times faster (`benchmarks/master.py` has the figures), and a stuck master is much slower.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ String: Any = load_message_class("std_msgs/String")
 
 
 def assert_serves(node: Node, make_node: MakeNode, name: str = "friend") -> None:
-    """Check that a new subscriber gets a message of the node's topic `chat`."""
+    """Check that a new subscriber gets a message on the node's topic `chat`."""
     inbox, friend = Inbox(), make_node(name)
     friend.subscribe("chat", String, inbox)
     publication = node.endpoints.publication("/chat")
@@ -122,7 +122,7 @@ class FakePublisher:
     ("body", "complaint"),
     [
         (struct.pack("<II", 4, 100), "cannot decode 4 bytes as std_msgs/String"),
-        (struct.pack("<I", 0xFFFFFFFF), "message of 4294967295 bytes announced; the limit is"),
+        (struct.pack("<I", 0xFFFFFFFF), "message of 4294967295 bytes was announced; the limit is"),
     ],
     ids=["no message", "too large"],
 )

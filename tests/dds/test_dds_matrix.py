@@ -26,9 +26,9 @@ ALL = [*BOTH, "fast-shm", *WHEEL]
 
 
 def received(reader: Process) -> list[int]:
-    """The numbers of the messages that a subscriber printed; their content was right.
+    """Return the numbers of the messages that a subscriber printed, after checking their content.
 
-    The last line of a killed one may be incomplete.
+    The last line of a killed subscriber may be incomplete.
     """
     assert not any(line.startswith("wrong") for line in reader.stdout)
     found = [re.fullmatch(r"got (\d+) \d+", line) for line in list(reader.stdout)]

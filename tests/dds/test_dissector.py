@@ -44,7 +44,7 @@ def dissect(file: Path, *arguments: str) -> str:
 
 @cache
 def conversation() -> list[bytes]:
-    """The datagrams of two participants with every kind of submessage, of which some are lost."""
+    """The datagrams of two participants, with every kind of submessage. Some datagrams are lost."""
     network = SimulatedNetwork(seed=11, loss=0.2)
     talker, listener = network.host(), network.host()
     writer = talker.engine.add_writer("rt/chatter", STRING, LATCHED, network.now, b"typehash=RIHS01_00;")

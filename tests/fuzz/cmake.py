@@ -1,7 +1,7 @@
 """An untrusted `CMakeLists.txt` is a project or raises CMakeError, in bounded time.
 
-Commands that run programs or touch files are excluded, because they are not restricted. So are regular
-expressions with several repetitions, which take exponential time.
+Commands that run programs or touch files are excluded, because they are not restricted. Regular expressions
+with several repetitions are also excluded, because they take exponential time.
 
 python -m tests.fuzz.cmake --seconds 60
 """

@@ -1,4 +1,4 @@
-"""What a Foxglove client sends: a request, or an error that names what is wrong.
+"""Any message from a Foxglove client is a request, or raises an error that names the fault.
 
 An input begins with `t` for text or `b` for binary data. Parameters and assets of the request are read, too.
 

@@ -1,4 +1,4 @@
-"""Names listed by a master: tools print a clean line for each, completion offers only legal ones.
+"""For any names listed by a master, tools print a clean line each, and completion offers only legal names.
 
 An input is names, separated by NUL: topics, nodes, types, URIs and services in turn.
 

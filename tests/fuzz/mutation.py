@@ -42,7 +42,7 @@ def mutations(
 
     Args:
         words: pieces that the target knows.
-        longer: further numbers of repetitions of a piece, besides up to 50.
+        longer: numbers of repetitions of a piece, in addition to those up to 50.
     """
     rng = random.Random(seed)  # noqa: S311
     while True:
@@ -80,7 +80,7 @@ def _mutate(
 
 @contextmanager
 def bounded() -> Iterator[None]:
-    """Raise `TooSlow` in the block if it takes too long."""
+    """Raise `TooSlow` if the block takes too long."""
 
     def stop(*_: object) -> None:
         raise TooSlow(f"more than {SECONDS_FOR_ONE} s of processor time")
@@ -95,7 +95,7 @@ def bounded() -> Iterator[None]:
 
 
 def main(target: Target, name: str, words: Sequence[bytes] = (), longer: Sequence[int] = ()) -> int:
-    """Run a target on its corpus and on mutations of it until it has had enough or fails."""
+    """Run a target on its corpus and on mutations of it until the limit is reached or the target fails."""
     parser = argparse.ArgumentParser(description=f"Fuzzes {name}.")
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--inputs", type=int, help="run so many mutations, however long it takes")

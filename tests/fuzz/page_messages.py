@@ -1,4 +1,4 @@
-"""Messages of any definition on topics of the page are shown, or reported as wrong, without an exception.
+"""Messages with any definition are shown by the page, or reported as invalid, without an exception.
 
 An input is the definition, a line `===`, and the bytes.
 

@@ -1,4 +1,4 @@
-"""Frames of a rosbridge client: effects, status errors, and messages or named fields; never an exception.
+"""Any frames from a rosbridge client have effects or cause status errors, but never raise an exception.
 
 An input is frames, separated by NUL bytes. The first byte says how they are read: `b` as BSON, `s` as parts
 of a stream, anything else as frames of a WebSocket.

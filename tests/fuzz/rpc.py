@@ -1,8 +1,8 @@
 """Any bytes sent to an XML-RPC server are calls, or raise the documented errors.
 
-An input is the stream of one connection. It is read in one piece and byte by byte, which must come
-to the same; each body is read by the quick and the thorough reader, which must not disagree; each
-value that is read must survive being written.
+An input is the stream of one connection. It is read in one piece and byte by byte, with the same
+result. Each body is read by the fast and by the complete reader, which must not disagree. Each value that is
+read must be the same after writing and reading it again.
 
 python -m tests.fuzz.rpc --seconds 60
 """

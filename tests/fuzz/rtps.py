@@ -1,7 +1,7 @@
 """Any datagrams leave the decoder and a participant of RTPS without an exception and within its limits.
 
-An input is a list of datagrams, each after its length in two bytes. They reach an engine that has a writer, a
-reader and a known peer; the time passes between them.
+An input is a list of datagrams, each after its length in two bytes. They are passed to an engine that has a
+writer, a reader and a known peer. Time passes between the datagrams.
 
 python -m tests.fuzz.rtps --seconds 60
 """

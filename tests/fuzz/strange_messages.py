@@ -1,4 +1,4 @@
-"""Any definition and bytes become a message in proportion to its bytes, or an error.
+"""Any definition and bytes become a message whose memory is in proportion to the bytes, or raise an error.
 
 An input is the definition, a line `===`, and the bytes.
 

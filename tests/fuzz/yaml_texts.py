@@ -45,7 +45,7 @@ def target(data: bytes) -> None:
 
 
 def values_in(value: object) -> int:
-    """Count values as if aliases were written out; stop soon after the limit."""
+    """Count values as if aliases were written out. Stop soon after reaching the limit."""
     count = 0
     waiting = [value]
     while waiting and count <= LIMITS.yaml_values + 1:

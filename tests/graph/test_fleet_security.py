@@ -89,7 +89,7 @@ def test_a_member_cannot_pose_as_a_router(authority: Authority) -> None:
 
 
 def test_a_member_cannot_speak_for_another(authority: Authority, router: str) -> None:
-    """It cannot join, publish, send commands or answer under another name."""
+    """A member cannot join, publish, send commands or answer under another name."""
     with (
         member(authority, "operator", router) as operator,
         member(authority, "robot1", router, ACCEPTS) as one,
@@ -253,7 +253,7 @@ def test_a_member_of_another_version_is_reported_and_ignored(claimed_port: Claim
 
 
 def test_of_two_members_with_one_name_the_later_one_ends(claimed_port: ClaimedPort) -> None:
-    """They joined while the link between them was cut, so neither could see the other."""
+    """Two members joined while the link between them was cut, so neither could see the other."""
     with running_router(claimed_port.number) as address, Member("robot1", address) as first:
         twin = connect(address)
         try:

@@ -35,7 +35,7 @@ def image() -> Any:
 
 
 def send_until(node: Node, topic: str, got: list[Any]) -> None:
-    """Publish the image again and again, since programs connect when they are ready."""
+    """Publish the image repeatedly, because programs connect only when they are ready."""
     publisher = node.advertise(topic, Image, queue_size=1)
 
     def arrived() -> bool:

@@ -25,7 +25,7 @@ SetBool: Any = load_service_class("std_srvs/SetBool")
 
 @pytest.fixture
 def master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Master]:
-    # As on a machine whose /etc/hosts has only an IPv4 address for localhost.
+    # as on a machine whose /etc/hosts has only an IPv4 address for localhost
     monkeypatch.setattr(address, "_means_ipv6_loopback", lambda _name: False)
     with Master(port=0, environment=Environment(ipv6=True)) as running:
         yield running

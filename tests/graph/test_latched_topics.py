@@ -41,7 +41,7 @@ def gate() -> Iterator[Gate]:
 
 
 def slow_class(gate: Gate) -> Any:
-    """Return std_msgs/String as a class of a genuine generator, whose encoding waits for the gate."""
+    """Return std_msgs/String as a class from a genuine generator whose encoder waits for the gate."""
 
     class Slow(String):  # type: ignore[misc]
         _to_buffers = None

@@ -51,7 +51,7 @@ def test_a_name_that_cannot_be_encoded_is_reported_and_the_node_ends_properly(
 
 
 def test_a_failing_shutdown_still_closes_the_loop(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Otherwise the loop would continue with a closed signal socket."""
+    """Otherwise, the loop would continue with a closed signal socket."""
 
     def fail(_: Any) -> None:
         raise RuntimeError("of the test")

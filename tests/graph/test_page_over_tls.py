@@ -1,4 +1,4 @@
-"""The page on a network: `--bind`, a certificate, and their messages. The network is 127.0.0.2 here."""
+"""The page on a network: `--bind`, certificates, and messages about them. The network is 127.0.0.2."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def test_the_time_axis_of_curves(ros: RosSystem) -> None:
         assert "have no header; choose another x axis" in refused["error"]
         slow = "/point=len([1 for a in range(1000) for b in range(1000) for c in range(1000)])"
         ended = first(browser.watch("plot", field=slow), lambda data: data.get("error"))
-        # A fast processor reaches the evaluator's limit before the time is over.
+        # a fast processor reaches the evaluator's limit before the time limit
         assert re.search("a sample takes|does too much work", ended["error"])
         assert "axis must be one of" in next(browser.watch("plot", field="/point", axis="moon"))["error"]
 
@@ -253,7 +253,7 @@ def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[s
     [
         (["--control", "--read-only"], "--control and --read-only cannot be combined"),
         (["-s", "rqt_shell"], "rqt has no plugin [rqt_shell] in pipros; there are bag, console, graph, "),
-        (["-s"], "-s needs the name of a plugin"),
+        (["-s"], "-s must be followed by the name of a plugin"),
         (["--perspective-file", "/missing.json"], "cannot read /missing.json: No such file or directory"),
         (["--perspective", "nothing"], "there is no layout [nothing]"),
     ],

@@ -1,4 +1,4 @@
-"""`pipros ros2` as a command: what it prints, its status, and its end."""
+"""`pipros ros2` as a command: its output, its status and its end."""
 
 from __future__ import annotations
 

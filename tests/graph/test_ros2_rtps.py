@@ -1,4 +1,4 @@
-"""The engine for DDS, with two of them on one machine."""
+"""Two engines for DDS on one machine."""
 
 from __future__ import annotations
 

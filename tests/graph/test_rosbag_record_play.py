@@ -144,7 +144,7 @@ def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker
     found: list[list[tuple[str, Any]]] = []
 
     def ask_until(newest: int) -> None:
-        """Take snapshots until this number is in one."""
+        """Take snapshots until one contains this number."""
         number.publish(Int32(newest))
         while not any(("/number", newest) in rows for rows in found):
             answer = take.call(Trigger._request_class(), timeout_s=30)
@@ -198,7 +198,7 @@ def test_a_killed_recording_loses_only_the_current_chunk(
 def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
     ros: RosSystem, master: Master, talker: Node
 ) -> None:
-    """Limit files of this shell to 2 MB, which programs see as a full disk."""
+    """Limit the files of this shell to 2 MB, which has the same effect as a full disk."""
     limited = "ulimit -f 2000 && exec rosbag record -L 1 --chunksize 100 -O full /text"
     record = ros.pipros.start("bash", "-c", limited, ROS_MASTER_URI=master.uri)
     text = "x" * 10_000

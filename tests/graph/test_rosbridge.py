@@ -124,14 +124,14 @@ def test_a_throttled_topic_without_a_queue_drops_messages_that_come_too_early(ur
         publisher.publish(STRING("last"))
         while witness.wait_for("publish")["msg"] != {"data": "last"}:
             pass
-        client.send("subscribe", topic="/fast", id="b")  # the lower rate counts
+        client.send("subscribe", topic="/fast", id="b")  # the lower rate applies
         with publishing(publisher, "later"):
             assert [client.receive()["msg"]["data"] for _ in range(2)] == ["early", "later"]
 
 
 @contextmanager
 def publishing(publisher: Any, text: str) -> Iterator[None]:
-    """Publish a text again and again within the block."""
+    """Publish a text repeatedly within the block."""
     end = threading.Event()
 
     def publish() -> None:
@@ -639,7 +639,7 @@ def test_a_server_closes_while_its_node_shuts_down(server_class: Any, make_node:
     [
         ("_unregister_timeout:=-1", "~unregister_timeout must be a number >= 0, got -1"),
         ("_max_message_size:=big", "~max_message_size must be a number >= 0, got big"),
-        ("_address:=10.0.0.1", "UDP serves this machine only"),
+        ("_address:=10.0.0.1", "UDP serves only this machine"),
     ],
 )
 def test_wrong_parameters_of_a_server_are_errors(ros: Any, argument: str, error: str) -> None:

@@ -157,7 +157,9 @@ def test_a_second_ctrl_c_ends_a_node_whose_hook_hangs(
     node.send_signal(signal.SIGINT)
     node.wait_for("hanging")
 
-    def press_again() -> bool:  # once more if it followed so quickly that it counted as the first
+    def press_again() -> (
+        bool
+    ):  # again, in case the second signal followed so quickly that it counted as the first
         node.send_signal(signal.SIGINT)
         return not node.is_running
 

@@ -45,7 +45,7 @@ def test_rostest_runs_them_with_the_parameters_of_the_file(ros: RosSystem, scene
 
     assert run.returncode == (0 if scene.passes else 2), run.output
     assert scene.expected in run.output
-    # The node around it may be ended during its imports, with a traceback on stderr.
+    # The surrounding node may be ended during its imports, with a traceback on stderr.
     assert not any("Traceback" in line for line in run.stdout)
     assert scene.cases == cases_in(ros.home / ".ros/test_results/around/rosunit-scene.xml")
 

@@ -1,6 +1,6 @@
 """Keys and joysticks steer robots.
 
-The joystick is a FIFO with bytes as the kernel sends them; no device was tried.
+The joystick is a FIFO with bytes as sent by the kernel. Not tested with a real device.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ class TwoMachines:
         talker.wait_for("publishing and latching")
 
     def findings_there(self, **variables: str) -> dict[str, list[str]]:
-        """Return the findings of the doctor on the other machine: rule to subject."""
+        """Return the findings of the doctor on the other machine: the subject of each rule."""
         doctor = self.far("pipros", "doctor", "--json", **variables)
         doctor.wait(60.0)
         report: dict[str, Any] = json.loads("\n".join(doctor.stdout))

@@ -1,4 +1,4 @@
-"""Tools on a terminal: alignment, colours, and tables that are redrawn in place; plain output in pipes."""
+"""Tools on a terminal: alignment, colours, and tables that are redrawn in place. Output to pipes is plain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands of courses for turtlesim, as they are typed, and its page."""
+"""The commands for turtlesim in courses, as typed, and its page."""
 
 from __future__ import annotations
 

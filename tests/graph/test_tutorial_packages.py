@@ -1,4 +1,4 @@
-"""The packages of the wiki's tutorials, as they are typed: talkers, services, actions, followers."""
+"""The packages in the wiki's tutorials, as typed: talkers, services, actions, followers."""
 
 from __future__ import annotations
 

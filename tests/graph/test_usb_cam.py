@@ -1,4 +1,4 @@
-"""usb_cam with a video file as its device, and image_view. No real camera was tried."""
+"""usb_cam with a video file as its device, and image_view. Not tested with a real camera."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ def catkin_workspace() -> CatkinWorkspace:
 
 @pytest.fixture
 def plain_ros(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterator[RosSystem]:
-    """A ROS system as in other tests: for tests that need no workspace, and need not wait for its build."""
+    """A ROS system as in other tests, for tests that do not need the workspace and its slow build."""
     system = RosSystem(claimed_port.number, tmp_path, bare_tools)
     yield system
     system.close()

@@ -141,7 +141,7 @@ def test_the_messages_of_an_action_equal_those_of_the_python_code(tmp_path: Path
     ended = expand(tmp_path, text)
 
     assert ended.returncode == 0, ended.stderr
-    plain = text.replace("\r\n", "\n").replace("\n ---", "\n # ---")  # neither a mark nor a field
+    plain = text.replace("\r\n", "\n").replace("\n ---", "\n # ---")  # neither a separator nor a field
     assert written(tmp_path / "msg").keys() == expected("a/Do", plain).keys()
     for name, definition in expected("a/Do", plain).items():
         assert (tmp_path / "msg" / f"{name}.msg").read_text().replace("\n ---", "\n # ---") == definition

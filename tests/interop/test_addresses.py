@@ -84,7 +84,7 @@ class Machine:
         return side.run(*self._network.command(*argv), timeout_s=60)
 
     def start_master(self, side: Side) -> None:
-        """Start `roscore`; of genuine ROS only the master, which starts four times as fast."""
+        """Start `roscore` or, for genuine ROS, only the master, which starts four times as fast."""
         if side is self.ros.genuine:
             self.start(side, "rosmaster", "--core", "-p", str(self.ros.port))
         else:

@@ -26,7 +26,7 @@ def sides(tmp_path: Path, bare_tools: Path) -> Any:
 
 
 def fill(message: Any, count: list[int]) -> None:
-    """Give each field another value."""
+    """Give each field a different value."""
     classes = message_classes_from_text(message._type, message._full_text)
     for name, kind in zip(message.__slots__, message._slot_types, strict=True):
         base, _, length = kind.partition("[")
@@ -83,7 +83,7 @@ RULES = parse_rules(FILE.read_text(), str(FILE)) if FILE.exists() else []
 
 
 def test_rules_of_packages_have_the_effect_of_genuine_rosbag(sides: RosSystem) -> None:
-    """All in one bag, because starting genuine rosbag takes longer than all migrations."""
+    """All migrations use one bag, because starting genuine rosbag takes longer than all of them."""
     assert len(RULES) > 10
     (sides.home / "old.bag").write_bytes(old_bag(RULES))
     found: list[dict[str, Any]] = []

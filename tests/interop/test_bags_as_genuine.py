@@ -119,7 +119,7 @@ def test_messages_played_by_one_are_recorded_by_the_other(recorder: str, sides: 
 
 
 def test_bags_of_format_1_2_are_described_alike(tmp_path: Path) -> None:
-    """Today's genuine rosbag cannot read their messages, but describes their contents."""
+    """Current genuine rosbag cannot read the messages in such bags, but describes their contents."""
     file = tmp_path / "old.bag"
     file.write_bytes(old_bag_bytes(some_rows()))
     script = (

@@ -82,7 +82,7 @@ def test_catkin_find_prints_the_same(ros: RosSystem, spaces: Path, words: str) -
     answers = []
     for side in (ros.pipros, ros.genuine):
         ended = ask(side, "catkin_find", *words.split(), CMAKE_PREFIX_PATH=path)
-        # Both have one more workspace: the packages included in pipros, and those of Debian.
+        # Each side has an additional workspace: the packages included in pipros, or Debian's packages.
         other = (str(SHARED_PACKAGES.parent), "/usr", "/etc")
         printed = [line for line in ended.stdout if not line.startswith(other)]
         errors = [line for line in ended.stderr if not line.startswith(other)]

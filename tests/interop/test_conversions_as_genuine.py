@@ -1,4 +1,4 @@
-"""tf_conversions of both sides, with Debian's PyKDL."""
+"""tf_conversions of pipros and of genuine ROS, with Debian's PyKDL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""rosgraph.impl.graph, the library behind rqt_graph, finds the same as genuine rosgraph.
+"""rosgraph.impl.graph, the library behind rqt_graph, has the same results as genuine rosgraph.
 
 rqt_graph itself is not packaged by Debian; `examine_graph.py` reads the same parts.
 """

@@ -55,7 +55,7 @@ class Scene:
             )
 
     def start_master(self, side: Side) -> None:
-        """Start `roscore`; of genuine ROS only the master, which is four times as fast. Nodes wait for it."""
+        """Start `roscore` or, for genuine ROS, only the faster-starting master; nodes wait for it."""
         if side is self.ros.genuine:
             self._start(side, "rosmaster", "--core", "-p", str(self.ros.port))
         else:

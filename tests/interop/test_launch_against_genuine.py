@@ -106,7 +106,7 @@ def test_the_inspections_print_the_same(ros: RosSystem, package: Path, option: s
 
 
 def test_the_files_are_the_same(ros: RosSystem, package: Path) -> None:
-    # Genuine roslaunch prints them in an order that varies between runs.
+    # genuine roslaunch prints these lines in an order that varies between runs
     assert sorted(inspect(ros.pipros, "--files")) == sorted(inspect(ros.genuine, "--files"))
 
 

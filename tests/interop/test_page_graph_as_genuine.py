@@ -91,8 +91,8 @@ def test_the_case_study(ros: RosSystem) -> None:
 class RandomSystem:
     """Nodes with only `getBusInfo` and `getBusStats`, and random topics between them.
 
-    Of a connection one end or both tell. Some topics have no publisher, some no subscriber; some nodes are
-    dead.
+    A connection is reported by one end or by both. Some topics have no publisher, others have no subscriber,
+    and some nodes are dead.
     """
 
     def __init__(self, seed: int) -> None:
@@ -172,7 +172,8 @@ def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSy
     with ServerProxy(plain_ros.master_uri) as master:
         random_system.register(master)
     dead = {f"/node{node}" for node in random_system.dead}
-    # On a busy machine a node may miss the deadline of either side. Ours retries, genuine ones are skipped.
+    # On a busy machine, a node may miss the deadline of either side. pipros retries; genuine ROS skips the
+    # node.
     observation = wait_until(lambda: _with_dead(observe(plain_ros, NODES), dead), 60, "only the dead to fail")
     genuine = genuine_edges(plain_ros)
     silent = set(genuine["bad"])

@@ -114,7 +114,7 @@ def comparable(text: str) -> str:
     text = re.sub(r'time="[\d.]+"', "time", text)
     text = re.sub(r"rostest-[\w.-]+-\d+\.log", "rostest.log", text)
     text = re.sub(r'(?m)^  File "[^"]*/(unittest|rostest|rosunit|roslaunch|rospkg)/.*\n(    .*\n)*', "", text)
-    # Genuine ROS puts these before reasons that are complete without them.
+    # genuine ROS prints these before reasons that are complete without them
     return text.replace("False is not true : ", "").replace("[Errno 111] ", "")
 
 

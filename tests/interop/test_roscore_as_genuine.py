@@ -31,7 +31,7 @@ CALLS = [
 
 
 def _changes(ros: RosSystem, side: Side, log: Path) -> list[str]:
-    """Return the log lines of a master about the calls, which begin with a plus or a minus."""
+    """Return the lines about calls in a master's log, which begin with a plus or a minus."""
     master = side.start("rosmaster", "--core", "-p", str(ros.port), f"__log:={log}")
     for caller, method, *params in CALLS:
         client = MasterClient(ros.master_uri, caller, timeout_s=10)

@@ -1,6 +1,6 @@
 """Every public function of rospy behaves like genuine rospy, with valid and invalid arguments.
 
-Each script runs under genuine rospy and under pipros, and has to print the same.
+Each script runs under genuine rospy and under pipros, and must print the same.
 """
 
 from __future__ import annotations

@@ -143,7 +143,7 @@ def outcomes(side: Side) -> list[dict[str, Any]]:
 
 
 def test_each_text_has_the_same_result_as_in_genuine_ros(ros: RosSystem) -> None:
-    """Errors must be errors; their classes are compared only if scripts catch them."""
+    """Errors must occur on both sides; their classes are compared only if scripts catch them."""
     ours, genuine = outcomes(ros.pipros), outcomes(ros.genuine)
     share = "/usr/share/"
     different = []

@@ -52,7 +52,7 @@ KINDS = ("genuine", "pipros")
 
 @pytest.mark.timeout(240)
 def test_tools_of_both_show_measure_and_kill_talkers_of_both(ros: RosSystem, master: Process) -> None:
-    """All with one system, because starting it takes longer than most of them."""
+    """All comparisons use one system, because starting it takes longer than most of them."""
     talkers = {kind: start_talker(ros, kind) for kind in KINDS}
     both_print_the_same(ros)
     both_describe_nodes_and_their_connections_alike(ros)

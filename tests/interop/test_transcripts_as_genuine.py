@@ -15,7 +15,7 @@ from tests.support.waiting import wait_until
 
 # Text that varies between runs, and lines that each side prints about itself.
 OPEN = (
-    # On a terminal, pipros says whose line it is.
+    # on a terminal, pipros prefixes each line with its node
     (r"(?m)^\x1b\[\d+m\[\w+-\d+\]\x1b\[0m ", ""),
     (r"\[\d{10}\.\d{6}\]", "[TIME]"),
     (r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", "RUN_ID"),
@@ -32,7 +32,7 @@ OPEN = (
     # Genuine roslaunch prints this from one thread for each node, and lines are mixed.
     (r"killing on exit(?=\[)", "killing on exit\n"),
     (r"(?m)(?<=killing on exit\n)\n", ""),
-    # Genuine nodes race for the link to the newest log folder, and log who lost.
+    # genuine nodes race for the link to the newest log folder, and log a lost race
     (r"(?m)^INFO: cannot create a symlink.*\n", ""),
     # Lines of nodes appear at any time between those of the launcher.
     (r"(?m)^(\x1b\[\d+m)?\[(INFO|WARN)\].*\n(\x1b\[0m)?", ""),

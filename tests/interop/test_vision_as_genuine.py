@@ -28,7 +28,7 @@ def asked(python: str, program: str, argument: int | str, **environment: str) ->
         check=False,
     )
     assert ended.returncode == 0, ended.stderr
-    # Libraries log to standard output, too.
+    # libraries also log to standard output
     return json.loads(next(line for line in ended.stdout.splitlines() if line.startswith("{")))
 
 
@@ -50,7 +50,7 @@ def test_cv_bridge_makes_the_same_images() -> None:
 
     assert len(genuine) > 5000
     assert differing(genuine, asked(sys.executable, "examine_cv_bridge", 2)) == {}
-    # With Debian's numpy, which is older, too.
+    # also with Debian's numpy, which is older
     ours = asked(GENUINE, "examine_cv_bridge", 2, PYTHONPATH=SOURCE_PATH)
     assert differing(genuine, ours) == {}
 

@@ -272,7 +272,7 @@ def test_calls_beyond_the_threads_wait_for_their_turn(make_node: MakeNode) -> No
 def test_a_large_reply_is_refused_by_the_client(make_node: MakeNode) -> None:
     node, client = make_node("node"), make_node("client", limits=Limits(frame_bytes=1_000_000))
     LargeAnswers(node)
-    with pytest.raises(ServiceFailed, match=r"reply of 200000\d\d bytes announced; the limit is 1000000"):
+    with pytest.raises(ServiceFailed, match=r"reply of 200000\d\d bytes was announced; the limit is 1000000"):
         client.client("set", SetBool).call(ON, 10)
 
 

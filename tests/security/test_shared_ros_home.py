@@ -184,7 +184,7 @@ def test_a_cache_that_is_not_used_is_reported_once(
         cache.write("thing", b"mine")
 
     [line] = capfd.readouterr().err.splitlines()
-    assert f"{things(shared_home)} is writable for other users" in line
+    assert f"{things(shared_home)} must not be writable by other users" in line
     assert "set ROS_HOME" in line
 
 
@@ -317,5 +317,5 @@ def test_roscore_says_that_it_does_not_resume(ros: RosSystem) -> None:
     ran = ros.pipros.run("roscore", "-p", str(ros.port), "--resume")
 
     assert ran.returncode == 1
-    assert f"{folder} is writable for other users" in ran.output
+    assert f"{folder} must not be writable by other users" in ran.output
     assert "Traceback" not in ran.output

@@ -193,7 +193,7 @@ SCENES = (
         "advertisetest",
         "{topics: [{name: /level}], services: [{name: /reset, type: std_srvs/Trigger}]}",
         _advertise(True, False),
-        "service [/reset] has the type [std_srvs/Empty], not [std_srvs/Trigger]",
+        "service [/reset] must have the type [std_srvs/Trigger], got [std_srvs/Empty]",
     ),
 )
 

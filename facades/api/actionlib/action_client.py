@@ -132,7 +132,7 @@ class CommStateMachine:
         self._notify()
 
     def update_result(self, action_result: Any) -> None:
-        """Handle a result. Results of other goals are ignored."""
+        """Handle the result for this goal. Results for other goals are ignored."""
         if action_result.status.goal_id.id != self.goal_id:
             return
         with self.mutex:
@@ -168,7 +168,7 @@ class CommStateMachine:
 
 
 class ClientGoalHandle:
-    """Handle of a goal that was sent. The client tracks the goal until its last handle is deleted."""
+    """Handle for a goal that was sent. The client tracks the goal until its last handle is deleted."""
 
     def __init__(self, comm_state_machine: CommStateMachine) -> None:
         self.comm_state_machine = comm_state_machine
@@ -255,12 +255,12 @@ class GoalManager:
             machine.update_status(status_array)
 
     def update_results(self, action_result: Any) -> None:
-        """Pass a result to its goal."""
+        """Pass a result to the goal that it is for."""
         for machine in self._tracked():
             machine.update_result(action_result)
 
     def update_feedbacks(self, action_feedback: Any) -> None:
-        """Pass feedback to its goal."""
+        """Pass feedback to the goal that it is for."""
         for machine in self._tracked():
             machine.update_feedback(action_feedback)
 

@@ -172,7 +172,7 @@ class ActionServer:
                 self.cancel_callback(handle)
 
     def _cancelled(self, goal_id: Any) -> list[ServerGoalHandle]:
-        """Return the goals that a request cancels and that were not cancelled before."""
+        """Return the goals that a request cancels and that were not already cancelled."""
         cancelled = []
         with self.lock:
             if not self.started:
@@ -216,8 +216,8 @@ class ActionServer:
             if known is not None:
                 self._handle_known(known)
                 return None
-            # Only a timestamp set by the client can be earlier than a cancellation; the server sets its own
-            # on arrival.
+            # Only a timestamp set by the client can be earlier than a cancellation; the server sets
+            # timestamps on arrival.
             is_late = not goal.goal_id.stamp.is_zero() and goal.goal_id.stamp <= self.last_cancel
             tracker = StatusTracker(None, None, goal)
             if not self._goals.add(tracker.status.goal_id.id, tracker):

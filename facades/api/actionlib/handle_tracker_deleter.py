@@ -1,4 +1,4 @@
-"""Note when the last handle of a goal is deleted."""
+"""Record when the last handle of a goal is deleted."""
 
 from __future__ import annotations
 

@@ -119,7 +119,7 @@ class SimpleActionServer:
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
         """End the current goal as SUCCEEDED."""
-        with self.lock:  # keep `accept_new_goal` from replacing the goal in the meantime
+        with self.lock:  # the lock prevents `accept_new_goal` from replacing the goal in the meantime
             self.current_goal.set_succeeded(result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:

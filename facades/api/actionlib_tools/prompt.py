@@ -14,7 +14,7 @@ from rospy.core import is_shutdown_requested
 class Prompt:
     """Reads lines from the terminal. Use it in the main thread, after `init_node(..., disable_signals=True)`.
 
-    If rospy's signal handlers were installed, Ctrl-C would shut down the node but not interrupt the read.
+    With rospy's signal handlers, Ctrl-C would shut down the node but not interrupt reading.
     """
 
     def __init__(self, text: str) -> None:
@@ -75,6 +75,6 @@ def read_message(wanted: Any, text: str) -> Any:
     try:
         message = yaml_msg_str(wanted, text)
         message._check_types()
-    except Exception as error:  # Parsing YAML and filling messages raise various exceptions.
+    except Exception as error:  # parsing YAML and filling messages can raise various exceptions
         raise ValueError(f"the text is not a valid {wanted._type}: {error}") from None
     return message

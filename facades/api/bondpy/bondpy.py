@@ -175,9 +175,8 @@ class Bond:
     def break_bond(self) -> None:
         """Break the bond.
 
-        The end is published until the other side confirms it or `disconnect_timeout` expires.
-
-        Does not block. Do nothing if the bond is already broken.
+        This side publishes that it has ended until the other side confirms this or `disconnect_timeout`
+        expires. Does not block. Do nothing if the bond is already broken.
         """
         self._side.handle(Event.BREAK)
 

@@ -16,7 +16,7 @@ from pipros.libraries.vision.calibration_files import FILE, PACKAGE, load, resol
 
 default_camera_info_url = "file://${ROS_HOME}/camera_info/${NAME}.yaml"
 
-# Results of parseURL. URL_invalid and higher values do not denote a file.
+# Results of parseURL. URL_invalid and higher values are not files.
 URL_empty = 0
 URL_file = 1
 URL_package = 2
@@ -162,7 +162,8 @@ def getPackageFileName(url: str) -> str:
 def loadCalibrationFile(filename: str, cname: str) -> CameraInfo:
     """Read the calibration from a .yaml, .yml or .ini file.
 
-    If the file does not exist, or cannot be read (which logs a warning), all values of the result are zero.
+    If the file does not exist or cannot be read, all values of the result are zero. A file that cannot be
+    read causes a warning.
     """
     try:
         found = load(filename)
@@ -178,7 +179,7 @@ def loadCalibrationFile(filename: str, cname: str) -> CameraInfo:
 
 
 def saveCalibration(new_info: CameraInfo, url: str, cname: str) -> bool:
-    """Save a calibration to the file that a URL denotes. On failure, log the reason and return False."""
+    """Save a calibration to the file at a URL. On failure, log the reason and return False."""
     path = _path(url, cname)
     return path is not None and saveCalibrationFile(new_info, path, cname)
 
@@ -195,7 +196,7 @@ def saveCalibrationFile(ci: CameraInfo, filename: str, cname: str) -> bool:
 
 
 def _path(url: str, cname: str) -> str | None:
-    """Return the path that a URL denotes. If the URL is invalid, log an error and return None."""
+    """Return the path of the file at a URL. If the URL is invalid, log an error and return None."""
     found = resolveURL(url, cname)
     kind = parseURL(found)
     if kind == URL_empty:

@@ -19,7 +19,7 @@ class CvBridgeError(TypeError):
 
 
 class CvBridge:
-    """Converter between `sensor_msgs` image messages and numpy arrays as used by OpenCV.
+    """Converter between `sensor_msgs` image messages and numpy arrays in OpenCV's layout.
 
     Arrays have the shape (height, width), or (height, width, channels) for more than one channel. Only
     compressed images require OpenCV (`pip install 'pipros[vision]'`). A bridge has no state, so threads can

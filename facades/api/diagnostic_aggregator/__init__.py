@@ -1,1 +1,1 @@
-"""diagnostic_aggregator: arranges the statuses on /diagnostics in a tree."""
+"""diagnostic_aggregator, which arranges the statuses on /diagnostics in a tree."""

@@ -1,1 +1,1 @@
-"""diagnostic_analysis: exports recorded diagnostics to CSV files."""
+"""diagnostic_analysis, which exports recorded diagnostics to CSV files."""

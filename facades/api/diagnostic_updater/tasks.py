@@ -97,7 +97,7 @@ class FrequencyStatus(DiagnosticTask):
             self._window.count += 1
 
     def run(self, stat: Any) -> Any:
-        """Report the events in the window of the last `window_size` reports."""
+        """Report the frequency of events over the last `window_size` reports."""
         bounds, tolerance = self.params.freq_bound, self.params.tolerance
         least = bounds["min"] * (1 - tolerance)
         most = bounds["max"] * (1 + tolerance) if "max" in bounds else None

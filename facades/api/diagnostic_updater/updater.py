@@ -16,7 +16,7 @@ _PERIOD_CHECK_S = 0.25
 
 
 class DiagnosticTaskVector:
-    """Tasks, accessible by name."""
+    """A list of tasks, which can be looked up by name."""
 
     class DiagnosticTaskInternal:
         """A task's name and function."""
@@ -26,7 +26,7 @@ class DiagnosticTaskVector:
             self.fn = fn
 
         def run(self, stat: Any) -> Any:
-            """Run the task under its name."""
+            """Set the status's name to the task's name, and run the task."""
             stat.name = self.name
             return self.fn(stat)
 
@@ -112,7 +112,7 @@ class Updater(DiagnosticTaskVector):
         return status
 
     def broadcast(self, lvl: int, msg: str) -> None:
-        """Publish the same level and message for every task."""
+        """Publish the given level and message for every task."""
         with self.lock:
             found = [DiagnosticStatusWrapper(name=task.name) for task in self.tasks]
         for status in found:

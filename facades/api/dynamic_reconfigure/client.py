@@ -86,9 +86,8 @@ class Client:
     def update_configuration(self, changes: dict[str, Any]) -> Any:
         """Change parameters, and return the new configuration from the server.
 
-        Blocks until the server responds.
-
-        Strings are converted to the parameter's type; enums also accept the name of a constant.
+        Blocks until the server responds. Strings are converted to the parameter's type; enums also accept the
+        name of a constant.
 
         Raises:
             DynamicReconfigureParameterException: a parameter does not exist, or does not accept the value.

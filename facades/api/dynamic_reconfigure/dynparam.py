@@ -23,7 +23,7 @@ from pipros.safe.yaml import load
 class CommandParser(argparse.ArgumentParser):
     """Argument parser.
 
-    Like Noetic's, it exits with 1 if the command is missing or unknown; other errors exit with 2.
+    As in Noetic, it exits with 1 if the command is missing or unknown, and with 2 on other errors.
     """
 
     def error(self, message: str) -> NoReturn:
@@ -128,6 +128,6 @@ def _as_yaml(config: Any) -> str:
             text = {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}.get(repr(value), repr(value))
             if "." not in text:
                 text = text.replace("e", ".0e")
-        key = name if load(name) == name else json.dumps(name)  # an unquoted `on` is a bool in YAML
+        key = name if load(name) == name else json.dumps(name)  # an unquoted `on` would be a bool in YAML
         lines.append(f"{key}: {text}\n")
     return "".join(lines)

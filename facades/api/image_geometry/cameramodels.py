@@ -66,7 +66,7 @@ class PinholeCameraModel:
         self.binning_x, self.binning_y = max(1, msg.binning_x), max(1, msg.binning_y)
         self.tf_frame, self.stamp = msg.header.frame_id, msg.header.stamp
         roi = self.raw_roi = copy.copy(msg.roi)
-        if roi.x_offset == roi.y_offset == roi.width == roi.height == 0:  # this region is the whole image
+        if roi.x_offset == roi.y_offset == roi.width == roi.height == 0:  # all zeros: the whole image
             roi.width, roi.height = self.width, self.height
         for matrix in (self.K, self.P):
             matrix[0, 0] /= self.binning_x

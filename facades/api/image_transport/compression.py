@@ -1,6 +1,6 @@
 """Convert between raw and compressed image messages.
 
-An image that cannot be converted is logged and dropped.
+An image that cannot be converted is dropped, and an error is logged.
 """
 
 from __future__ import annotations

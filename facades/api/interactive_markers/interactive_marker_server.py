@@ -28,8 +28,8 @@ _EMPTY_HEADER = Header()
 class InteractiveMarkerServer:
     """Server of the interactive markers in a namespace.
 
-    `insert`, `setPose`, `erase` and `clear` take effect with `applyChanges`; callbacks take effect
-    immediately. All methods may be called from any thread, and from callbacks.
+    `insert`, `setPose`, `erase` and `clear` take effect on the next call to `applyChanges`; changes of
+    callbacks take effect immediately. All methods may be called from any thread, and from callbacks.
 
     Topics: `<topic_ns>/update` carries changes, and a keep-alive message twice a second;
     `<topic_ns>/update_full` (latched) carries all markers; viewers publish on `<topic_ns>/feedback`.
@@ -104,7 +104,7 @@ class InteractiveMarkerServer:
         feedback_cb: Callable[[InteractiveMarkerFeedback], Any] | None,
         feedback_type: int = DEFAULT_FEEDBACK_CB,
     ) -> bool:
-        """Set the function to call with the feedback for a marker; None removes it.
+        """Set the function to call with the feedback for a marker; None removes the function.
 
         Args:
             feedback_type: the type of event, such as `InteractiveMarkerFeedback.POSE_UPDATE`; by default, all

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's joint_state_publisher: publish default or collected joint values."""
+"""Drop-in replacement for Noetic's joint_state_publisher: publish default or received joint values."""
 
 from __future__ import annotations
 

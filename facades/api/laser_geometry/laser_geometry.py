@@ -23,14 +23,14 @@ class LaserProjection:
     LASER_SCAN_MAX_RANGE = -3.0
 
     class ChannelOption:
-        """Flags for the channels that a point has besides x, y and z."""
+        """Flags for the channels of a point in addition to x, y and z."""
 
         NONE = 0x00
-        INTENSITY = 0x01  # intensity is set if the scan has intensities
+        INTENSITY = 0x01  # intensity is present only if the scan has intensities
         INDEX = 0x02  # index is the index of the ray in the scan, int32
         DISTANCE = 0x04  # distances are the ranges in metres
         TIMESTAMP = 0x08  # stamps are seconds since the scan's timestamp
-        VIEWPOINT = 0x10  # vp_x, vp_y and vp_z are the position of the scanner: zeros
+        VIEWPOINT = 0x10  # vp_x, vp_y and vp_z are the position of the scanner, which is always zero
         DEFAULT = INTENSITY | INDEX
 
     def __init__(self) -> None:

@@ -14,8 +14,8 @@ class Cache(SimpleFilter):
     Args:
         f: the input filter.
         cache_size: maximum number of messages.
-        allow_headerless: use the time of arrival as the timestamp of messages without a header, instead of
-            dropping them.
+        allow_headerless: whether to use the time of arrival as the timestamp of messages without a header,
+            instead of dropping them.
     """
 
     def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:

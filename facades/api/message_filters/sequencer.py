@@ -11,16 +11,14 @@ from pipros.libraries.filters.history import Sequencer
 
 
 class TimeSequencer(SimpleFilter):
-    """Filter that passes messages on in timestamp order.
+    """Filter that passes messages on in timestamp order, each `delay` after its timestamp.
 
-    Each message is passed on `delay` after its timestamp.
-
-    A message that arrives after a message with a later timestamp was passed on is dropped. Callbacks run in a
+    A message is dropped if a message with a later timestamp has already been passed on. Callbacks run in a
     timer thread.
 
     Args:
         f: the input filter.
-        delay: `rospy.Duration` for which a message waits for earlier messages.
+        delay: `rospy.Duration` for which messages are held back.
         update_rate: `rospy.Duration` between checks for messages that are due.
         queue_size: maximum number of waiting messages; 0 for no limit.
     """

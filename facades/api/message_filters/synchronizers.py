@@ -91,8 +91,8 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         queue_size: maximum number of waiting messages for each input. If it is exceeded, the message with the
             oldest timestamp is dropped.
         slop: exclusive limit on the difference between timestamps in a set, in seconds.
-        allow_headerless: use the time of arrival as the timestamp of messages without a header, instead of
-            dropping them.
+        allow_headerless: whether to use the time of arrival as the timestamp of messages without a header,
+            instead of dropping them.
         reset: whether to clear an input's queue if simulated time has jumped back since its last message.
     """
 

@@ -35,7 +35,8 @@ class RobotStatePublisher:
     Args:
         frequency: maximum rate in Hz. If `use_tf_static` is false, also the rate for fixed joints.
         use_tf_static: whether to publish fixed joints on `/tf_static`.
-        ignore_timestamp: whether to publish for every message, instead of limiting the rate by timestamp.
+        ignore_timestamp: whether to publish frames for every message, instead of limiting the rate by
+            timestamp.
         tf_prefix: prefix of all frame IDs; a slash is added after it.
     """
 

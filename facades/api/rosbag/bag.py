@@ -231,7 +231,7 @@ class Bag(IndexAccess):
     def _raw(
         self, bag: BagReader, connections: list[Connection], *times: int | None
     ) -> Iterator[tuple[Connection, int, Any]]:
-        """Yield messages like `BagReader.decoded`, in the form that `raw` selects."""
+        """Yield messages like `BagReader.decoded`, but as tuples if `raw` is true."""
         classes: dict[int, Any] = {}
         is_chunked = self._version == 200
         for connection, time_ns, data, chunk, offset in bag.stored_fields(connections, *times):
@@ -345,7 +345,7 @@ def _ns(name: str, time: _Time | None) -> int | None:
 
 
 def _results(found: Iterator[tuple[Connection, int, Any]], with_header: bool) -> Iterator[Any]:
-    """Yield `BagMessage`s without calling their constructor, which would take most of the time."""
+    """Yield `BagMessage`s without calling their constructor, because that would take most of the time."""
     new_time, new = Time.__new__, tuple.__new__
     with translated():
         for connection, time_ns, message in found:

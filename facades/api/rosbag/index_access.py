@@ -1,4 +1,4 @@
-"""Private methods of `Bag` that other programs use, such as rqt_bag and bag editors.
+"""Private methods of `Bag` that other programs, such as rqt_bag and bag editors, use.
 
 Names and meanings are the same as in genuine rosbag. The index is read on first use.
 """

@@ -1,6 +1,6 @@
 """The command `rosbag` as functions, one for each subcommand.
 
-They take the arguments after the subcommand, return None, and raise SystemExit on failure.
+The functions take the arguments after the subcommand, return None, and raise SystemExit on failure.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from rosbridge_library.protocol import Protocol
 
 
 class Capability:
-    """Handler for one or more operations of a client's protocol."""
+    """Handler for one or more operations in a client's protocol."""
 
     def __init__(self, protocol: Protocol) -> None:
         self.protocol = protocol

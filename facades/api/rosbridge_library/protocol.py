@@ -68,7 +68,7 @@ class Protocol:
         return json_object(msg)
 
     def register_operation(self, opcode: str, handler: Callable[[dict[str, Any]], object]) -> None:
-        """Call `handler` with each operation that has this name."""
+        """Call `handler` with each operation that has the given name."""
         self.operations[opcode] = handler
 
     def unregister_operation(self, opcode: str) -> None:

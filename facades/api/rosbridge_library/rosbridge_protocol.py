@@ -1,4 +1,4 @@
-"""`RosbridgeProtocol`: rosbridge for one client of a server that is not part of pipros."""
+"""`RosbridgeProtocol`: the rosbridge protocol for one client of a server that is not part of pipros."""
 
 from __future__ import annotations
 

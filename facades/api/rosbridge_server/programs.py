@@ -1,6 +1,6 @@
 """`rosrun rosbridge_server rosbridge_websocket`, `rosbridge_tcp` and `rosbridge_udp`.
 
-The parameters are those of the launch files. If the port is in use, the server tries again after
+The parameters are the same as in the launch files. If the port is in use, the server tries again after
 `~retry_startup_delay`. Once the port is open, its number is stored in `~actual_port`.
 """
 

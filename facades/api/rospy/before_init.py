@@ -20,7 +20,7 @@ Deferred = Callable[[Node], object]
 
 
 class BeforeInit:
-    """The state of a process without a node. Its remappings can replace those on the command line.
+    """The state of a process without a node.
 
     Attributes:
         clock: the process's clock.
@@ -28,7 +28,7 @@ class BeforeInit:
 
     def __init__(self) -> None:
         self.clock: Clock = WallClock()
-        self._arguments: names.Arguments | None = None  # these replace the remappings on the command line
+        self._arguments: names.Arguments | None = None  # replace those on the command line
         self._clients: tuple[str, MasterClient, Parameters] | None = None
         self._lock = threading.Lock()
         self.reset()
@@ -56,7 +56,7 @@ class BeforeInit:
     def identity_of(self, node: Node | None) -> Identity:
         """Return the identity of the node, or of the process if `node` is None.
 
-        Remappings set by `read_arguments` or `resolve_remappings_for` replace its own.
+        Remappings set by `read_arguments` or `resolve_remappings_for` replace those of the identity.
         """
         if node is not None:
             identity = node.identity

@@ -45,7 +45,7 @@ TIMEOUT_READY = 15.0
 
 
 class _Unspecified:
-    """Type of the placeholder for a default that was not given. Other packages use this class."""
+    """Type of the placeholder for a default that was not given. Other packages import this class."""
 
 
 _unspecified = _Unspecified()

@@ -53,7 +53,7 @@ class RegistrationListeners:
                 logerr("error notifying listener of registration: %s", error)
 
     def notify_removed(self, resolved_name: str, data_type_or_uri: str, reg_type: str) -> None:
-        """Notify the listeners that a registration was removed, as `notify_added` does."""
+        """Notify the listeners that a registration was removed. Errors are handled as in `notify_added`."""
         for listener in list(self.listeners):
             try:
                 listener.reg_removed(resolved_name, data_type_or_uri, reg_type)

@@ -1,4 +1,4 @@
-"""`rospy.loginfo` and its family.
+"""`rospy.loginfo` and similar functions.
 
 All messages are passed to Python's logger `rosout` (or `rosout.<logger_name>`), whose handlers write to the
 console, the log file and the topic `/rosout`. Each line includes the caller's source location.
@@ -78,7 +78,7 @@ class LoggingIdentical:
         self.last_logging_msg_table: dict[Hashable, str] = {}
 
     def __call__(self, caller_id: Hashable, msg: str) -> bool:
-        """Return True if the caller's previous line was different, or if this is its first."""
+        """Return True if the caller's previous line was different, or if there was none."""
         is_new = self.last_logging_msg_table.get(caller_id) != msg
         self.last_logging_msg_table[caller_id] = msg
         return is_new
@@ -133,7 +133,7 @@ def _family(level: int) -> Family:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def throttle_identical(period: float | msg_time.Duration, msg: object, *args: Any, **kwargs: Any) -> None:
-        """Like `throttle`, but immediately log a message that differs from this place's previous message."""
+        """Like `throttle`, but immediately log a message that differs from this place's last message."""
         logger = _logger(kwargs)
         caller = _caller()
         is_due = _logging_identical_throttle(caller, period)

@@ -135,7 +135,7 @@ def args_kwds_to_message(
 
 
 def _message_for(data_class: type[MessageClass], one: Any) -> MessageClass:
-    """Return a message given as the only argument: the message itself, or the value of its only field."""
+    """Return the message for a single argument: the message itself, or the value of its only field."""
     if isinstance(one, data_class):
         return one
     if one._type == data_class._type and one._md5sum == data_class._md5sum:

@@ -90,7 +90,7 @@ def resolve_name_without_node_name(name: str) -> str:
 
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
     """Return the target of the remapping argument whose source is literally `name`, or `name` itself."""
-    del resolved  # Noetic ignores this argument too.
+    del resolved  # Noetic also ignores this argument.
     identity = session.identity
     return identity.remap(name, caller_id or identity.name)
 
@@ -119,9 +119,8 @@ def get_mappings() -> dict[str, str]:
 def get_resolved_mappings() -> dict[str, str]:
     """Return the node's remapping arguments as global names.
 
-    Special arguments such as `__log` stay as written.
-
-    The result is empty before init_node, unless `initialize_mappings` was called.
+    Special arguments such as `__log` stay as written. The result is empty before init_node, unless
+    `initialize_mappings` was called.
     """
     if session.node is None and not session.before.has_resolved_remappings:
         return {}
@@ -158,7 +157,7 @@ def isstring(s: object) -> bool:
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
     """Return the namespace of the process; see `rosgraph.names.get_ros_namespace`."""
-    from rosgraph import names as graph_names  # Imported here because few programs need rosgraph.
+    from rosgraph import names as graph_names  # imported late: few programs need rosgraph
 
     return graph_names.get_ros_namespace(env, argv)
 

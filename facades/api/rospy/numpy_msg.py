@@ -13,17 +13,18 @@ _star_names(__name__, "numpy")
 
 @cache
 def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
-    """Return the class to publish or subscribe with instead of `msg_type`. Calls with the same type return
-    the same class.
+    """Return the class with which to publish or subscribe instead of `msg_type`.
 
-    Numpy arrays can be published with either class, but only this class also receives them.
+    Calls with the same type return the same class.
+
+    Both classes can publish numpy arrays, but only the returned class receives them.
 
     >>> rospy.Subscriber("floats", numpy_msg(Float32MultiArray), callback)       # doctest: +SKIP
     """
     import numpy
 
     def from_bytes(cls: type[AnyMessage], data: bytes | memoryview) -> AnyMessage:
-        return cls().deserialize_numpy(bytes(data), numpy)  # the arrays keep the copy alive
+        return cls().deserialize_numpy(bytes(data), numpy)  # the arrays refer to the copy, and keep it alive
 
     def deserialize(self: AnyMessage, str: bytes) -> AnyMessage:  # noqa: A002  # genpy's name for it
         return self.deserialize_numpy(bytes(str), numpy)

@@ -97,7 +97,7 @@ class Service:
             session.services[self.resolved_name] = self
 
         try:
-            if session.node is None:  # a running node checks this itself
+            if session.node is None:  # a running node checks names itself
                 session.before.claim_service(self.resolved_name)
         except NameInUse as error:
             raise ServiceException(str(error)) from None
@@ -295,7 +295,7 @@ def wait_for_service(service: str, timeout: float | msg_time.Duration | None = N
 
 
 class _AnyService:
-    """Stands in for the service class, which a probe does not need."""
+    """Placeholder for the service class, which a probe does not need."""
 
     _type = _md5sum = "*"
     _request_class = _response_class = Message

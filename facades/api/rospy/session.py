@@ -69,7 +69,7 @@ class Session:
         self.globals.reset()
 
     def wait(self, seconds: float) -> None:
-        """Wait in wall time. Return early if the node shuts down."""
+        """Wait for a wall-clock duration. Return early if the node shuts down."""
         if self.node is not None:
             self.node.wait_for_shutdown(seconds)
         else:

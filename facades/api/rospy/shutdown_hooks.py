@@ -22,7 +22,7 @@ class ShutdownHooks:
     Attributes:
         client: called without arguments, while publishing still works.
         preshutdown: called with the reason after the client hooks.
-        shutdown: called with the reason once the node has unregistered. Only one thread calls each hook.
+        shutdown: called once with the reason, after the node has unregistered.
         threads: threads to wait for at the end, for a few seconds at most.
     """
 

@@ -79,7 +79,7 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class TimerEvent:
-    """Argument of a Timer's callback: expected and real call times, and the last call's duration."""
+    """Argument of a Timer's callback: expected and real times of calls, and the duration of the last call."""
 
     last_expected: Time | None
     last_real: Time | None

@@ -1,7 +1,4 @@
-"""The state shared by all publishers, or by all subscribers, of a topic in this process.
-
-The names are Noetic's.
-"""
+"""The state shared by all publishers, or all subscribers, of a topic in this process. Names as in Noetic."""
 
 from __future__ import annotations
 
@@ -146,7 +143,7 @@ class SubscriberImpl(TopicImpl):
 
 
 class Impls:
-    """The impl of each publication and subscription, kept while a handle refers to it."""
+    """The shared state of each publication and subscription, kept while a handle refers to it."""
 
     def __init__(self) -> None:
         self._publishers: WeakValueDictionary[Publication, PublisherImpl] = WeakValueDictionary()

@@ -76,7 +76,7 @@ def createUnitTest(  # Noetic's name
     """Return a unittest class with a case for each `<test>` in a launch file.
 
     Args:
-        pkg: the package that the results are filed under.
+        pkg: the package to which the results belong.
         results_base_dir: folder for test results, instead of the default.
 
     Raises:

@@ -54,11 +54,11 @@ _star_names(
 class TestTimeoutException(Exception):
     """A test program exceeded its time limit."""
 
-    __test__ = False  # not for pytest
+    __test__ = False  # pytest must not collect this class
 
 
 class BareTestCase(unittest.TestCase):
-    """A case that passes if a program writes results and exits. The results are then in `results`.
+    """A test case that passes if a program exits and has written results, which are then in `results`.
 
     Attributes:
         args: the program's command line.

@@ -26,7 +26,7 @@ _DASHES = "-" * 80
 class TestInfo:
     """The reason why a test case did not pass: the type and text of the exception."""
 
-    __test__ = False  # not for pytest
+    __test__ = False  # pytest must not collect this class
     tag = ""
 
     def __init__(self, type_: str, text: str) -> None:

@@ -35,7 +35,8 @@ def unitrun(
 
     Args:
         sysargs: the command line. `--cov` and `--covhtml` measure coverage, if `coverage` is installed.
-        coverage_packages: the packages to report coverage for; defaults to the package of the test.
+        coverage_packages: the packages to include in the coverage report; defaults to the package of the
+            test.
     """
     argv = sys.argv if sysargs is None else sysargs
     packages = [package] if coverage_packages is None else list(coverage_packages)

@@ -15,7 +15,7 @@ class TransitionUndefinedException(Exception):
 
 
 class State:
-    """A state with a name and a number that is unique within the machine."""
+    """A state with a name, and with a number that is unique within the machine."""
 
     def __init__(self, name: str, id: int) -> None:  # noqa: A002  # Noetic's name for it
         self._name = name

@@ -95,7 +95,7 @@ def _header(target_frame: str, stamped: Any) -> Header:
 
 
 class TransformListener(TransformerROS):
-    """TransformerROS that is filled from `/tf` and `/tf_static`."""
+    """TransformerROS that receives the transforms on `/tf` and `/tf_static`."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)

@@ -160,7 +160,7 @@ class Transformer:
         time: Any,
         averaging_interval: Any,
     ) -> tuple[Vector, Vector]:
-        """Like `lookupTwist`, expressed in `reference_frame`, for the origin of `reference_point_frame`."""
+        """Like `lookupTwist`, but in `reference_frame` and for the origin of `reference_point_frame`."""
         latest = self.getLatestCommonTime(observation_frame, tracking_frame)
         target_time = time or latest
         start, end = interval_around(in_ns(target_time), in_ns(latest), in_ns(averaging_interval))

@@ -1,4 +1,4 @@
-"""`BufferServer`, which offers lookups in a buffer to other nodes, like the server of roscpp's tf2_ros."""
+"""`BufferServer`, which offers lookups in a buffer to other nodes, like the server in roscpp's tf2_ros."""
 
 from __future__ import annotations
 

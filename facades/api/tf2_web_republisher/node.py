@@ -1,7 +1,7 @@
-"""`rosrun tf2_web_republisher tf2_web_republisher`: sends the transforms that change to clients.
+"""`rosrun tf2_web_republisher tf2_web_republisher`: sends changed transforms to clients.
 
-Clients list frames in a goal of the action named after the node, and receive the changed transforms as
-feedback. The service `republish_tfs` publishes them on a topic `tf_repub_N` instead.
+Clients list frames in a goal for the action named after the node, and receive changed transforms as feedback.
+The service `republish_tfs` publishes changed transforms on a topic `tf_repub_N` instead.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Drop-in replacement for Noetic's tf_conversions: conversion of poses to and from PyKDL.
 
-PyKDL's names are also available here.
+The module also provides PyKDL's names.
 """
 
 from typing import Any as _Any

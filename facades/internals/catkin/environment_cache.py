@@ -1,4 +1,4 @@
-"""Module that genuine catkin's CMake code imports in pipros's environment, as with `catkin build`."""
+"""Module that genuine catkin's CMake code imports in pipros's environment, for example in `catkin build`."""
 
 from __future__ import annotations
 

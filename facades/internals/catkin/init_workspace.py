@@ -13,7 +13,7 @@ _star_names(__name__, "shutil sys")
 
 
 def init_workspace(workspace_dir: str) -> None:
-    """Write the top-level `CMakeLists.txt` of a source folder, and print the action.
+    """Write the top-level `CMakeLists.txt` of a source folder, and print what was done.
 
     Raises:
         RuntimeError: the file already exists, or the folder does not exist.

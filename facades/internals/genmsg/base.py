@@ -33,7 +33,7 @@ def log_verbose(value: bool) -> None:
 
 
 def log(*args: object) -> None:
-    """Print a generator's action if enabled by `log_verbose`."""
+    """Print what a generator does, if enabled by `log_verbose`."""
     if _is_verbose[0]:
         print("LOG:", *args)
 

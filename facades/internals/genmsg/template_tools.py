@@ -1,6 +1,6 @@
 """`genmsg.template_tools`, which in Noetic generates code in other languages from EmPy templates.
 
-pipros neither needs generated code nor runs templates, so these functions only raise an error that says so.
+pipros does not support templates, so these functions only raise NotImplementedError.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def generate_from_file(
     msg_template_dict: dict[str, str],
     srv_template_dict: dict[str, str],
 ) -> NoReturn:
-    """Refuse to generate code for a definition, because this is not supported.
+    """Raise NotImplementedError, because code generation for a definition is not supported.
 
     Raises:
         NotImplementedError: always.
@@ -51,5 +51,5 @@ def generate_from_command_line_options(
 
 def _refuse(what: str) -> NoReturn:
     raise NotImplementedError(
-        f"cannot generate {what}: pipros has no templates. `catkin_make` generates C++ headers"
+        f"cannot generate {what}: pipros does not support templates. `catkin_make` generates C++ headers"
     )

@@ -42,7 +42,7 @@ def get_registered_ex(msg_context: MsgContext, type_: str) -> MsgSpec:
 
 
 def is_special(type_: str) -> bool:
-    """Return True for a type that is not generated: `time`, `duration` and `Header`."""
+    """Return True for the types that are not generated: `time`, `duration` and `Header`."""
     return _parts.is_special(type_)
 
 

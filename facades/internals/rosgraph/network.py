@@ -102,7 +102,7 @@ def get_local_addresses() -> list[str]:
 
 
 def get_local_address() -> str:
-    """Return the overriding address; without one, an address that other machines can reach, or loopback."""
+    """Return the result of `get_address_override` or, by default, a reachable address, or loopback."""
     return get_address_override() or own_address()
 
 

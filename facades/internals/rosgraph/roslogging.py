@@ -96,7 +96,7 @@ def configure_logging(
 def makedirs_with_parent_perms(p: str) -> None:
     """Create a folder and its missing parents, each with the owner and mode of its parent.
 
-    Folders that root creates in a user's home thus belong to the user.
+    Therefore, folders that root creates in a user's home folder belong to the user.
 
     Raises:
         OSError: a folder cannot be created.

@@ -142,7 +142,7 @@ class Master:
 
 
 class Machine:
-    """A computer to start nodes on."""
+    """A computer on which nodes can be started."""
 
     __slots__ = ("address", "assignable", "env_loader", "name", "password", "ssh_port", "timeout", "user")
 
@@ -291,7 +291,7 @@ class Node:
         self._check()
 
     def _check(self) -> None:
-        """Raise ValueError for the first violated rule."""
+        """Raise ValueError if an attribute is invalid."""
         for is_broken, rule in (
             (self.respawn and self.required, "respawn and required cannot both be set to true"),
             ("/" in (self.name or ""), "node name cannot contain a namespace"),
@@ -400,7 +400,7 @@ def _escaped(value: object) -> object:
 class Test(Node):
     """A test in a launch file: a node that exits after writing results."""
 
-    __test__ = False  # not for pytest
+    __test__ = False  # pytest must not collect this class
     __slots__ = ("retry", "test_name", "time_limit")
 
     def __init__(

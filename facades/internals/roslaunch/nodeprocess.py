@@ -198,7 +198,7 @@ class RunProcess(LocalProcess):
         self.started = True
         self.full_name = node.full_name
 
-    # State of the latest process. Noetic's classes assign to these attributes; here, assignments are ignored.
+    # State of the latest process. Assignments, which Noetic's classes make, are ignored.
 
     @property
     def pid(self) -> int:
@@ -206,7 +206,7 @@ class RunProcess(LocalProcess):
 
     @pid.setter
     def pid(self, value: int) -> None:
-        """Ignore the value."""
+        """Do nothing."""
 
     @property
     def popen(self) -> Any:
@@ -214,7 +214,7 @@ class RunProcess(LocalProcess):
 
     @popen.setter
     def popen(self, value: object) -> None:
-        """Ignore the value."""
+        """Do nothing."""
 
     @property
     def exit_code(self) -> int | None:
@@ -222,7 +222,7 @@ class RunProcess(LocalProcess):
 
     @exit_code.setter
     def exit_code(self, value: int | None) -> None:
-        """Ignore the value."""
+        """Do nothing."""
 
     @property
     def spawn_count(self) -> int:
@@ -230,7 +230,7 @@ class RunProcess(LocalProcess):
 
     @spawn_count.setter
     def spawn_count(self, value: int) -> None:
-        """Ignore the value."""
+        """Do nothing."""
 
     @property
     def is_watched(self) -> bool:

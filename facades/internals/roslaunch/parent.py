@@ -41,7 +41,7 @@ _star_names(__name__, "logging roslaunch")
 class ROSLaunchParent:
     """A launch. Call `start()`, then `spin()` or `spin_once()`, then `shutdown()`.
 
-    Between `start` and `shutdown` a thread monitors the nodes.
+    Between `start` and `shutdown`, a thread monitors the nodes.
 
     Attributes:
         config: the configuration to launch; None until it is loaded. Scripts can change it before `start`.

@@ -52,7 +52,7 @@ _monitors: list[ProcessMonitor] = []
 
 
 class _Shutdown:
-    """Whether a signal has started the program's shutdown. After that, monitors can no longer be started."""
+    """Whether a signal has started the program's shutdown. If so, monitors can no longer be started."""
 
     has_begun = False
 
@@ -230,9 +230,8 @@ class _Printer:
 class ProcessMonitor(threading.Thread):
     """Thread that monitors processes.
 
-    It reports exits, restarts processes, and ends all processes on `shutdown`.
-
-    It monitors the nodes of one launch, started by `pipros.launch.run`, and processes registered by scripts.
+    It reports exits, restarts processes, and ends all processes on `shutdown`. It monitors the nodes of one
+    launch, started by `pipros.launch.run`, and processes registered by scripts.
 
     Attributes:
         listeners: notified of each process exit.

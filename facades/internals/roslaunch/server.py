@@ -1,4 +1,4 @@
-"""XML-RPC servers of launchers, used by tools that list processes, and between parents and children."""
+"""XML-RPC servers of launchers, for tools that list processes, and between parents and children."""
 
 from __future__ import annotations
 

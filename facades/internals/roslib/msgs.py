@@ -140,7 +140,7 @@ class MsgSpec(genmsg.msgs.MsgSpec):
     __hash__ = None
 
     def __str__(self) -> str:
-        """Return the fields and constants, also of embedded messages, which must be registered."""
+        """Return the fields and constants, including those of embedded messages, which must be registered."""
         return "".join(f"{line}\n" for line in self._lines(""))
 
     def _lines(self, indent: str) -> Iterator[str]:
@@ -232,7 +232,7 @@ def load_from_string(
 
 
 def read(text: str, full_name: str) -> MessageSpec:
-    """Return the definition in pipros's form.
+    """Return the definition as a pipros object.
 
     Raises the same errors as `load_from_string`. (Not in Noetic.)
     """
@@ -255,7 +255,7 @@ def names_of_file(file: str, package_context: str, extension: str) -> tuple[str,
 
 
 def spec_of(parsed: MessageSpec, text: str, package_context: str, full_name: str, short_name: str) -> MsgSpec:
-    """Return the definition in roslib's form, with types as written. (Not in Noetic.)"""
+    """Return the definition as a roslib object, with types as written. (Not in Noetic.)"""
     lines = text.splitlines()
     written = [lines[field.line - 1].split()[0] for field in parsed.fields]
     types = [

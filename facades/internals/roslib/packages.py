@@ -61,7 +61,7 @@ class InvalidROSPkgException(ROSPkgException):
 
 
 class MultipleNodesException(ROSPkgException):
-    """Several programs have the same name. pipros never raises it; legacy scripts catch it."""
+    """Several programs have the same name. pipros never raises this error; legacy scripts catch it."""
 
 
 def get_pkg_dir(
@@ -169,9 +169,8 @@ def _find_resource(
 ) -> list[str]:
     """Return all files with the given name below a folder for which `filter_fn` returns True.
 
-    Other packages call this function.
-
-    Hidden folders, and links that lead back to a folder above, are left out.
+    Hidden folders, and links that lead back to a parent folder, are skipped. Other packages call this
+    function.
     """
     found = []
     for parent, folders, files in os.walk(d, followlinks=True):

@@ -19,8 +19,7 @@ def list_package_resources(
     """Return the names of the files in one of a package's folders.
 
     If `include_depends` is true, include the files in the package's dependencies. `rfilter` is called with
-    the path of each
-    file and returns whether to include it.
+    the path of each file and returns whether to include it.
 
     Raises:
         InvalidROSPkgException: the package does not exist.

@@ -25,7 +25,7 @@ _verbose = [VERBOSE]
 
 
 class SrvSpecException(Exception):
-    """A definition is invalid. pipros never raises it; legacy scripts catch it."""
+    """A definition is invalid. pipros never raises this error; legacy scripts catch it."""
 
 
 def is_verbose() -> bool:
@@ -82,7 +82,7 @@ def list_srv_types(package: str, include_depends: bool) -> list[str]:
 def load_from_string(
     text: str, package_context: str = "", full_name: str = "", short_name: str = ""
 ) -> SrvSpec:
-    """Parse a definition. If it does not contain `---`, it is a request with an empty response.
+    """Parse a definition. Without a `---` line, it is a request, and the response is empty.
 
     Raises:
         roslib.msgs.MsgSpecException: the definition is invalid.

@@ -43,7 +43,7 @@ _log = logging.getLogger("rosmaster.master")
 
 
 def mloginfo(msg: object, *args: object) -> None:
-    """Log one of the master's actions."""
+    """Log an action of the master."""
     _log.info(msg, *args)
 
 

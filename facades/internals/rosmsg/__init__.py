@@ -281,7 +281,7 @@ def rosmsg_cmd_prototype(args: Sequence[str]) -> None:
 
 
 def _command(mode: str, full: str, name: str, argv: Sequence[str] | None) -> None:
-    del full  # unused: pipros's command knows its full name
+    del full  # unused: pipros's command already knows its full name
     arguments = sys.argv[2:] if argv is None else argv
     if code := _main([name, *arguments], interfaces=_KINDS[mode]):
         sys.exit(code)

@@ -225,7 +225,7 @@ _TopicsByHost = dict[str | None, list[tuple[str, str, list[str]]]]
 def _rostopic_list_group_by_host(
     master: rosgraph.Master, pubs: _Topics, subs: _Topics
 ) -> tuple[_TopicsByHost, _TopicsByHost]:
-    """Group publications and subscriptions, as `get_topic_list` returns them, by the hosts of their nodes.
+    """Group publications and subscriptions, as returned by `get_topic_list`, by the hosts of their nodes.
 
     Other packages call this function. It queries the master once for each node, and raises the master's
     errors.

@@ -64,7 +64,7 @@ class CallbackEcho:
             filter_fn: function that returns whether to print a message.
             echo_clear: whether to clear the screen before each message.
             echo_all_topics: whether to print the messages of all topics.
-            offset_time: whether to print times as differences from now.
+            offset_time: whether to print times as offsets from the current time.
             count: number of messages to print; None for no limit.
             field_filter_fn: function that lists the fields of a message to print.
             fixed_numeric_width: width of numbers.
@@ -125,7 +125,7 @@ class CallbackEcho:
         Args:
             data: the message.
             callback_args: `topic`, and `type_information` of the message or of the part to print.
-            current_time: time of receipt; None for now.
+            current_time: time of receipt; defaults to the current time.
         """
         topic, kind = callback_args["topic"], callback_args["type_information"]
         if self.filter_fn is not None and not self.filter_fn(data):

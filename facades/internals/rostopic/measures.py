@@ -142,7 +142,7 @@ class ROSTopicHz:
 
 
 class ROSTopicBandwidth:
-    """Bandwidth of a topic. Subscribe with `callback` and the type `rospy.AnyMsg`.
+    """Bandwidth of a topic. Subscribe with the class `rospy.AnyMsg`, and with `callback`.
 
     Attributes:
         sizes, times: sizes in bytes and times of arrival in seconds of the last messages.

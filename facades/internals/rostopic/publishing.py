@@ -114,10 +114,9 @@ def stdin_publish(
 ) -> None:
     """Publish a message for each YAML document in a file or on standard input.
 
-    If `once` is true, publish only the first message.
-
-    If `rate` is set and a file contains a single document, that message is published repeatedly. If `rate` is
-    not set, the first message is latched until the node is shut down.
+    If `once` is true, publish only the first message. If `rate` is set and a file contains a single document,
+    that message is published repeatedly. If `rate` is not set, the first message is latched until the node is
+    shut down.
 
     Raises:
         ROSTopicException: the file does not exist, or values do not match the type.

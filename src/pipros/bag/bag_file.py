@@ -96,7 +96,7 @@ class BagFile:
 
     @property
     def size(self) -> int:
-        """The size of the file, including bytes that are not written yet."""
+        """The size of the file, including bytes not yet written."""
         return self.writer.size if self.writer is not None else self.view().size
 
     def flush(self) -> None:

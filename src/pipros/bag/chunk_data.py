@@ -83,7 +83,7 @@ def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
     """Raise `BagFormatError` if the index entries are implausibly large for the file size."""
     if entry_bytes > limits.bag_index_bytes + _ENTRY_BYTES_PER_BYTE * source.size:
         raise BagFormatError(
-            f"{source.name}: {source.size} bytes expand to too many messages: their index has {entry_bytes} "
+            f"{source.name}: the index of {source.size} bytes needs {entry_bytes} "
             f"bytes; {limit_text('bag_index_bytes', limits.bag_index_bytes)}"
         )
 
@@ -103,7 +103,7 @@ class ChunkStore:
         self._kept_bytes = 0
         self._ahead: dict[int, Future[bytes]] = {}
         self._threads: ThreadPoolExecutor | None = None
-        processors = os.cpu_count() or 1  # reads a file of the system, so not once for each chunk
+        processors = os.cpu_count() or 1  # read once per cache, because the call reads a system file
         self._threads_limit = processors if processors > 1 else 0
 
     def get(

@@ -35,7 +35,9 @@ def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
         raise BagError(f"compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]")
     library = _lz4()
     if library is None:
-        raise BagError(f"writing lz4 needs the lz4 library: {install_command('lz4')}")
+        raise BagError(
+            f"writing lz4 needs the lz4 library, which is not installed. Try: {install_command('lz4')}"
+        )
     packed: bytes = library.compress(
         data, block_size=library.BLOCKSIZE_MAX4MB, block_linked=False, content_checksum=True, store_size=False
     )

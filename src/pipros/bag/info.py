@@ -60,7 +60,7 @@ class Info:
 
     @property
     def compression(self) -> Compression:
-        """The most frequent compression, with the total sizes of all chunks."""
+        """The most frequent compression format, with the total sizes of all chunks."""
         return Compression(
             self.compressions[0].name if self.compressions else "none",
             sum(each.chunks for each in self.compressions),

@@ -33,7 +33,7 @@ class BagLayout:
         indexes: index entries by chunk position, then by connection, for bags whose index was rebuilt. For
             other bags, they are read from the file.
         index_bytes: total size of `indexes`.
-        headers: chunk headers by position, for parts of a file that do not contain chunk headers.
+        headers: chunk headers by position, if they were found by a scan.
         index_position: byte position of the index; 0 if there is none.
         end: byte position after the last chunk.
         damage: descriptions of the damage, if the index was rebuilt.
@@ -184,7 +184,7 @@ def read_chunk_index(
 
 
 class _Block:
-    """A part of a source, held in memory. Reads beyond this part go to the source."""
+    """A part of a source, held in memory. Other parts are read from the source."""
 
     def __init__(self, source: Source, position: int, size: int) -> None:
         self._source = source

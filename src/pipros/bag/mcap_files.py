@@ -68,7 +68,9 @@ def mcap_library() -> Any:
         import mcap.reader
         import mcap.writer
     except ImportError:
-        raise BagError(f"MCAP files need the mcap library: {install_command('mcap')}") from None
+        raise BagError(
+            f"MCAP files need the mcap library, which is not installed. Try: {install_command('mcap')}"
+        ) from None
     return mcap
 
 

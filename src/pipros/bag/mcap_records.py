@@ -49,7 +49,7 @@ ENTRY_BYTES = 16
 class Entries(Sequence[Entry]):
     """Packed timestamps (ns) and offsets of a chunk's messages, in time order.
 
-    The rank of all entries is 0.
+    All entries have rank 0; see `sorted_entries`.
     """
 
     def __init__(self, times: array[int], offsets: array[int]) -> None:

@@ -3,8 +3,7 @@
 The statements that occur in real rules are supported: assignments to message fields and to names, `assert`,
 `if`, `for` over a list, `self.migrate`, `self.migrate_array`, `self.get_new_class(NAME)(…)`, calls to the
 rule's other methods, directly or through a dictionary of methods, and `append`. `pipros.safe.expr` evaluates
-expressions. Everything else is
-rejected with its line number when the rule is parsed.
+expressions. Everything else is rejected when the rule is parsed, with its line number.
 """
 
 from __future__ import annotations

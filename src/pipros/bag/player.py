@@ -65,7 +65,7 @@ class PlayOptions:
 
 
 class Controls(Protocol):
-    """The keyboard and display of a player."""
+    """A player's keyboard and display."""
 
     def key(self) -> str:
         """Return the next pressed key, or an empty string if there is none. Must not block."""

@@ -441,7 +441,7 @@ class BagReader:
 
 
 def _usual_headers(connection: int) -> tuple[bytes, bytes]:
-    """Return the bytes before a message record's timestamp, as rosbag and as rosbag_storage write them."""
+    """Return the bytes that precede the timestamp in rosbag's and in rosbag_storage's message records."""
     op, conn = ("op", bytes([Op.MESSAGE])), ("conn", U32.pack(connection))
     start, time = U32.pack(_MESSAGE_HEADER_BYTES), U32.pack(13) + b"time="
     return start + field_bytes([op, conn]) + time, start + field_bytes([conn, op]) + time

@@ -77,7 +77,7 @@ class MessageWriter(MessageSink, Protocol):
 
 
 class _Topic:
-    """A connection's record prefix for messages, and its index entries in the open chunk."""
+    """The prefix of a connection's message records, and the connection's index entries in the open chunk."""
 
     __slots__ = ("entries", "is_sorted", "last_ns", "start")
 
@@ -310,5 +310,5 @@ class BagWriter:
         counts = len(self.layout.connections), len(self.layout.chunks)
         header = file_header(index_position, *counts if index_position else (0, 0))
         self._file.seek(0)
-        self._file.write(MAGIC + header)  # Written at once, so that a killed process cannot leave half of it.
+        self._file.write(MAGIC + header)  # one write, so that a killed process leaves no partial header
         self.layout.end = max(self.layout.end, len(MAGIC) + len(header))

@@ -19,7 +19,7 @@ _ENTER = os.O_RDONLY | NO_LINK | getattr(os, "O_DIRECTORY", 0)
 
 
 class Untrusted(PermissionError):
-    """Another user could have written a file, or files in a folder."""
+    """Another user could have written a file, or could write files to a folder."""
 
 
 class CacheFolder:
@@ -27,10 +27,9 @@ class CacheFolder:
 
     The folder and its parent must belong to this user, must not be writable by others, and must not be
     symbolic links. The same applies to each file that is read, and it must not have additional hard links.
-    Folders
-    further up may be links and may belong to other users, who could replace them but cannot create folders
-    that belong to this user. If a check fails, the cache is not used, and a warning is printed once. A
-    missing, full or read-only cache is ignored, except by methods that document errors.
+    Folders further up may be links and may belong to other users, who could replace those folders, but cannot
+    create folders that belong to this user. If a check fails, the cache is not used, and a warning is printed
+    once. A missing, full or read-only cache is ignored, except by methods that document errors.
 
     Files are replaced atomically, so any number of processes may share the folder.
     """
@@ -197,7 +196,7 @@ def check_owner(status: os.stat_result, path: str) -> None:
     if status.st_uid != user_id():
         raise Untrusted(f"{path} belongs to another user (uid {status.st_uid})")
     if status.st_mode & _OTHERS_MAY_WRITE:
-        raise Untrusted(f"{path} is writable for other users")
+        raise Untrusted(f"{path} must not be writable by other users")
 
 
 def _read_plain(path: str) -> bytes:

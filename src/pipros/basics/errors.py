@@ -1,4 +1,4 @@
-"""pipros's common errors. Each describes what happened, to which peer or object, and what to try."""
+"""Common errors. Each describes what happened, to which peer or object, and what to try."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class NeedsPosix(PiprosError):
 
 
 class NeedsSockets(PiprosError):
-    """This system has no sockets and threads: Python runs in a browser."""
+    """Python runs in a browser, where there are no sockets and threads."""
 
     def __init__(self) -> None:
         super().__init__("nodes, masters and their clients need sockets and threads, which a browser lacks")
@@ -31,7 +31,7 @@ class NeedsSockets(PiprosError):
 class MissingExtra(ImportError):
     """A library from an optional extra is not installed.
 
-    The text says what needs the library and how to install it.
+    The error text says what needs the library and how to install it.
     """
 
 
@@ -76,7 +76,7 @@ class Unreachable(PiprosError, ConnectionError):
 
 
 class Refused(PiprosError):
-    """A peer understood the request and refused it.
+    """A peer refused a valid request, or reported an error.
 
     Attributes:
         peer: the peer that refused.

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# All nodes and commands import this module, so modules that only these hints need are imported late.
+# All nodes and commands import this module, so it imports the modules for these hints late.
 
 
 def install_command(*extras: str) -> str:
@@ -19,7 +19,7 @@ def install_command(*extras: str) -> str:
 
 
 def _pip() -> str:
-    """Return `pip` if it is this environment's pip; otherwise a command that runs it."""
+    """Return `pip` if it runs this environment's pip; otherwise a command that does."""
     import shlex
     import shutil
 

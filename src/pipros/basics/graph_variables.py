@@ -1,7 +1,7 @@
 """The two variables that every tool reads: `ROS_MASTER_URI` and `ROS_NAMESPACE`.
 
-`env.py` reads all variables. It is a separate module, because importing it takes as long as a complete run of
-a tool such as `rosnode list`.
+`env.py`, which reads all variables, is a separate module, because importing it takes as long as a complete
+run of a tool such as `rosnode list`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Find the current user's home folder, with a fallback for users that have none.
+"""Find the current user's home folder, with a fallback for users that do not have one.
 
-An example is a container user whose ID has no entry in `/etc/passwd`.
-
-For users without a home folder, genuine ROS creates a folder named `~` in the working folder.
+An example is a container user whose ID has no entry in `/etc/passwd`. For such users, genuine ROS creates a
+folder named `~` in the working folder.
 """
 
 from __future__ import annotations

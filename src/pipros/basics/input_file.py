@@ -1,4 +1,4 @@
-"""Reads whole files from untrusted sources, with a limit. Pipes and devices are refused."""
+"""Read whole files from untrusted sources, up to a size limit. Pipes and devices are refused."""
 
 from __future__ import annotations
 

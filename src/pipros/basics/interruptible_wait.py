@@ -1,8 +1,8 @@
 """Waits that any signal can interrupt.
 
 Python runs signal handlers between two bytecode instructions of the main thread. A signal that arrives just
-before that thread starts to wait is handled only after the wait, so an endless wait would lose Ctrl-C. So
-every wait of a main thread consists of short slices.
+before that thread starts to wait is handled only after the wait, so an endless wait would lose Ctrl-C.
+Therefore, every wait of a main thread consists of short slices.
 
 A handler may also raise KeyboardInterrupt between any two bytecode instructions. `threading.Event` is written
 in Python, so an exception in the middle of its `wait` can leave its lock held, and then `set` blocks forever.
@@ -25,7 +25,7 @@ _Item = TypeVar("_Item")
 
 
 class OnceEvent:
-    """An event that is set once, and stays usable if a signal handler raises in a waiting thread.
+    """An event that can be set once, and stays usable if a signal handler raises in a waiting thread.
 
     `set` never blocks, so signal handlers may call it. A handler may raise an exception during `wait`.
     """

@@ -1,9 +1,9 @@
 """Handle signals that end a command: Ctrl-C, even if Python would ignore it, and SIGTERM with clean-up.
 
-Python raises KeyboardInterrupt wherever the main thread is. In a `__del__`, or in a callback of the garbage
-collector, which can run during any import, Python can only report the exception as ignored, and the program
-continues. The hook that reports it therefore sends SIGINT again, from another thread, because an exception
-inside the hook would be ignored as well.
+Python raises KeyboardInterrupt wherever the main thread is executing. In a `__del__`, or in a callback of the
+garbage collector, which can run during any import, Python can only report the exception as ignored, and the
+program continues. The hook that reports it therefore sends SIGINT again, from another thread, because an
+exception inside the hook would be ignored as well.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def install() -> None:
 def accept_ctrl_c() -> None:
     """Make SIGINT raise KeyboardInterrupt, even if the process was started with SIGINT ignored.
 
-    Shells start background jobs of scripts (`command &`) that way. Noetic's commands that are ROS nodes
+    Shells start background jobs of scripts (`command &`) in this way. Noetic's commands that are ROS nodes
     nevertheless end on SIGINT; other commands keep ignoring it. Do nothing outside the main thread.
     """
     if threading.current_thread() is not threading.main_thread():

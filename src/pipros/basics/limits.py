@@ -73,7 +73,7 @@ class Limits(NamedTuple):
         tcpros_connections_per_peer: the TCPROS connections that one address may open; 0 means half of
             `tcpros_connections`, or all of them for loopback.
         incoming_links: publishers that a node receives from; each needs a thread.
-        connection_attempts: publishers that a node connects to at a time.
+        connection_attempts: publishers that a node tries to connect to at the same time.
         publishers_per_topic: publishers on one topic that a node connects to.
         service_threads: service calls that a node handles at a time; further calls wait.
         statistics_links: links for which topic statistics are kept.
@@ -82,7 +82,7 @@ class Limits(NamedTuple):
         recheck_s: the shortest interval at which a node queries its master because of unknown callers.
         stall_s: the time that one `publish` waits, in total, for subscribers that do not keep up.
         queue_bytes: the messages queued for one subscriber, regardless of `queue_size`.
-        lookups: concurrent look-ups of host names.
+        lookups: concurrent lookups of host names.
         subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition from a peer or a bag.
         definition_cache_bytes: definitions whose classes are kept for the next message; also those of a fleet
@@ -126,14 +126,14 @@ class Limits(NamedTuple):
         ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
         ros2_incomplete_total_bytes: fragments and early messages of all participants together.
         ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
-        ros2_inbox_bytes: ROS 2 messages that wait for one callback, or for a service's answer.
+        ros2_inbox_bytes: ROS 2 messages that are queued for one callback, or for a service's answer.
         fleet_members: other members of a fleet that a member shows.
-        fleet_topics: topics and services of all these members that it shows.
+        fleet_topics: topics and services of these members, in total.
         fleet_directory_bytes: a member's directory.
-        fleet_message_bytes: a message, a request or a reply over a fleet link, also once it is decompressed.
+        fleet_message_bytes: a message, a request or a reply on a fleet link, compressed or decompressed.
         fleet_queue_bytes: messages that wait to be sent over a fleet link.
         fleet_latched_bytes: latched messages that a member keeps for others.
-        fleet_calls: calls from other members that a member handles at a time, and waits for.
+        fleet_calls: calls from other members that a member handles at a time.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
         turtles: turtles in one turtlesim.

@@ -1,7 +1,7 @@
 """Write log files that another user cannot redirect, and that tolerate a full disk.
 
 Log folders may be shared. Another user who can write to a log folder could replace a log file with a link.
-Lines whose text is partly chosen by peers would then be appended to any file that belongs to the node's user.
+Lines that contain text from peers would then be appended to any file that belongs to the node's user.
 """
 
 from __future__ import annotations
@@ -31,8 +31,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
 
     Links that belong to this user or to root are followed; other users' links are not. The file must be a
     regular file without additional hard links, or a device such as `/dev/null`. It may belong to another
-    user, so
-    that users can share a log file.
+    user, so that users can share a log file.
 
     Args:
         append: whether to keep the file's content.
@@ -108,8 +107,8 @@ class LogFile:
     """Appends lines to a file. The file is rotated when it grows too large. Thread-safe.
 
     When a line cannot be written, for example because the disk is full, a warning is printed once. Further
-    lines are lost silently until writing succeeds again; a line with the number of lost lines then precedes
-    the next line.
+    lines are lost silently until writing succeeds again. The number of lost lines is then written before the
+    next line.
     """
 
     def __init__(self, path: str | os.PathLike[str], limits: Limits | None = None) -> None:

@@ -1,7 +1,7 @@
-"""Graph resource names: legality, resolution, remapping arguments.
+"""Graph resource names: validation, resolution and remapping arguments.
 
-Implements the rules of http://wiki.ros.org/Names as genuine ROS applies them. The functions are pure, except
-`anonymous`, which uses the process id and the time.
+Implements the rules of http://wiki.ros.org/Names as genuine ROS applies them. All functions except
+`anonymous`, which uses the process id and the time, are pure.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from pipros.basics.errors import InvalidName
 
-# Not compiled here: `re` compiles and caches patterns on first use, and many tools need none.
+# Not compiled on import: `re` compiles and caches patterns on first use, and many tools use none of them.
 _LEGAL = r"[~/A-Za-z][A-Za-z0-9_/]*"
 _LEGAL_KEY = r"[~/A-Za-z_][A-Za-z0-9_/]*"
 _LEGAL_BASE = r"[A-Za-z][A-Za-z0-9_]*"
@@ -52,7 +52,7 @@ def is_private(name: str) -> bool:
 
 
 def canonicalize(name: str) -> str:
-    """Return the name without doubled and trailing slashes: `//a//b/` is `/a/b`.
+    """Return the name without doubled and trailing slashes.
 
     >>> canonicalize("//a//b/")
     '/a/b'
@@ -64,7 +64,7 @@ def canonicalize(name: str) -> str:
 
 
 def namespace(name: str) -> str:
-    """Return the namespace of a name, always with a trailing slash: `/a/b/` is in `/a/`.
+    """Return the namespace of a name, with a trailing slash.
 
     >>> namespace("/a/b/")
     '/a/'
@@ -178,8 +178,8 @@ class Arguments(NamedTuple):
     Attributes:
         remappings: `from:=to`, with both sides as written.
         params: `_name:=value`: the name without its underscore, and the value as YAML text.
-        special: `__name:=value`, keys with both underscores: `__name`, `__ns`, `__log`,
-            `__ip`, `__hostname`, `__master`, ….
+        special: `__name:=value`, keys with both underscores: `__name`, `__ns`, `__log`, `__ip`, `__hostname`,
+            `__master`, ….
         rest: all other arguments in order.
         malformed: arguments with a key and more than one `:=`; they have no effect.
     """

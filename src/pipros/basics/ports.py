@@ -2,7 +2,7 @@
 
 `PIPROS_PORTS=11400-11420` limits the nodes to a range. `PIPROS_ADVERTISE` is for nodes in a container or
 behind a router, which peers reach at an address other than the bound address: `HOST` if the ports are the
-same, `HOST:31400-31420` for the ports of `PIPROS_PORTS` in their order, and
+same, `HOST:31400-31420` for the ports in `PIPROS_PORTS` in the same order, and
 `HOST:31400-31420=11400-11420,21311=11311` to map advertised ports to bound ports.
 """
 
@@ -70,7 +70,7 @@ class AdvertisedAddress:
 
     Attributes:
         host: a host name or an IP address.
-        ports: pairs of ranges of equal length: the outside ports, and the bound ports.
+        ports: pairs of ranges of equal length: the advertised ports, and the bound ports.
     """
 
     host: str
@@ -103,7 +103,7 @@ class AdvertisedAddress:
             inside = PortRange.parse(inner, ADVERTISE) if equals else ports
             if inside is None:
                 raise InvalidEnvironment(
-                    f"{ADVERTISE} [{text}] does not say which port {outside} leads to: set {PORTS}, or write "
+                    f"{ADVERTISE} [{text}] must map {outside} to bound ports: set {PORTS}, or write "
                     f"{host_and_port(host, outside.first)}=PORT"
                 )
             if len(outside) != len(inside):
@@ -116,7 +116,7 @@ class AdvertisedAddress:
     def outside(self, port: int) -> tuple[str, int]:
         """Return the host and port at which peers reach a bound port.
 
-        A port that is not listed is the same outside.
+        If the port is not listed, its number does not change.
         """
         for outer, inner in self.ports:
             if port in inner:
@@ -124,7 +124,7 @@ class AdvertisedAddress:
         return self.host, port
 
     def inside(self, port: int) -> int | None:
-        """Return the bound port to which an outside port leads; None if it is not listed."""
+        """Return the bound port for an advertised port; None if it is not listed."""
         for outer, inner in self.ports:
             if port in outer:
                 return inner.first + port - outer.first

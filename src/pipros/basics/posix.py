@@ -74,10 +74,7 @@ def signal_group(group: int, number: int) -> None:
 
 
 def kill_with_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, which may already have exited.
-
-    On POSIX, also kill the rest of the group that it leads.
-    """
+    """Kill a process, which may already have exited. On POSIX, also kill the rest of its group."""
     if sys.platform != "win32" and hasattr(os, "killpg"):
         import signal
 
@@ -139,7 +136,7 @@ def descriptor_limit() -> int:
 
 
 def raise_descriptor_limit(wanted: int) -> None:
-    """Raise this maximum to `wanted`, or as far as the system allows."""
+    """Raise the maximum number of open files to `wanted`, or as far as the system allows."""
     if sys.platform == "win32":
         return
     try:

@@ -37,7 +37,7 @@ def printable(value: object, limit: int = QUOTE_LIMIT) -> str:
 
 
 def listed(value: object) -> str:
-    """Return `printable` text with no length limit, for listings, in which names may be long."""
+    """Like `printable`, but without a length limit, for listings with long names."""
     return printable(value, sys.maxsize)
 
 

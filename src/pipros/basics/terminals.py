@@ -76,7 +76,7 @@ def open_pty(like: int) -> tuple[int, int]:
 
 
 def is_raw(terminal: int) -> bool:
-    """Return True if the terminal adds no carriage returns, because a program reads single keys from it."""
+    """Return True if the terminal is in raw mode, in which it does not add carriage returns."""
     if sys.platform != "win32":
         import termios
 

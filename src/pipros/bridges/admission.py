@@ -1,4 +1,4 @@
-"""Check the origin and the token of clients that connect to a bridge. No sockets.
+"""Check the origin and the token of clients that connect to a bridge. Performs no I/O.
 
 Programs send no `Origin` header; browsers send the origin of the page that opens the connection. Pages served
 from this machine may connect. Pages from elsewhere may connect only if the server was started with their
@@ -37,10 +37,7 @@ class Admission:
     allows_null_origin: bool = False
 
     def check_origin(self, origin: str | None) -> None:
-        """Raise `Denied` if a page of this origin may not connect.
-
-        None means that the client sent no origin.
-        """
+        """Raise `Denied` if a page with this origin may not connect. None stands for a missing origin."""
         if origin is None or ANY_ORIGIN in self.origins or origin in self.origins:
             return
         if self.allows_null_origin if origin == "null" else _is_loopback(origin):

@@ -1,8 +1,8 @@
-"""The connection of one client of a bridge: writes the content of its outbox as fast as the client reads.
+"""A connection to one client of a bridge, which writes the client's outbox as fast as the client reads.
 
-Theory of operation. `Outbox` wakes the event loop, once for all clients. No task writes a client's frames:
-they are written until the socket buffer is full, and again when asyncio reports that there is room. A
-connection that stays full is aborted if the client reads nothing for `bridge_stall_s`. Frames bypass
+Theory of operation. `Outbox` wakes the event loop once for all clients. No task writes a client's frames:
+the event loop writes them until the socket buffer is full, and again when asyncio reports that there is room.
+A connection that stays full is aborted if the client reads nothing for `bridge_stall_s`. Frames bypass
 websockets' `send`, which copies a large message twice and takes several times as long for a small one, and
 `broadcast`, which does not report a full buffer. Their headers are therefore encoded here (unmasked, without
 extensions; RFC 6455). A large frame is sent without copying it; while it is being written, control frames
@@ -74,8 +74,8 @@ class BridgeConnection(PortConnection):
     Attributes:
         is_page: whether the request was for the page.
         is_known: whether the request contained the token; True if no token is required.
-        on_room: called when the connection is no longer full.
-        on_full: called when the connection becomes full.
+        on_room: called when the buffer is no longer full.
+        on_full: called when the buffer becomes full.
     """
 
     is_page = False
@@ -121,9 +121,9 @@ class BridgeConnection(PortConnection):
         return is_free and self.protocol.state is State.OPEN and not self.transport.is_closing()
 
     def write(self, frame: Frame) -> None:
-        """Begin to write a frame.
+        """Start writing a frame.
 
-        Call only if `has_room` is True; it becomes False until the frame is written completely.
+        Call only if `has_room` is True. It is False until the frame has been written completely.
         """
         parts = (frame_head(frame.size, is_text=frame.is_text), *frame.parts)
         if frame.size <= JOINED_BYTES:
@@ -149,10 +149,7 @@ class BridgeConnection(PortConnection):
                 self.send_data()
 
     def _send_now(self, parts: Sequence[Buffer]) -> int:
-        """Send as much as the socket accepts, without copying.
-
-        Return the number of bytes, 0 if the socket is full.
-        """
+        """Send as much as the socket accepts, without copying. Return the number of bytes sent."""
         if self._is_encrypted or self.transport.get_write_buffer_size():
             return 0
         try:
@@ -263,7 +260,7 @@ class Client:
                 return
 
     def _watch_progress(self) -> None:
-        """Abort the connection if it stays full and the client reads nothing."""
+        """Abort the connection if the buffer stays full and the client reads nothing."""
         if self._watch is not None:
             self._watch.cancel()
         size = self._connection.transport.get_write_buffer_size()

@@ -56,7 +56,7 @@ class Session(Protocol):
         """
 
     def takes(self) -> Mapping[Hashable, str]:
-        """Return the client's subscriptions: keys in its outbox, with names for the list of clients."""
+        """Return the client's subscriptions: keys in the outbox, and names for the list of clients."""
 
     def sends(self) -> Sequence[str]:
         """Return the topics that the client publishes."""
@@ -77,7 +77,7 @@ class Handler(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ClientRow:
-    """A client in a list of all clients.
+    """An entry in the list of clients.
 
     Attributes:
         since: time of the connection, in seconds since 1970.
@@ -85,7 +85,7 @@ class ClientRow:
         topics: traffic of the current subscriptions, by the names that `Session.topics` returns.
         publishes: topics that the client publishes.
         received: number of messages of all kinds from the client, and their size in bytes.
-        waiting_bytes: size of the data that the client has not read yet.
+        waiting_bytes: size of the data that has not been sent to the client yet.
     """
 
     number: int
@@ -189,7 +189,7 @@ class Door:
         await self._server_port.close()
 
     def clients(self) -> list[ClientRow]:
-        """Return a row for each client, the longest connected first."""
+        """Return an entry for each client, sorted by the time of connection."""
         return [
             ClientRow(
                 client.number,
@@ -286,7 +286,7 @@ class Door:
     async def _logs_in(self, connection: BridgeConnection, handler: Handler) -> bool:
         """Wait for the first message.
 
-        Return whether it authenticates the client; if not, close the connection.
+        Return whether the message authenticates the client. If not, close the connection.
         """
         try:
             first = await asyncio.wait_for(connection.recv(), self._limits.login_s)

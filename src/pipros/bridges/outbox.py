@@ -1,10 +1,10 @@
-"""Bounded queue of messages and answers for one client of a bridge. No sockets.
+"""Bounded queue of messages and answers for one client of a bridge. Performs no I/O.
 
-Theory of operation. Threads of links `put` messages, and the event loop pops them, in order of publishing,
-while the client's connection has room. A subscription may limit the number of its queued messages. If the
-client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted. Answers
-to requests are never dropped, because the client would wait for them forever: if an answer does not fit, the
-outbox is overrun and the client must be disconnected.
+Theory of operation. The threads that receive messages `put` them, and the event loop pops them in the same
+order while the client's connection has room. A subscription may limit the number of its queued messages. If
+the client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted.
+Answers to requests are never dropped, because the client would wait for them forever: if an answer does not
+fit, the outbox is overrun and the client must be disconnected.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def text_frame(text: str) -> Frame:
 
 @dataclass(slots=True)
 class Traffic:
-    """Number of messages passed to the connection, their size in bytes, and number of lost messages."""
+    """Numbers of messages passed to the connection and lost, and the size of the passed messages in bytes."""
 
     messages: int = 0
     bytes: int = 0

@@ -1,4 +1,4 @@
-"""Rate limits for what one client of a bridge sends. No sockets."""
+"""Rate limits for the messages from one client of a bridge. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Pace:
     """Delay before reading the next message of a client.
 
     The connection's buffers fill up during the delay, so a client that sends too much is slowed down; no
-    message is stored or dropped. For each limit, the due time is when a client that sends at exactly the
-    permitted rate would have sent the same amount.
+    message is stored or dropped. For each limit, the next message is due when a client that sends at exactly
+    the permitted rate would have sent the same amount.
     """
 
     def __init__(self, limits: Limits, clock: Callable[[], float] = time.monotonic) -> None:

@@ -1,6 +1,6 @@
-"""The services of the `rosapi` node. With them, clients inspect the running system and use parameters.
+"""The services of the `rosapi` node, with which clients inspect the system and access parameters.
 
-Names that the globs do not allow are omitted from answers and refused in requests.
+Names that the globs do not allow are omitted from responses and rejected in requests.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Allowed:
 
 
 class RosApi:
-    """The handlers of the services. Each returns the fields of its response by name."""
+    """The service handlers. Each returns the fields of its response by name."""
 
     def __init__(self, node: Node, allowed: Allowed | None = None) -> None:
         self._node = node
@@ -228,7 +228,7 @@ class RosApi:
     def _param(self, name: str) -> str:
         key = self._node.resolve(name)
         if not self._allowed.params.allow(key):
-            raise HandlerError(f"clients may not use the parameter {key}")
+            raise HandlerError(f"the globs do not allow the parameter {key}")
         return key
 
 

@@ -1,4 +1,4 @@
-"""Runs the bridges of a program until it is stopped: the node, the event loop and the port."""
+"""Run a program's node, event loop, port and bridges until the program is stopped."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ async def _open(door: Door, options: DoorOptions, protocols: Protocols, tls: ssl
 
 
 def _announce(options: DoorOptions, port: int, page: PageServer | None, secret: Secret | None) -> None:
-    """Print the addresses on stderr: roslaunch keeps the standard output of nodes in files."""
+    """Print the addresses on stderr, because roslaunch writes the standard output of nodes to files."""
     shown = options.shown_host
     scheme = "ws" if options.certificate is None else "wss"
     if page is not None:

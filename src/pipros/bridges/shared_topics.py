@@ -1,9 +1,9 @@
 """Topics that the clients of a bridge receive. All clients share one ROS subscription per topic.
 
-The node shares the subscription, and passes latched messages to later callbacks too. This module adds three
-guarantees for bridges. Subscribing never blocks, because a thread calls the master. All clients of a topic
-share one object per message, which includes its time of arrival. A client that expects a type receives no
-messages of other types.
+The node shares the subscription, and also passes latched messages to later callbacks. This module adds three
+guarantees for bridges: subscribing never blocks, because a thread calls the master; all clients of a topic
+share one object per message, which includes the time of arrival; and a client that expects a type never
+receives messages of other types.
 """
 
 from __future__ import annotations
@@ -141,11 +141,8 @@ class SharedTopics:
                 self._report_type(taken.topic, taken.kind)
 
     def _report_type(self, topic: str, kind: str) -> None:
-        """Register the expected type.
-
-        If the topic has no type yet, the master stores it for `rostopic list`.
-        """
-        with suppress(PiprosError):  # the registration is for information only
+        """Register the expected type with the master, so that `rostopic list` shows it."""
+        with suppress(PiprosError):  # the registration is only informative
             self._master.register_subscriber(topic, kind, self._node.uri)
             if self._node.is_ending:  # the node may have unregistered earlier
                 self._master.unregister_subscriber(topic, self._node.uri)

@@ -1,4 +1,4 @@
-"""`catkin_init_workspace`: prepares a source folder so that genuine catkin can build it too."""
+"""`catkin_init_workspace`: prepares a source folder so that genuine catkin can also build it."""
 
 from __future__ import annotations
 

@@ -145,7 +145,7 @@ def _parse(arguments: list[str]) -> tuple[Namespace, dict[str, str], MakeArgumen
     )
     add("--make-args", nargs="*", default=[], help="Arguments which are passed to make")
     add("--override-build-tool-check", action="store_true", help="Accepted for compatibility with Noetic")
-    # argparse treats every word with a leading dash as an option, even after --cmake-args.
+    # argparse treats every word with a leading dash as an option, even words after --cmake-args.
     settings = [word for word in arguments if word.startswith("-D") and len(word) > 2]
     words = [word for word in arguments if word not in settings]
     given = words.index("--make-args") if "--make-args" in words else len(words)
@@ -175,7 +175,7 @@ def _layout(options: Namespace, definitions: dict[str, str]) -> WorkspaceFolders
 
 
 def _check(layout: WorkspaceFolders) -> None:
-    """Check that the folders can be built. The errors begin like Noetic's.
+    """Check that the folders can be built. The error texts begin like Noetic's.
 
     Raises:
         WorkspaceError: a folder does not exist, or is not a workspace.

@@ -12,7 +12,7 @@ from pipros.cli.entry_point import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print names and folders. Return 1 on errors and 3 if the folder contains no packages."""
+    """Print the packages' names and folders. Return 1 on errors and 3 if the folder contains no packages."""
     parser = ArgumentParser(
         prog="catkin_topological_order",
         description="Outputs the catkin projects of a workspace in topological order.",

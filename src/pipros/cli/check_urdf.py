@@ -44,5 +44,5 @@ def read_robot_file(path: str) -> Robot:
     except (UnicodeDecodeError, UrdfError) as error:
         raise CommandError(f"{path}: {error}") from None
     if not robot.name:
-        raise CommandError(f"{path}: <robot> must have the attribute name")
+        raise CommandError(f"{path}: <robot> must have a name attribute")
     return robot

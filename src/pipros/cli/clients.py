@@ -41,7 +41,7 @@ def _main(argv: Sequence[str]) -> int:
 
 
 def _clients(place: str, token: str | None, certificate: str | None) -> list[Mapping[str, Any]]:
-    """Return the rows of `GET /clients`. `place` is HOST:PORT, or the address that a server prints."""
+    """Return the rows of `GET /clients`. `place` is HOST:PORT, or the URL that a server prints."""
     import contextlib
     import http.client
     import json

@@ -103,7 +103,7 @@ def installed_commands() -> set[str]:
 
 
 def command_map(subcommands: Iterable[str]) -> str:
-    """Return the map as text: commands under headings. Unlisted commands are under the last heading.
+    """Return the commands under headings, as text. Unlisted commands are under the last heading.
 
     `subcommands` are the subcommands of `pipros`.
     """

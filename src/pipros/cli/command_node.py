@@ -27,7 +27,7 @@ def command_node(
     node = Node(name, anonymous=True, argv=argv)
     with ended_by_signals(node, node, insist=insist):
         if not wall_time:
-            with contextlib.suppress(PiprosError):  # a command continues even if there is no master
+            with contextlib.suppress(PiprosError):  # continue even if there is no master
                 if is_on(node, "/use_sim_time"):
                     node.use_simulated_time()
         yield node

@@ -1,4 +1,4 @@
-"""`pipros doctor`: diagnoses why nodes cannot communicate, and recommends what to do."""
+"""`pipros doctor`: diagnoses why nodes cannot communicate, and recommends remedies."""
 
 from __future__ import annotations
 

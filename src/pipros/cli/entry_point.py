@@ -29,13 +29,13 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
     - Ctrl-C ends the command at any time (`pipros.basics.interrupts`).
     - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
-      So no file or socket opened later can take its number.
+      Therefore, no file or socket that is opened later can take its number.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
     - A character missing in the terminal's encoding is written as `\\xe9`.
 
-    Output is flushed when the command returns. Streams that replaced the process's own, as in tests, are left
-    unchanged.
+    Output is flushed when the command returns. Streams that have replaced the process's own, as in tests, are
+    left unchanged.
     """
 
     @wraps(main)

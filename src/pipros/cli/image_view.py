@@ -16,7 +16,7 @@ NOT_REMAPPED = "image_view: topic 'image' has not been remapped; type image_view
 def main(argv: Sequence[str] | None = None) -> int:
     """Open the page at the topic that `image` is remapped to, and return the exit code.
 
-    `compressed` as an argument or as `_image_transport` selects the compressed topic.
+    The argument `compressed`, or `_image_transport:=compressed`, selects the compressed topic.
     """
     arguments = parse_arguments(list(sys.argv[1:] if argv is None else argv))
     words = list(arguments.rest)

@@ -1,4 +1,4 @@
-"""Arguments that `catkin_make` passes on to make: targets, variables and options."""
+"""The arguments to `catkin_make` that are meant for make: targets, variables and options."""
 
 from __future__ import annotations
 

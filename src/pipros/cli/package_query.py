@@ -81,7 +81,7 @@ class PackageQuery:
         Args:
             words, options: results from `split_arguments`.
             noun: the word for a package in error messages.
-            unknown: the error for an unknown package, with `{}` in place of its name.
+            unknown: the error text for an unknown package, with `{}` in place of its name.
             kinds: the kinds of packages to include; see `PackageIndex`.
         """
         self.words = words
@@ -105,7 +105,7 @@ class PackageQuery:
         return name
 
     def option(self, name: str, complaint: str) -> str:
-        """Return the value of an option. `complaint` is Noetic's error for a missing option."""
+        """Return the value of an option. `complaint` is Noetic's error text for a missing option."""
         value = self.options.get(name, "")
         if not value:
             raise QueryFailed(complaint)

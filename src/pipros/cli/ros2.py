@@ -1,4 +1,4 @@
-"""`pipros ros2`: connects the running system to ROS 2 nodes, and shows what passes."""
+"""`pipros ros2`: connects the running system to ROS 2 nodes, and shows the traffic."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from pipros.launch.session import LaunchSession
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run until Ctrl-C; return the exit code."""
+    """Run the core until Ctrl-C; return the exit code."""
     parser = OptionParser(
         usage="usage: %prog [options]",
         prog="roscore",

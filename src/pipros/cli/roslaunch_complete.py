@@ -11,7 +11,7 @@ from pipros.cli.entry_point import command
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the names on one line and return 0. Return 1 silently if the file cannot be read."""
+    """Print the arguments' names on one line and return 0. Return 1 silently if the file cannot be read."""
     words = list(sys.argv[1:] if argv is None else argv)
     from pipros.launch.find_launch_files import resolve_files
     from pipros.launch.load_context import LoadContext

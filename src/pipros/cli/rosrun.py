@@ -28,7 +28,7 @@ NO_SUCH_COMMAND = 127
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return an exit code only if no program can be run; otherwise the program replaces this process."""
+    """Replace this process with the program. Return an exit code only if no program can be run."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     prefix, debug = "", False
     while arguments and arguments[0] in ("--prefix", "--debug", "-d", "-h", "--help"):
@@ -154,7 +154,7 @@ def _report_missing_program(package: Package, name: str, found: Executables, pro
 
 
 def _suggest(name: str, known: list[str]) -> None:
-    """Suggest names that are similar to a mistyped name. Uses stderr, so that stdout equals Noetic's."""
+    """Suggest names that are similar to a mistyped name, on stderr, so that stdout equals Noetic's."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, known, n=3, cutoff=0.7)

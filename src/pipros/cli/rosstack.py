@@ -89,9 +89,9 @@ def _folder(query: PackageQuery) -> list[str]:
 
 
 def _contents(query: PackageQuery) -> list[str]:
-    """Return the packages in a stack: the stack itself, or none for a metapackage.
+    """Return the packages in a stack: the package itself, or no packages for a metapackage.
 
-    As in Noetic, an unknown stack causes an error message but no failure.
+    As in Noetic, an unknown stack causes an error message, but the command does not fail.
     """
     try:
         name = query.name

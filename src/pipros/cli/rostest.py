@@ -98,7 +98,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             name = options.results_filename or rostest_name(package.path, file)
             code = _run(rostest, package.name, name.removesuffix(".xml"), base)
     except KeyboardInterrupt:
-        # A second Ctrl-C must not prevent the nodes from being stopped. The launcher itself escalates.
+        # A second Ctrl-C must not prevent the nodes from being stopped; the launcher itself sends further
+        # signals.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rostest.tear_down()
         print("rostest was interrupted: no results", file=sys.stderr)
@@ -149,17 +150,15 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
 
 
 def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
-    """Return the package for the results: the package given by options, or else the package that contains the
-    file.
-    """
+    """Return the package that the results belong to: by default, the package that contains the test file."""
     found = index.containing(file)
     folder = Path(options.package_folder).absolute() if options.package_folder else None
     if options.package and (folder or found):
         return Package(options.package, folder or (found.path if found else file.parent))
     if found is None:
         raise NotFound(
-            f"[{file}] is not inside a ROS package, so its results have no name. "
-            "Set one with --package=NAME --pkgdir=FOLDER"
+            f"[{file}] is not inside a ROS package, so its results cannot be named. "
+            "Give the package with --package=NAME --pkgdir=FOLDER"
         )
     return Package(found.name, folder or found.path)
 

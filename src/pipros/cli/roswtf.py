@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Plugins(Protocol):
-    """The rules in plugins. They run with the client library, which they need."""
+    """The rules in plugins, which need the client library."""
 
     def load(self) -> None:
         """Find and import the plugins. Print their names, and print problems to standard error."""

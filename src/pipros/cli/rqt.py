@@ -20,7 +20,7 @@ Main = Callable[[Sequence[str] | None], int]
 def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, change: str = "") -> Main:
     """Return a command that opens a tab. It takes up to `most` arguments, called `argument` in its usage.
 
-    `change` is the kind of change that the command exists to make; see `show`.
+    `change` is the kind of change that the command is for; see `show`.
     """
     limit = most if argument else 0
 
@@ -70,7 +70,7 @@ def _show_bags(argv: Sequence[str]) -> int:
 def _folder_of(bags: str, path: Path) -> Path:
     folder = Path(bags).resolve()
     if not path.resolve().is_relative_to(folder):
-        raise CommandError(f"{path} must be in the folder of --bags, {bags}")
+        raise CommandError(f"{path} must be in {bags}, the folder given with --bags")
     return folder
 
 
@@ -177,6 +177,6 @@ def _standalone(arguments: list[str]) -> tuple[str | None, list[str]]:
             return value, arguments[:at] + arguments[at + 1 :]
         if word in ("-s", "--standalone"):
             if at + 1 == len(arguments):
-                raise CommandError(f"{word} needs the name of a plugin")
+                raise CommandError(f"{word} must be followed by the name of a plugin")
             return arguments[at + 1], arguments[:at] + arguments[at + 2 :]
     return None, arguments

@@ -40,12 +40,12 @@ class MasterUnreachable(CommandError):
 
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
     """Return a parser with Noetic's usage texts: `Usage: rostopic list [/namespace]`. Errors exit with 2."""
-    # Attributes that the deferred parser lacks are those of an OptionParser.
+    # _DeferredParser passes other attributes on to an OptionParser
     return _DeferredParser(command, f"usage: {command} {usage}", description)  # type: ignore[return-value]
 
 
 class _DeferredParser:
-    """An `OptionParser` that is created on demand, if a command line has an option or an error.
+    """An `OptionParser` that is only created if a command line has an option or an error.
 
     Importing optparse takes longer than a call to the master, and most command lines have no options.
     """
@@ -99,9 +99,7 @@ def add_flag(parser: OptionParser, *names: str, help: str, dest: str | None = No
 
 
 def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: str, several: str) -> str:
-    """Return the only argument on a command line. If there is not exactly one, exit with the text `missing`
-    or `several`.
-    """
+    """Return the single argument. If there is not exactly one, exit with the text `missing` or `several`."""
     if not arguments:
         parser.error(missing)
     if len(arguments) > 1:

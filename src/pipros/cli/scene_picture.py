@@ -1,4 +1,4 @@
-"""`rviz --png`: writes a picture of the scene, drawn by a Chromium without a window.
+"""`rviz --png`: writes a picture of the scene, drawn by headless Chromium.
 
 Chromium is driven over a pair of pipes (`--remote-debugging-pipe`): JSON requests and answers, each ended by
 a zero byte. This needs no port and no library.
@@ -45,7 +45,7 @@ _DRAW: Final = """(([width, height]) => {
 def save_picture(
     target: Path, arguments: Sequence[str], size: tuple[int, int], timeout_s: float
 ) -> list[str]:
-    """Write a PNG of what `rviz` shows with these arguments, and return the statuses that are not OK.
+    """Write what `rviz` shows with these arguments as a PNG. Return all statuses other than OK.
 
     The picture is taken as soon as all displays are OK and two pictures in a row are equal, or after
     `timeout_s`.
@@ -105,7 +105,7 @@ def _server(arguments: Sequence[str]) -> Iterator[str]:
 
 
 class _Chromium:
-    """A browser without a window, with one empty page."""
+    """A headless browser with one empty page."""
 
     def __init__(self, program: str, size: tuple[int, int]) -> None:
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)

@@ -1,4 +1,4 @@
-"""`pipros serve`: the page, rosbridge and Foxglove on one port."""
+"""`pipros serve`: serves the page, rosbridge and Foxglove on one port."""
 
 from __future__ import annotations
 

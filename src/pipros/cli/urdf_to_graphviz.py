@@ -49,7 +49,7 @@ def _draw(arguments: list[str]) -> int:
         return FAILED
     robot = read_robot_file(arguments[0])
     if len(arguments) == 1 and Path(robot.name).name != robot.name:
-        raise CommandError(f"the name of the robot, {robot.name!r}, is not a file name: add OUTPUT")
+        raise CommandError(f"the robot's name, {robot.name!r}, cannot be used as a file name: add OUTPUT")
     output = arguments[1] if len(arguments) == 2 else robot.name
     drawing, pdf = f"{output}.gv", f"{output}.pdf"
     try:

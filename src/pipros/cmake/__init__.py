@@ -1,1 +1,1 @@
-"""The part of the CMake language that packages without compiled code use. It does not depend on catkin."""
+"""The part of the CMake language that packages without compiled code use."""

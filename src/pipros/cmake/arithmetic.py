@@ -21,7 +21,7 @@ def math(words: list[str], scope: Scope) -> None:
         ValueError: the expression is malformed, or divides by zero.
     """
     if words[:1] != ["EXPR"] or len(words) < 3:
-        raise ValueError("has the form math(EXPR variable expression)")
+        raise ValueError("must have the form math(EXPR variable expression)")
     try:
         # Unlike in Python, leading zeros are allowed.
         text = _LEADING_ZEROS.sub("", words[2].strip())

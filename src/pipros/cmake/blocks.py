@@ -22,10 +22,7 @@ def end_of_block(commands: Sequence[Command], start: int) -> int | None:
 
 
 def branches(opening: Command, body: Sequence[Command]) -> Iterator[tuple[Command, Sequence[Command]]]:
-    """Yield the branches of an `if()` block.
-
-    Each is the command that opens it (`if()`, `elseif()` or `else()`), and its body.
-    """
+    """Yield each branch of an `if()` block: its `if()`, `elseif()` or `else()` command, and its body."""
     depth, start, branch = 0, 0, opening
     for position, command in enumerate(body):
         depth += command.name == "if"

@@ -1,6 +1,6 @@
-"""Substitute for the program `cmake` if it is not installed: `cmake -E tool …` and `cmake -P script`.
+"""Substitute for the program `cmake`, if that is not installed: `cmake -E tool …` and `cmake -P script`.
 
-Custom commands of packages use it to copy files and run programs.
+Packages' custom commands use it to copy files and run programs.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def script_interpreter(settings: Mapping[str, str]) -> Interpreter:
             raise interpreter.error(command, f'Unknown CMake command "{command.written_name}".')
 
     def fail_without_cmake(command: Command, what: str) -> None:
-        raise interpreter.error(command, f"{what} needs CMake itself; install CMake")
+        raise interpreter.error(command, f"{what} needs CMake, which is not installed")
 
     def message(command: Command, words: list[str]) -> None:
         kind, text = read_message(words)

@@ -38,8 +38,8 @@ def is_true(
     """Return whether `if(words)` is true. `MATCHES` stores its matches in `CMAKE_MATCH_0`, …
 
     Args:
-        commands, targets: the existing names, for `COMMAND` and `TARGET`.
-        environment, cache: the existing names, for `DEFINED ENV{…}` and `DEFINED CACHE{…}`.
+        commands, targets: the names for which `COMMAND` and `TARGET` are true.
+        environment, cache: the names for which `DEFINED ENV{…}` and `DEFINED CACHE{…}` are true.
 
     Raises:
         ValueError: the words do not form a condition.
@@ -61,7 +61,7 @@ def is_on(value: str) -> bool:
 class _Condition:
     """Recursive descent parser.
 
-    AND and OR, evaluated from left to right, bind least tightly, followed by NOT, tests and parentheses.
+    From the lowest to the highest precedence: AND and OR (from left to right), NOT, tests, parentheses.
     """
 
     def __init__(

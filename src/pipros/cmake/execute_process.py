@@ -74,7 +74,7 @@ def _sort(words: list[str]) -> tuple[list[list[str]], dict[str, str], set[str]]:
 
 
 def _run(commands: list[list[str]], options: dict[str, str], scope: Scope) -> tuple[str, str, list[str]]:
-    """Run a pipeline. Return the last command's output, all standard error, and the exit codes or errors."""
+    """Run a pipeline. Return the output, the error output, and an exit code or error for each command."""
     folder = scope.in_binary(options.get("WORKING_DIRECTORY", ""))
     data = b""
     if "INPUT_FILE" in options:

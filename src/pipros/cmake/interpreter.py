@@ -34,7 +34,7 @@ May raise `Unsupported`, or ValueError and other built-in errors for wrong argum
 
 
 class _Flow(enum.Enum):
-    """How execution continues after a command."""
+    """The way in which execution continues after a command."""
 
     NEXT = enum.auto()
     BREAK = enum.auto()
@@ -123,7 +123,7 @@ class Interpreter:
 
     @contextmanager
     def _in_file(self, file: str, command: Command | None) -> Iterator[None]:
-        """Make `file` the current file. Raises CMakeError at `command` if calls are nested too deeply."""
+        """Make `file` the current file. Raises CMakeError if calls are nested too deeply."""
         limit = self.scope.limits.cmake_depth
         if self._depth >= limit and command is not None:
             raise self.error(command, f"calls are nested more than {limit} deep")
@@ -348,7 +348,7 @@ class Interpreter:
             raise self.error(command, str(error)) from None
 
     def error(self, command: Command, reason: str) -> CMakeError:
-        """Return an error located at a command in the current file."""
+        """Return an error that names the location of a command in the current file."""
         return CMakeError(self.file, command.line, command.written_name, reason)
 
 

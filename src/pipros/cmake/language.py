@@ -35,8 +35,7 @@ class Argument:
 
     Attributes:
         is_quoted: whether the argument is quoted, and therefore not split at semicolons.
-        is_literal: whether the argument is in brackets (`[[…]]`), so that variables and escapes are not
-            replaced either.
+        is_literal: whether the argument is in brackets (`[[…]]`), and therefore neither split nor expanded.
     """
 
     text: str

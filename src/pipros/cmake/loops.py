@@ -1,4 +1,4 @@
-"""Arguments of `foreach()`, which determine the values of its variables in each iteration."""
+"""Evaluate the arguments of `foreach()`, which determine its variables in each iteration."""
 
 from __future__ import annotations
 

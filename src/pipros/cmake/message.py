@@ -1,4 +1,4 @@
-"""Mode and text of `message()`."""
+"""The mode and the text of `message()`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 class Kind(enum.Enum):
-    """How to treat a message."""
+    """The kind of a message, which determines what is done with it."""
 
     STATUS = "print to standard output"
     NOTICE = "print to standard error"
@@ -35,7 +35,7 @@ _KINDS = {
 
 
 def read_message(words: Sequence[str]) -> tuple[Kind, str]:
-    """Return how to treat `message(words)`, and the text to print."""
+    """Return the kind of the message in `message(words)`, and the text to print."""
     if words and words[0] in _KINDS:
         return _KINDS[words[0]], "".join(words[1:])
     return Kind.NOTICE, "".join(words)

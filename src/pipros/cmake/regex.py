@@ -26,7 +26,7 @@ def compiled(expression: str) -> re.Pattern[str]:
             return r"\Z"
         if text in "{}":
             return "\\" + text
-        # An escaped letter has a special meaning only in Python, and so does a backslash in brackets.
+        # An escaped letter and a backslash in brackets have a special meaning only in Python.
         if text[0] == "\\":
             return re.escape(text[1])
         return text.replace("\\", "\\\\").replace("[", r"\[").replace(r"\[", "[", 1)
@@ -38,7 +38,7 @@ def compiled(expression: str) -> re.Pattern[str]:
 
 
 def search(expression: str, text: str, variables: MutableMapping[str, str]) -> bool:
-    """Return whether the expression matches anywhere. Store the match and its groups in `CMAKE_MATCH_0`, …
+    """Return whether the expression matches anywhere; store the match and its groups in `CMAKE_MATCH_0`, ….
 
     Raises:
         ValueError: the expression is invalid.
@@ -50,7 +50,7 @@ def search(expression: str, text: str, variables: MutableMapping[str, str]) -> b
 
 
 def keep_groups(match: re.Match[str], variables: MutableMapping[str, str]) -> None:
-    """Store a match and its groups in `CMAKE_MATCH_COUNT`, `CMAKE_MATCH_0`, …"""
+    """Store a match and its groups in `CMAKE_MATCH_COUNT`, `CMAKE_MATCH_0`, …."""
     variables["CMAKE_MATCH_COUNT"] = str(match.re.groups)
     variables["CMAKE_MATCH_0"] = match[0]
     for number, group in enumerate(match.groups(""), 1):

@@ -11,7 +11,7 @@ from pipros.basics.limits import Limits, process_limits
 
 
 class _Values(ChainMap[str, str]):
-    """Variables whose total size is limited."""
+    """A dictionary of variables whose total size is limited."""
 
     def __init__(self, variables: dict[str, str], cache: dict[str, str], limits: Limits) -> None:
         super().__init__(variables, cache)
@@ -93,7 +93,7 @@ class Scope:
 
     @contextmanager
     def restored(self, names: Iterable[str]) -> Iterator[None]:
-        """Context manager that restores the current values of these variables at the end."""
+        """Context manager that restores the current values of the given variables at the end."""
         before = {name: self.values.get(name) for name in names}
         yield
         for name, value in before.items():
@@ -116,4 +116,4 @@ ValueCommand = Callable[[list[str], Scope], None]
 
 
 class Unsupported(Exception):
-    """A command requires a feature that only CMake itself provides. The message names the feature."""
+    """A command requires a feature that only CMake itself provides. The error text names the feature."""

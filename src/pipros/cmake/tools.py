@@ -28,7 +28,9 @@ def run_tool(name: str, words: list[str]) -> int:
     tool = _TOOLS.get(name)
     if tool is None:
         known = ", ".join(sorted(_TOOLS))
-        raise ToolFailed(f"the tool after -E must be one of {known}; got {name}. Install CMake for others")
+        raise ToolFailed(
+            f"the tool after -E must be one of {known}; got {name}. Install CMake to use other tools"
+        )
     try:
         return tool(words) or 0
     except (IndexError, ValueError):

@@ -128,5 +128,5 @@ def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
 
 
 def _element(word: str) -> str:
-    """Escape a word so that it is one element of a list."""
+    """Escape a word so that it remains one element of a list."""
     return word.replace(";", "\\;")

@@ -1,6 +1,6 @@
-"""Parses a node's responses to `getBusInfo` and `getBusStats`: its connections and their traffic. No I/O.
+"""Parse a node's responses to `getBusInfo` and `getBusStats`: its connections and their traffic.
 
-Source: http://wiki.ros.org/ROS/Slave_API and, where that page is silent, the actual results of nodes.
+Performs no I/O. Source: http://wiki.ros.org/ROS/Slave_API and, where that page is silent, genuine nodes.
 """
 
 from __future__ import annotations
@@ -85,9 +85,8 @@ def established(rows: object) -> Iterator[BusConnection]:
 def sent_counts(rows: Sequence[Any]) -> Iterator[tuple[str, SentCount]]:
     """Yield the id and traffic of each outgoing connection in `getBusStats` rows. Malformed rows are skipped.
 
-    The rows are `[publishers, subscribers, services]`; a publisher is
-    `[topic, bytes, [[id, bytes, messages, connected], …]]`, or from roscpp
-    `[topic, [[id, bytes, bytes of messages, messages, 0], …]]`.
+    The rows are `[publishers, subscribers, services]`; a publisher is `[topic, bytes, [[id, bytes, messages,
+    connected], …]]`, or from roscpp `[topic, [[id, bytes, bytes of messages, messages, 0], …]]`.
     """
     for row in rows[0] if rows and isinstance(rows[0], list) else ():
         links = row[-1] if isinstance(row, list) and row else None

@@ -1,4 +1,4 @@
-"""Unregisters unresponsive nodes from the master, after confirmation by the user."""
+"""Unregister unresponsive nodes from the master, after confirmation by the user."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def clean_up(
 
 
 def _is_confirmed(answers: Iterable[str]) -> bool:
-    """Return True if the user types y; False for n and at the end of the input."""
+    """Return True if the user types y, and False for n or at the end of the input."""
     for line in answers:
         answer = line.strip()
         if answer in ("y", "n"):

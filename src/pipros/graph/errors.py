@@ -1,4 +1,4 @@
-"""Errors raised by `pipros.graph`, and their translation to the exceptions that ROS modules raise."""
+"""Errors raised by `pipros.graph`, and their translation into the exceptions that ROS modules raise."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NO_MASTER = "Unable to communicate with master!"
 
 
 class GraphError(PiprosError):
-    """A request cannot be performed in the running system. The text names the object and the reason."""
+    """A request to the running system failed. The error text names the object and the reason."""
 
 
 @contextlib.contextmanager

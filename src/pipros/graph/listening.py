@@ -1,4 +1,4 @@
-"""A tool's subscriptions: waits for topics and receives messages until the tool ends."""
+"""A tool's subscriptions: wait for topics, and receive messages until the tool ends."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ POLL_PERIOD_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class TopicPart:
-    """A topic, and the part of its messages to use."""
+    """A topic, and optionally a field of its messages."""
 
     topic: str
     path: tuple[PathStep, ...]
@@ -44,9 +44,9 @@ def wait_for_topic(
     is_over: Callable[[], bool] = _never,
     pause: Callable[[float], object] = time.sleep,
 ) -> TopicPart:
-    """Return the topic and field that `name` refers to, as soon as the master knows the topic.
+    """Return the topic and field to which `name` refers.
 
-    Block until then, or until Ctrl-C. `warn` is called once if waiting is necessary.
+    Block until the master knows the topic, or until Ctrl-C. `warn` is called once if this takes time.
 
     Raises:
         Interrupted: `is_over` returned true in the meantime.
@@ -75,7 +75,7 @@ def _parse(path: str, warn: Say) -> tuple[PathStep, ...]:
 
 
 class Listening:
-    """A tool's subscriptions, which a callback or the main thread may end."""
+    """A tool's subscriptions. A callback or the main thread may end them."""
 
     def __init__(self, node: Node) -> None:
         self._node = node

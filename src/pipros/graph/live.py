@@ -1,7 +1,7 @@
 """The live graph of nodes, topics and their actual connections.
 
 The master knows the nodes and their registrations; each node knows its connections (`getBusInfo`). Vertices
-are named after nodes and topics; the name of a topic gets a leading space to distinguish it from a node of
+are named after nodes and topics; the name of a topic gets a leading space to distinguish it from a node with
 the same name.
 """
 
@@ -50,7 +50,7 @@ class Link(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class NoReport:
-    """Why a node did not report its connections.
+    """The reason why a node did not report its connections.
 
     Attributes:
         is_reachable: whether the node answered, but with a malformed answer.
@@ -102,7 +102,7 @@ class LiveGraph:
         ask: Callable[[str], Any] = ask_bus_info,
         now_s: Callable[[], float] = time.time,
     ) -> None:
-        """Create the graph for these namespaces. Nothing is queried before `update`.
+        """Create the graph for the given namespaces. Nothing is queried before `update`.
 
         Args:
             max_age_s: how long answers are reused.

@@ -1,4 +1,4 @@
-"""Formats rates, bandwidths and delays as `rostopic hz`, `bw` and `delay` print them."""
+"""Format rates, bandwidths and delays like `rostopic hz`, `bw` and `delay`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Rates:
             return any(rate.has_new for rate in self._rates.values())
 
     def report(self) -> str:
-        """Return the lines printed once a second."""
+        """Return the lines to print once a second."""
         with self._lock:
             new = {topic: rate.figures() for topic, rate in self._rates.items() if rate.has_new}
         figures = {topic: found for topic, found in new.items() if found is not None}

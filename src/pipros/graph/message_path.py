@@ -1,4 +1,4 @@
-"""Get parts of messages by the path that follows a topic: `/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
+"""Get parts of messages by a path that follows the topic: `/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _integer(text: str, complaint: str) -> int:
 
 
 def describe_path(path: Sequence[PathStep]) -> str:
-    """Return the path as it is written after a topic."""
+    """Return the path in the form that follows a topic."""
     return "".join(f"/{step.text}" for step in path)
 
 
@@ -142,7 +142,7 @@ def _element_type(type_name: str | None) -> str | None:
 
 
 def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
-    """Return whether messages of the class have the field, provided that their arrays are long enough."""
+    """Return whether messages of the class have the field if their arrays are long enough."""
     type_name = message_class._type
     for step in path:
         fields = field_types(type_name, message_class)

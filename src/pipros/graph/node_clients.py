@@ -14,7 +14,7 @@ MOST_KEPT = 256
 
 
 class NodeClients:
-    """One client per node. Thread-safe."""
+    """Clients of nodes' APIs, one per node. Thread-safe."""
 
     def __init__(self, timeout_s: float) -> None:
         """Store the settings. Clients are created on demand.

@@ -108,7 +108,7 @@ def _describe_connection(connection: BusConnection, peers: _Peers) -> list[str]:
 
 
 class _Peers:
-    """Maps the URIs of connections to node names, with few calls to the master."""
+    """Resolves the URIs of connections to node names, with few calls to the master."""
 
     def __init__(self, master: MasterClient) -> None:
         self._master = master
@@ -116,7 +116,7 @@ class _Peers:
         self._apis: dict[str, str] = {}
 
     def describe(self, destination: str, topic: str) -> str:
-        """Return the destination. If it is the URI of a publisher of the topic, prepend the node's name."""
+        """Return the destination. If it is the URI of a publisher of the topic, prepend the name."""
         if not destination.startswith("http://"):
             return destination
         for node in self._publishers.get(topic, ()):

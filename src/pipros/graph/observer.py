@@ -145,7 +145,8 @@ class SystemObserver:
     def poll(self) -> Observation:
         """Query the master, and the nodes whose answers are stale.
 
-        Blocks until they answer or a deadline expires. Does not raise an error if the master is unreachable.
+        Blocks until they answer or a deadline expires. If the master is unreachable, no exception is
+        raised.
         """
         try:
             state = SystemState.from_state(self._master.get_system_state())

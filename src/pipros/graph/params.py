@@ -46,7 +46,7 @@ def read(master: MasterClient, name: str) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Replace the XML-RPC classes for binary data and dates with plain values."""
+    """Convert XML-RPC's binary data and dates to plain values."""
     if isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, dict):

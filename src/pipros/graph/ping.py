@@ -40,7 +40,7 @@ def ping(
 ) -> bool:
     """Ping a node once a second, `count` times, or endlessly if `count` is None or 0.
 
-    Ctrl-C ends the pings. If a ping fails, return False and pass the reason to `complain`.
+    Ctrl-C stops pinging. If a ping fails, return False and pass the reason to `complain`.
 
     Args:
         ask: function that calls the node at a URI on behalf of a caller.
@@ -71,7 +71,7 @@ def ping_all(
     """Ping every node once. Return the nodes that answered, and those that did not.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C ends all pings, not just the current one.
+        KeyboardInterrupt: Ctrl-C was pressed.
         Unreachable: the *master* does not answer.
     """
     nodes = node_names(master)
@@ -117,7 +117,7 @@ class _Pings:
         return True
 
     def repeat(self, count: int | None, pause: Callable[[float], object]) -> bool:
-        """Ping until `count` pings were answered; return False if a ping is not answered."""
+        """Ping until `count` pings have been answered; return False if a ping is not answered."""
         if self._say:
             self._say(f"pinging {listed(self._node)} with a timeout of {TIMEOUT_S}s")
         is_first = True

@@ -1,14 +1,14 @@
-"""Writes common values as YAML, exactly like PyYAML's `safe_dump` but without importing it.
+"""Write common values as YAML, exactly like PyYAML's `safe_dump` but without importing PyYAML.
 
-That import would take most of the time of `rosparam get`. Any value whose output might differ is left to
-PyYAML, such as long strings, which PyYAML wraps, and strings that look like other values.
+The import would take most of the time of `rosparam get`. Values whose output might differ are left to PyYAML,
+such as long strings, which PyYAML wraps, and strings that look like other values.
 """
 
 from __future__ import annotations
 
 import re
 
-# Not compiled here: `re` compiles and caches them on first use, and a number needs none of them.
+# Not compiled on import: `re` compiles and caches them on first use, and numbers do not need them.
 _WORD = r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)"
 _PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+)*"
 _LINE = r"[!-~]+(?: [!-~]+)*"

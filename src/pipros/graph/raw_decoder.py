@@ -22,10 +22,10 @@ class WrongDefinition(GraphError):
 
 
 def decode_as(raw: AnyMsg, topic: str, message_class: type[Message]) -> Any:
-    """Decode the message as `message_class`, for callers that access its fields.
+    """Decode the message as an instance of `message_class`.
 
     Raises:
-        WrongDefinition: the publisher's definition differs, regardless of the type's name.
+        WrongDefinition: the publisher's definition differs, even if the type has the same name.
         DeserializationError: the bytes do not fit the announced type.
     """
     header = raw.header

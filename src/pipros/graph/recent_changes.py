@@ -54,10 +54,10 @@ class _Removal:
 
 
 class RecentChanges:
-    """Compares observations. For use in one thread."""
+    """Compares observations. Not thread-safe."""
 
     def __init__(self) -> None:
-        """Start without changes. The first observation is only the basis for comparison."""
+        """Start without changes. Later observations are compared with the first."""
         self._last: Observation | None = None
         self._last_s = 0.0
         self._parts: frozenset[Part] = frozenset()

@@ -1,4 +1,4 @@
-"""Sliding windows of measurements: intervals between messages, delays, sizes. No I/O."""
+"""Sliding windows of measurements: intervals between messages, delays, sizes. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Figures:
 
 
 class Samples:
-    """The newest samples, at most `window` of them."""
+    """The last `window` samples."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
         self._values: deque[float] = deque(maxlen=max(window, 0))
@@ -95,9 +95,7 @@ class BandwidthWindow:
         self._total.append(size)
 
     def figures(self, now_s: float) -> tuple[float, Figures] | None:
-        """Return the bytes per second until now and the statistics of the sizes; None before the second
-        message.
-        """
+        """Return the bandwidth until now and the sizes' statistics; None for fewer than two messages."""
         found = self._sizes.figures()
         if found is None or found.count < 2 or now_s <= self._moments[0]:
             return None

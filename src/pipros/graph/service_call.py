@@ -36,7 +36,7 @@ class ServiceCaller:
         *,
         calls: OpenCalls | None = None,
     ) -> None:
-        """Query the server for the type, unless the class is given.
+        """Query the server for the service type, unless the class is given.
 
         Args:
             calls: the group of calls that can interrupt this lookup and later calls.

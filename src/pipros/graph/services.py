@@ -1,4 +1,4 @@
-"""Looks up services by querying the master and their servers."""
+"""Look up services by querying the master and the services' servers."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ from pipros.net.master_client import MasterClient
 def topic_type(master: MasterClient, name: str) -> tuple[str | None, str]:
     """Return the type of the topic that `name` starts with, and the topic.
 
-    `/scan/ranges` is the field `ranges` of `/scan`, unless a topic `/scan/ranges` exists.
-    Return `(None, name)` if the topic is unknown or does not have a type yet.
+    `/scan/ranges` is the field `ranges` of `/scan`, unless a topic `/scan/ranges` exists. Return `(None,
+    name)` if the topic is unknown or does not have a type yet.
     """
     types = {topic: type_name for topic, type_name in master.get_topic_types() if type_name != "*"}
     topic = name

@@ -1,6 +1,6 @@
-"""Diagnoses a machine's setup and a running system, and recommends a solution for each problem.
+"""Diagnose a machine's setup and a running system, and recommend a solution for each problem.
 
-`gather_machine` and `gather_system` read the environment, the network and every registered node into plain
-values. `machine_checks` and `graph_checks` do no I/O: they take these values and return findings. `pipros
-doctor` prints the findings.
+`gather_machine` and `gather_system` query the environment, the network and every registered node, and return
+plain values. `machine_checks` and `graph_checks` perform no I/O: they take these values and return findings.
+`pipros doctor` prints the findings.
 """

@@ -1,4 +1,4 @@
-"""Checks of the ports and the address of programs in containers and behind routers. Pure."""
+"""Checks of the ports and addresses of programs in containers and behind routers. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def ports_and_advertised_address(machine: MachineReport) -> Findings:
 
 
 def master_calls_back(machine: MachineReport) -> Findings:
-    """Check that the master can connect to the address that programs of this machine advertise."""
+    """Check that the master can connect to the address that programs on this machine advertise."""
     if not machine.not_called_back:
         return
     yield error(

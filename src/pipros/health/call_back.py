@@ -19,10 +19,10 @@ WAIT_S = 0.8
 
 
 def uncalled_address(environment: Environment, *, timeout_s: float) -> str:
-    """Return a URI that the master was given but did not call within a second.
+    """Return a URI that was registered with the master but that the master did not call within a second.
 
-    The result is empty if the master called the URI, or if the test cannot be made because no port is free or
-    the master does not answer. A subscriber and a publisher of a new topic are registered briefly, because
+    The result is empty if the master called the URI, or if the test is not possible because no port is free
+    or the master does not answer. A subscriber and a publisher of a new topic are registered briefly, because
     the master notifies a subscriber of a new publisher.
     """
     name = f"/{names.anonymous('pipros_doctor')}"

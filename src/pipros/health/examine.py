@@ -68,7 +68,7 @@ def examine(
         if pairs:
             from pipros.health.reach_back import reach_back
 
-            with suppress(InvalidEnvironment, NoFreePort):  # reported by the checks above
+            with suppress(InvalidEnvironment, NoFreePort):  # the checks above have reported this error
                 reached = reach_back(pairs, environment, wait_s=timeout_s)
                 system = replace(system, reached_back=reached, tried_back=pairs)
     except PiprosError as problem:

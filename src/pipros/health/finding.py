@@ -23,7 +23,7 @@ class Finding:
         rule: the machine-readable name of the check, such as `ghost-node`.
         severity: error or warning.
         summary: the problem in one sentence, with names and values.
-        cure: instructions for the user.
+        cure: advice for the user.
         subjects: the nodes, topics, services or variables concerned.
     """
 

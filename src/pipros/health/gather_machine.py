@@ -1,4 +1,4 @@
-"""Gathers the setup of this machine and this shell into a `MachineReport`."""
+"""Gather the setup of this machine and this shell into a `MachineReport`."""
 
 from __future__ import annotations
 
@@ -103,10 +103,7 @@ def _port_problem(environment: Environment) -> str:
 
 
 def own_addresses(hostname: str) -> tuple[str, ...]:
-    """Return this machine's addresses, loopback first.
-
-    Only addresses that can be found without listing the network interfaces are included.
-    """
+    """Return this machine's addresses that can be found without listing its interfaces, loopback first."""
     found = [address for address in addresses_of(hostname) if is_this_machine(address)]
     return tuple(dict.fromkeys([LOOPBACK, *found, address_towards("http://192.0.2.1:9/")]))
 

@@ -1,5 +1,6 @@
-"""Queries the master and every registered node, publisher and service in a running system. Nothing is
-changed.
+"""Query the master and every registered node, publisher and service in a running system.
+
+The system is not changed.
 """
 
 from __future__ import annotations
@@ -149,7 +150,7 @@ def _pairs(value: Any) -> dict[str, str]:
 
 
 def failure_of(problem: Exception) -> Failure:
-    """Convert an exception from a call to a peer into a value for the checks."""
+    """Convert an exception raised by a call to a peer into a value for the checks."""
     cause: BaseException | None = problem if isinstance(problem, OSError) else problem.__context__
     if isinstance(problem, Unreachable):
         reason, cause = problem.reason, problem.__cause__ or problem.__context__
@@ -295,7 +296,7 @@ def _ask_gateway(master: MasterClient, node: str, timeout_s: float) -> GatewayRe
 
 
 def gateway_report(text: str) -> GatewayReport:
-    """Parse what a gateway to ROS 2 reports; the failure says that it is malformed, if it is."""
+    """Parse the report of a gateway to ROS 2. If it is malformed, the result's `failure` says so."""
     try:
         status = json.loads(text)
         dropped = {

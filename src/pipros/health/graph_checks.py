@@ -1,4 +1,4 @@
-"""Checks for a running system. They turn a `SystemReport` into findings, without I/O."""
+"""Checks for a running system. They derive findings from a `SystemReport`, and perform no I/O."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _DAY_S = 86_400.0
 
 _WAITING = (FLEET_AGENT_PREFIX, ROS2_GATEWAY_PREFIX)
 """Nodes that subscribe for others, and may wait for publishers."""
-_CLOSE_NAMES = 0.75  # minimum similarity at which a name counts as a misspelling of another name
+_CLOSE_NAMES = 0.75  # minimum similarity for a name to count as a misspelling of another name
 
 
 def check_graph(system: SystemReport) -> list[Finding]:
@@ -291,7 +291,7 @@ def _needs_no_publisher(system: SystemReport, topic: str, subscribers: Sequence[
 
 
 def services(system: SystemReport) -> Findings:
-    """Find registered services that do not answer, although their node does."""
+    """Find registered services whose node answers but whose server does not."""
     for service, report in sorted(system.services.items()):
         if report.failure is not None and system.is_alive(report.node):
             yield error(
@@ -398,7 +398,7 @@ def fleet_links(system: SystemReport) -> Findings:
 
 
 def ros2_gateways(system: SystemReport) -> Findings:
-    """Find gateways to ROS 2 that do not answer, and what they drop or leave out although no rule says so."""
+    """Find gateways to ROS 2 that do not answer, drop messages, or omit topics that no rule excludes."""
     for node, report in sorted(system.ros2_gateways.items()):
         name = f"[{listed(node)}]"
         if report.failure:

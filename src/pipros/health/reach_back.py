@@ -49,7 +49,7 @@ class _Arrivals:
 def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wait_s: float = 3.0) -> Pairs:
     """Return the (topic, subscriber) pairs that connect to a publisher in this process within `wait_s`.
 
-    The publisher accepts any type and sends nothing. During this time, it is registered with the master.
+    The publisher accepts any type and sends nothing. It is registered with the master during the test.
     """
     wanted = frozenset(pairs)
     arrivals = _Arrivals()

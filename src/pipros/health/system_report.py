@@ -1,6 +1,4 @@
-"""A running system as values: the master's registrations, and the answers from nodes, publishers and
-services.
-"""
+"""A running system as values: registrations, and the answers of nodes, publishers and services."""
 
 from __future__ import annotations
 
@@ -82,12 +80,13 @@ class ServiceReport:
 
 @dataclass(frozen=True, slots=True)
 class GatewayReport:
-    """What a gateway to ROS 2 reports.
+    """The report of a gateway to ROS 2.
 
     Attributes:
-        failure: why it does not answer, or empty.
+        failure: why the gateway does not answer; empty if it answers.
         dropped: maps topics, services and actions to the number of messages that failed, and the reason.
-        left_out: maps what does not pass although no rule says so to the reason.
+        left_out: maps topics, services and actions that are not forwarded, although no rule excludes them, to
+            the reason.
     """
 
     failure: str = ""
@@ -110,8 +109,8 @@ class SystemReport:
             installed.
         is_time_simulated: whether the parameter `/use_sim_time` is true.
         clock_offset_s: the clock of the master's machine minus this machine's; None if unknown.
-        fleet_links: why the link of each fleet agent is down; empty if it is up.
-        ros2_gateways: what each gateway to ROS 2 reports.
+        fleet_links: maps fleet agents to the reason why their link is down; empty if it is up.
+        ros2_gateways: the report of each gateway to ROS 2.
         reached_back: the (topic, node) pairs of the subscribers that connected to a publisher on this
             machine.
         tried_back: the (topic, node) pairs of the subscribers for which this was tested.

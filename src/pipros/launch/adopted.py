@@ -64,7 +64,7 @@ class AdoptedProcesses(Generic[_Process]):
         """
         Args:
             on_end: called with the name and exit code of each process after its exit was reported.
-            on_error: called in the exception handler if stopping a process raised an exception.
+            on_error: called while handling an exception that stopping a process raised.
         """
         self._printer = printer
         self._on_end = on_end

@@ -15,7 +15,7 @@ _VALUE_CHARACTERS = 20
 
 
 def announce_launch(console: Console, launch: Launch, *, local_only: bool) -> None:
-    """Print a launch's warnings. Details are written to the log file and, with `-v`, to the terminal."""
+    """Print a launch's warnings. Write details to the log file and, with `-v`, to the terminal."""
     for warning in launch.warnings:
         console.error(f"WARNING: {warning}")
     for file in launch.files:
@@ -39,9 +39,7 @@ def warn_about_arguments(
 
 
 def warn_about_machines(console: Console, launch: Launch, master_uri: str) -> None:
-    """Warn if nodes on other machines cannot work, because the master is on loopback or ssh needs a
-    password.
-    """
+    """Warn if the master is on loopback or ssh needs a password: nodes on other machines cannot work then."""
     host, _ = split_master_uri(master_uri)
     if address.is_loopback(host):
         console.error(

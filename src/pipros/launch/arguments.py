@@ -1,4 +1,4 @@
-"""Splits a roslaunch command line into `name:=value` arguments and all other words."""
+"""Split a roslaunch command line into `name:=value` arguments and all other words."""
 
 from __future__ import annotations
 

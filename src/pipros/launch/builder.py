@@ -1,4 +1,4 @@
-"""Builds a `Launch` from elements and enforces the rules between them."""
+"""Build a `Launch` from elements, and check that the elements do not conflict."""
 
 from __future__ import annotations
 

@@ -105,10 +105,7 @@ class Child:
         self._console.relay_to(self._link.log)
 
     def wait(self) -> None:
-        """Start the nodes that the parent requests.
-
-        Return when all of them have exited, or when a stop is requested.
-        """
+        """Start the nodes that the parent requests. Return when all have exited, or a stop is requested."""
         if self._log is None:
             raise RuntimeError("the child is not running; call start() first")
         while self._run is None and not self._is_stop_requested:
@@ -180,7 +177,7 @@ class Child:
     def _admits(self, caller: Caller) -> bool:
         """Return whether a caller may connect.
 
-        Few callers may, because `launch` runs programs as this process's user. On this machine, only the
+        Access is restricted, because `launch` runs programs as this process's user. On this machine, only the
         parent's user, this process's user and root may connect. If the system does not report which user owns
         a connection, any user of this machine may connect, but only if the parent runs here. Other machines
         may connect from the addresses of the parent and of its ssh login.

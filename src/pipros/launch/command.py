@@ -87,7 +87,7 @@ class CommandMaker:
 
     @property
     def tag(self) -> str:
-        """The environment variable `NAME=value` that all commands of this launcher set, and no others."""
+        """The environment variable, as `NAME=value`, that this launcher sets in all of its processes."""
         log = self._environment.get("ROS_LOG_FILENAME")
         return f"ROS_LOG_FILENAME={log}" if log else ""
 

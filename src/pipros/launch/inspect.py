@@ -25,7 +25,7 @@ def full_node_name(name: str) -> str:
 def command_words(
     node: Node, machine: Machine | None, index: PackageIndex
 ) -> tuple[dict[str, str], list[str]]:
-    """Return the variables that a launch sets for a node, and the node's command line.
+    """Return a node's command line, preceded by the variables that the launch sets for the node.
 
     Raises:
         CannotLaunch: the node's program was not found.

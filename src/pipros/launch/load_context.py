@@ -54,7 +54,7 @@ class LoadContext:
         return cls(find, os.environ, anonymous_name, _read_file, _run_command)
 
     def within(self, budget: Budget) -> LoadContext:
-        """Return a context whose functions count what they read against `budget`, and raise OverBudget."""
+        """Return a context whose functions raise OverBudget if they read more than `budget` allows."""
 
         def read(path: str) -> bytes:
             content = self.read_file(path)

@@ -1,6 +1,4 @@
-"""A run's log files, in the folder `<log folder>/<run_id>`. A link `latest` points to the newest such
-folder.
-"""
+"""A run's log files, in the folder `<log folder>/<run_id>`. The link `latest` points to the newest run."""
 
 from __future__ import annotations
 
@@ -61,7 +59,7 @@ class LogFolder:
         return str(self.path / process_name.replace("/", "-"))
 
     def check_writable(self) -> None:
-        """Write a small file to the folder and delete it.
+        """Check that the folder is writable by writing a small file and deleting it.
 
         Raises:
             LogFolderUnusable: no file can be created in the folder, or the disk is full.
@@ -79,7 +77,7 @@ class LogFolder:
 
 @dataclass(frozen=True, slots=True)
 class LauncherLog:
-    """One launcher's log.
+    """A launcher's own log.
 
     Attributes:
         folder: the log folder of the run.

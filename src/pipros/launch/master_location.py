@@ -30,7 +30,7 @@ def master_environment(
     if is_core:
         port = port or DEFAULT_MASTER_PORT
         if bind in (address.ANY, address.ANY_IPV6):
-            # The master is opened explicitly, so the URI has this computer's name, as in Noetic.
+            # As in Noetic, an explicitly opened master is known by this computer's name.
             host = environment.hostname or environment.ip or socket.gethostname()
         elif bind is not None:
             host = bind

@@ -16,7 +16,7 @@ from pipros.basics.errors import PiprosError
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """The start of an element in a file; line and column are 1-based."""
+    """The position of an element's start tag in a file; line and column are 1-based."""
 
     file: str
     line: int
@@ -158,7 +158,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class Launch:
-    """The contents of a set of launch files.
+    """The combined contents of one or more launch files.
 
     Attributes:
         files: the files, in the order in which they were read.

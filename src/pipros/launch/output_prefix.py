@@ -102,7 +102,7 @@ class PrefixedOutput:
         os.close(self._read_end)
 
     def _show(self, text: bytes) -> bytes:
-        """Write a piece of output. Return the text that is still pending, which is empty."""
+        """Write a piece of output. Return an empty string, because nothing is left pending."""
         if text:
             shown = self._prefix.format(text)
             # Nodes that read single keys restore the terminal before they print, but it may be in raw mode

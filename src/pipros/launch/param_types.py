@@ -40,7 +40,7 @@ def convert(text: str, type_name: str, source: str = "<param>") -> Any:
 
 
 def convert_bool(text: str) -> bool:
-    """Return True for `true` and `1`, False for `false` and `0`, ignoring case.
+    """Return True for `true` and `1`, and False for `false` and `0`, ignoring case.
 
     Raises:
         ValueError: the text is anything else.

@@ -31,7 +31,7 @@ _CHECK_EVERY_S = 1.0
 _LAST_CALLS_S = 1.0
 
 # After this many consecutive refused connections, the parent is considered to have exited. A computer that
-# does not answer at all may just be out of range for a while, as robots often are.
+# does not answer at all may be temporarily out of range, as robots often are.
 _REFUSALS = 3
 
 

@@ -99,8 +99,8 @@ def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchSco
     """Read the children of a node.
 
     As in Noetic, parameters from `<param>` are set after parameters from `<rosparam>`, regardless of their
-    order
-    in the file; private parameters declared outside of nodes, which apply to every node, are set before both.
+    order in the file. Private parameters declared outside of nodes, which apply to every node, are set before
+    both.
     """
     params: dict[str, Any] = {
         private.resolve_param(key[1:]): value for key, value in inner.private_params.items()
@@ -132,7 +132,7 @@ def _of_node(private: LaunchScope, key: str) -> str:
 
 
 def _invalid(error: LaunchError, tag: str) -> LaunchError:
-    """Return an attribute's error with the prefix that Noetic adds."""
+    """Add Noetic's prefix to the text of an attribute's error."""
     if error.reason.startswith(("Invalid", "<", "[", "error", "cannot set")):
         return error
     return LaunchError(f"Invalid <{tag}> tag: {error.reason}.", error.places, error.element)

@@ -132,7 +132,7 @@ class ElementReader:
             raise self.error(str(error)) from None
 
     def resolve(self, written: str) -> str:
-        """Return any text from this element after substitution."""
+        """Return a text from this element with all substitutions applied."""
         try:
             return self.scope.substitution.resolve(written)
         except UnsetArgument as error:

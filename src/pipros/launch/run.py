@@ -3,8 +3,7 @@
 Theory of operation: signal handlers, the threads that wait for processes, and other threads put events
 (process exited, stop requested) into one queue. The thread that calls `wait` or `watch_once` takes these
 events and makes all decisions, such as restarting a node, giving up on it, or stopping everything. Other
-threads
-may start and stop nodes in the meantime.
+threads may start and stop nodes in the meantime.
 """
 
 from __future__ import annotations
@@ -66,7 +65,7 @@ class _StopRequest:
 
 
 class LaunchRun:
-    """The execution of a launch. One thread watches it.
+    """A running launch, watched by one thread.
 
     `start`, `end_one` and `request_stop` may be called from any thread.
 
@@ -196,7 +195,7 @@ class LaunchRun:
             self._handle(self._next_event(None))
 
     def watch(self, process: NodeProcess, timeout_s: float | None = None) -> bool:
-        """Like `wait`, but return once this process has exited and its exit has been reported.
+        """Like `wait`, but return once `process` has exited and its exit has been reported.
 
         Return False on timeout, or if the launch must stop.
         """

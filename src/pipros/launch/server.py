@@ -35,7 +35,7 @@ class LaunchServer:
         Args:
             processes: function that returns the current processes; called from another thread.
             methods: additional methods.
-            admits: decides whether a caller may connect; by default, all callers may.
+            admits: function that returns whether a caller may connect; by default, all callers may.
 
         Raises:
             InvalidEnvironment: `PIPROS_PORTS` or `PIPROS_ADVERTISE` has an invalid value.
@@ -98,7 +98,7 @@ class LaunchServer:
         except (PiprosError, ValueError) as error:
             raise LaunchError(
                 f"Unable to contact my own server at [{self.uri}].\n{error}.\n"
-                "Other computers are given this address. Set ROS_HOSTNAME or ROS_IP to a "
+                "Other computers use this address. Set ROS_HOSTNAME or ROS_IP to a "
                 "name or an address that this computer has, or unset both."
             ) from None
 

@@ -1,7 +1,7 @@
 """One run of `roslaunch` or `roscore` from start to end: log folder, launch files, master and nodes.
 
-The steps print the same output as Noetic's roslaunch, in the same order. Users wait for the first node to
-start, so everything that can be postponed is done afterwards.
+The output is the same as that of Noetic's roslaunch. Users wait for the first node to start, so everything
+that can be postponed is done afterwards.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class LaunchSession:
         """Store the arguments. Nothing is started until `start()` is called.
 
         Args:
-            load_launch: function that returns the launch, if the launch is not simply read from the files.
+            load_launch: function that returns the launch; by default, it is read from the files.
             numbers, on_end: see `LaunchRun`.
             has_server: whether other programs can query the session's processes.
         """
@@ -228,7 +228,7 @@ class LaunchSession:
         return launch
 
     def _start_server(self) -> None:
-        children: list[str] = []  # other computers are reached only by ssh
+        children: list[str] = []  # nodes on other computers are started only by ssh
         server = LaunchServer(
             self._environment, self._processes, {"list_children": lambda: [1, "roslaunch children", children]}
         )

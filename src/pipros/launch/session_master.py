@@ -26,8 +26,8 @@ class SessionMaster:
 
     Attributes:
         environment: the session's environment, including its master's URI.
-        sets_run_id: whether `start` sets `/run_id`: True on the session's own master, and on a master without
-            a run id.
+        sets_run_id: whether `start` sets `/run_id`: True if the session starts the master, or if the master
+            does not have a run id.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class SessionMaster:
         """Start a master unless `find` has found one. If the existing master has no run ID, set one.
 
         Raises:
-            LaunchError: a master is already running but a core was requested; the master would be on another
+            LaunchError: a master is already running but a core was requested; ROS_MASTER_URI names another
                 computer; or the port is in use.
             Unreachable: the master found earlier has exited.
         """

@@ -1,7 +1,7 @@
 """Substitution arguments: `$(find pkg)`, `$(arg x)`, `$(env X)`, `$(anon x)`, `$(eval …)` and others.
 
-This module does no I/O; packages and environment are passed in (see `LoadContext`).
-Rules: http://wiki.ros.org/roslaunch/XML#substitution_args, with the details of Noetic.
+This module performs no I/O; packages and environment are passed in (see `LoadContext`). The rules are those
+of http://wiki.ros.org/roslaunch/XML#substitution_args; unspecified cases are handled as in Noetic.
 """
 
 from __future__ import annotations

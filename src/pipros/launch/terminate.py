@@ -55,7 +55,7 @@ def end(
 def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
     """Stop child processes that were left running by processes that have exited.
 
-    Shells make their background jobs ignore SIGINT.
+    Starts with SIGTERM, because shells make their background jobs ignore SIGINT.
     """
     left = [process for process in processes if process.has_group]
     for process in left:
@@ -68,7 +68,7 @@ def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
 
 
 def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_required: bool) -> None:
-    """Report how a process exited, with Noetic's text. If it failed, also print its last output."""
+    """Report how a process exited, as worded by Noetic. If it failed, also print its last output."""
     log = f"log file: {log_stem}*.log"
     if process.exit_code == 0:
         text = f"process has finished cleanly\n{log}"

@@ -51,7 +51,7 @@ def load(
         limits: defaults to the process-wide limits.
 
     Raises:
-        LaunchError: a file is invalid (also in Noetic). The error names the file, line and element.
+        LaunchError: a file is invalid. The error names the file, line and element.
     """
     loader = Loader(
         context or LoadContext.of_process(),
@@ -257,5 +257,5 @@ def _parse(content: bytes | str, file: str) -> Element:
 
 
 def _shortened(chain: list[Place]) -> list[Place]:
-    """Drop the middle of a long chain of includes."""
+    """Shorten a long chain of includes by removing the middle."""
     return chain if len(chain) <= 6 else [*chain[:3], *chain[-2:]]

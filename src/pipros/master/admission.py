@@ -9,7 +9,7 @@ from pipros.net.this_machine import Caller
 
 
 class AllowedNetworks:
-    """The networks that may connect, besides this machine.
+    """The networks that may connect, in addition to this machine.
 
     >>> allowed = AllowedNetworks(["10.0.0.0/8", "192.168.1.7"])
     >>> str(allowed)

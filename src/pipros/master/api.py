@@ -2,7 +2,7 @@
 
 http://wiki.ros.org/ROS/Master_API and http://wiki.ros.org/ROS/Parameter%20Server%20API describe the methods.
 Status messages, checks and corner cases match genuine rosmaster; a test in tests/interop compares the two.
-Nothing here blocks or uses a socket.
+This module performs no I/O.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _LOGGED_AS: Final = {
 
 
 class MasterApi:
-    """Answers calls from nodes and tools using the registry and the parameter tree.
+    """Answers calls from nodes and tools, based on the registry and the parameter tree.
 
     `methods` is the method table for an `RpcServer`. The notices that a call causes are passed to `notify`,
     in order, before the call is answered; `notify` need not deliver them at once.

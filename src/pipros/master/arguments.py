@@ -49,8 +49,9 @@ class Arguments:
     name_characters: int
 
     def guarded(self, name: str, method: Callable[..., Answer], error_value: Any) -> Callable[..., Answer]:
-        """Return `method` with checks for the caller_id and the number of arguments, and with errors turned
-        into responses. Calls with invalid arguments are logged. At level DEBUG, all calls are logged.
+        """Wrap `method`: check the caller_id and the number of arguments, and convert errors to responses.
+
+        Calls with invalid arguments are logged. At level DEBUG, all calls are logged.
         """
         name_characters = self.name_characters
         arity = method.__code__.co_argcount - 1  # the number of parameters, without `self`
@@ -79,7 +80,7 @@ class Arguments:
         return logged_answer
 
     def resolved(self, parameter: str, name: Any, caller: str) -> str:
-        """Return the global name that `name` resolves to for the caller."""
+        """Resolve `name` to a global name, on behalf of the caller."""
         return resolved_name(parameter, self._bounded(parameter, name), caller)
 
     def topic(self, name: Any, caller: str) -> str:
@@ -91,11 +92,11 @@ class Arguments:
         return str(_SERVICE(self._bounded("service", name), caller))
 
     def topic_type(self, name: Any) -> str:
-        """Return a topic type, `package/Type` or `*`, after checking it."""
+        """Check a topic type, `package/Type` or `*`, and return it."""
         return str(_TOPIC_TYPE(self._bounded("topic_type", name), ""))
 
     def api_uri(self, parameter: str, api: Any) -> str:
-        """Return the URI of a node or a service, after checking its form but not contacting it."""
+        """Check the form of the URI of a node or a service, and return it. The URI is not contacted."""
         return str(api_uri(parameter)(self._bounded(parameter, api), ""))
 
     def param_key(self, key: Any, caller: str) -> str:

@@ -1,7 +1,7 @@
 """Detects registered nodes that have ended.
 
 Theory of operation: every node is probed (queried for its process id) regularly, and at once if a notice
-could not be delivered to it. The result decides:
+could not be delivered to it. Depending on the result:
 - it answers: it is alive, and its process id is stored;
 - the connection is refused, or a different process answers although the node has not registered anything
   since: the node is a suspect and is probed again. After `CONFIRMATIONS` such results in a row, it is
@@ -116,10 +116,10 @@ class Liveness:
             self._met.add((node, api))
 
     async def is_at(self, node: str, api: str) -> bool:
-        """Return whether `api`, as far as is known, still belongs to the node of that name.
+        """Return whether `api` still belongs to the node with the given name, as far as is known.
 
-        The result is False if nothing answers at the API, if it now belongs to another registered node, or if
-        the response contains another name (only Python nodes report their name) or process id than before.
+        Return False if nothing answers at the URI, if it now belongs to another registered node, or if the
+        response contains a different name (only Python nodes report their name) or process id.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False

@@ -45,7 +45,8 @@ class MasterLog(logging.Handler):
 
         Args:
             level: one of `LEVELS`, for the master's own messages; defaults to `info`.
-            loggers: the loggers to record, including their children; "" means all loggers in the process.
+            loggers: the loggers to record, including their children; "" stands for all loggers in the
+                process.
             limits: `log_bytes` and `log_files` limit the file and its predecessors `x.log.1`, …; defaults to
                 the process-wide limits.
 
@@ -109,7 +110,7 @@ class MasterLog(logging.Handler):
 
 
 class _Lines(logging.Formatter):
-    """Formats each message as one line, whatever characters peers use in names."""
+    """Formats each message as one line, even if names from peers contain line breaks."""
 
     def formatMessage(self, record: logging.LogRecord) -> str:  # noqa: N802  # logging's name
         record.message = printable(record.message, MESSAGE_LIMIT)

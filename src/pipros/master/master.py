@@ -151,10 +151,10 @@ def tune_for_master() -> None:
 
     - The descriptor limit is raised as far as possible, because a robot has many nodes.
     - Threads switch more often, so that decoding a large value in one thread does not delay responses from
-    others.
+      others.
     - The garbage collector rarely makes a full pass, because a full pass takes 10 ms for 100,000 objects. A
       master creates reference cycles only in connections, which are collected while they are young.
-      (Collecting ten thousand short connections at once would take 127 ms.)
+      (Collecting ten thousand short-lived connections at once would take 127 ms.)
     """
     sys.setswitchinterval(0.0005)
     gc.set_threshold(2_000, 10, 10_000)

@@ -1,8 +1,8 @@
-"""Deliver the master's notices, in order for each node, without making any node wait for another.
+"""Deliver the master's notices, in order for each node. A slow node does not delay the others.
 
 Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued notice about
-the same topic or parameter, because each notice contains the complete new state. So a queue cannot have more
-entries than its node has subscriptions, and a node that was unresponsive receives the current state
+the same topic or parameter, because each notice contains the complete new state. Therefore, a queue cannot
+have more entries than its node has subscriptions, and a node that was unresponsive receives the current state
 afterwards.
 
 The queues take turns, with one notice per turn and `TURNS_AT_A_TIME` turns at once, so that thousands of
@@ -80,7 +80,7 @@ class Notifier:
 
     Attributes:
         delivered: number of notices that their nodes answered.
-        superseded: number of notices that a newer notice in the queue replaced.
+        superseded: number of queued notices that a newer notice replaced.
         dropped: number of notices lost because a queue was full.
     """
 
@@ -93,8 +93,8 @@ class Notifier:
     ) -> None:
         """
         Args:
-            limits: at most `notices` are queued for a node, which has `notice_s` to answer each; defaults to
-                the process-wide limits.
+            limits: `notices` limits the queue for a node, and `notice_s` the time to answer each notice;
+                defaults to the process-wide limits.
             connect: function that returns the client for an API; raises ValueError for an invalid URI.
         """
         self._recipients = recipients

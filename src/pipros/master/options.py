@@ -1,4 +1,4 @@
-"""A master's settings as one value, which the launcher and the core pass on to the master unchanged."""
+"""A master's settings as one value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compute the weight of a parameter: roughly its size in bytes, in memory and as XML-RPC."""
+"""Estimate the weight of a parameter: roughly its size in bytes, in memory and as XML-RPC."""
 
 from __future__ import annotations
 
@@ -58,13 +58,11 @@ def entry_weight(key: str) -> int:
 
 
 def _total_text_bytes(texts: Collection[str]) -> int:
-    """Return the sum of `_text_bytes`, without a call for each text if all are ASCII."""
+    """Return the sum of `_text_bytes` for all texts. Fast if all are ASCII."""
     joined = "".join(texts)
     return len(joined) if joined.isascii() else sum(map(_text_bytes, texts))
 
 
 def _text_bytes(text: str) -> int:
-    """Return an upper bound for the encoded size of a string, because encoding the string would take too
-    long.
-    """
+    """Return an upper bound for the encoded size of a string. Encoding the string would take too long."""
     return len(text) if text.isascii() else _UTF8_BYTES * len(text)

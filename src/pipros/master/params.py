@@ -1,4 +1,4 @@
-"""The parameter tree. This module does no I/O.
+"""The parameter tree. This module performs no I/O.
 
 A parameter is any value that XML-RPC can represent. Dictionaries are namespaces, and a key is a path through
 them. Keys must be resolved (`/a/b`); doubled and trailing slashes do not matter.
@@ -24,7 +24,7 @@ whole tree fits into one response.
 
 
 class NotATree(PiprosError, ValueError):
-    """The root can only be set to a dictionary."""
+    """The root was set to a value that is not a dictionary."""
 
 
 class TooDeep(PiprosError, ValueError):
@@ -32,7 +32,7 @@ class TooDeep(PiprosError, ValueError):
 
 
 class ParamsFull(PiprosError, ValueError):
-    """A value would make all parameters together exceed their limit."""
+    """Setting a value would make all parameters together exceed their limit."""
 
 
 class NotSet(PiprosError, KeyError):
@@ -51,17 +51,15 @@ class ParamTree:
     """One master's parameters. Not thread-safe.
 
     Values are never changed, only replaced: `set` and `delete` copy the dictionaries on the path to the key.
-    So a value that `get` returned never changes, and other threads may read it. Nor may callers change a
-    value that they have passed in or received.
+    A value returned by `get` therefore never changes, and other threads may read it. Callers must not
+    change a value that they have passed in or received.
 
     Attributes:
         held_bytes: the weight of all parameters together, keys included (see `param_weight`).
     """
 
     def __init__(self, tree: Tree | None = None, *, limit_bytes: int | None = None) -> None:
-        """Limit the weight of all parameters to `limit_bytes`; defaults to the process-wide
-        `parameter_bytes`.
-        """
+        """`limit_bytes` is the maximum weight of all parameters; defaults to `parameter_bytes`."""
         self._root: Tree = {} if tree is None else tree
         self._limit_bytes = process_limits().parameter_bytes if limit_bytes is None else limit_bytes
         self._known_weights: Mapping[int, int] = {}
@@ -124,7 +122,7 @@ class ParamTree:
 
     @contextmanager
     def weights_known(self, weights: Mapping[int, int]) -> Iterator[None]:
-        """Use `weights` (by `id` of the value) within the block instead of weighing those values."""
+        """Within the block, use `weights`, keyed by the `id` of the value, instead of computing them."""
         self._known_weights = weights
         try:
             yield

@@ -1,4 +1,4 @@
-"""Connects the notifier to the registered nodes."""
+"""Connect the notifier to the registered nodes."""
 
 from __future__ import annotations
 

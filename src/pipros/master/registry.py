@@ -1,4 +1,4 @@
-"""A master's registrations: the publishers, subscribers and servers for each name. This module does no I/O.
+"""A master's registrations: the publishers, subscribers and servers for each name. Performs no I/O.
 
 A node is identified by its name, and has one API (the URI of its XML-RPC server) at a time. It is registered
 as long as it has at least one registration. A method that changes the registry returns the `Notice`s about
@@ -34,7 +34,7 @@ class Notice:
         api: the URI to call. The notice is dropped if the node has registered a different URI by the time it
             is due.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
-        params: the arguments of the call, the master's own caller_id first.
+        params: the arguments of the call, beginning with the master's own caller_id.
     """
 
     node: str
@@ -99,11 +99,11 @@ class Registry:
     shut down its successor.
 
     The type of a topic is kept after its last publisher and subscriber have unregistered, as in genuine
-    masters, but only for as many such topics as the limits allow. The topic that has been unused longest is
-    forgotten first.
+    masters, but only for as many such topics as the limits allow. The topic that has been unused for longest
+    is forgotten first.
 
-    The methods that register raise `RegistryFull`, and change nothing, when all registrations together would
-    exceed `registration_bytes`.
+    If all registrations together would exceed `registration_bytes`, the methods that register raise
+    `RegistryFull` and change nothing.
 
     Attributes:
         replaced: names and APIs of processes that lost their name and have not been shut down yet.
@@ -229,7 +229,7 @@ class Registry:
         return [notice for topic in published for notice in self._publisher_updates(topic)]
 
     def notice_done(self, notice: Notice) -> None:
-        """Record that a notice was delivered, or will not be."""
+        """Record that a notice was delivered or dropped."""
         if notice.method == "shutdown":
             self.replaced.discard((notice.node, notice.api))
 

@@ -1,4 +1,4 @@
-"""Combine the parts of a master on one asyncio loop."""
+"""A master on an asyncio loop, assembled from its parts."""
 
 from __future__ import annotations
 
@@ -138,8 +138,9 @@ class MasterServer:
         return True
 
     async def _get_param_names(self, *params: Any) -> Any:
-        """Walk the tree in a thread, because a large tree takes long. This is safe, because its values are
-        never changed.
+        """Traverse the tree in a thread, because a large tree takes long.
+
+        This is safe, because the tree's values are never changed.
         """
         answer = self._api.methods["getParamNames"]
         return await asyncio.get_running_loop().run_in_executor(self.rpc.large_values, answer, *params)
@@ -166,7 +167,7 @@ class MasterServer:
             return self._api.methods[method](*params)
 
     def _former(self, params: tuple[Any, ...]) -> Any:
-        """Return the value that a call would replace; None if there is none or the arguments are invalid."""
+        """Return the value that a call would replace; None if it is not set or the arguments are invalid."""
         if len(params) < 2 or type(params[0]) is not str or type(params[1]) is not str:
             return None
         if not params[1] or max(map(len, params[:2])) > self._limits.name_characters:

@@ -1,8 +1,8 @@
 """Store a master's state in a file, so that it can be restored after a crash.
 
 The file is an SQLite database in WAL mode. A process that is killed loses at most the changes made during the
-last `PAUSE_S`, and leaves no partial change. Parameters are stored as the calls that set them, in order. A
-call deletes the calls that it supersedes, so the file does not grow over time.
+last `PAUSE_S`, and leaves no partial change. Parameters are stored as the calls that set them, in order.
+Storing a call deletes the calls that it supersedes, so the file does not grow over time.
 
 A thread writes the file, at once under low load, otherwise every `PAUSE_S`. Callers never wait for the
 thread, and the thread does not wait for the disk. Written changes survive a crash of the process. After a
@@ -65,9 +65,9 @@ class StoredState:
     """The contents of a store when it was opened.
 
     Attributes:
-        parameters: keys and values in the order to set them; an `Absence` marks a missing value.
+        parameters: keys and values in the order in which to set them; an `Absence` marks a missing value.
         registrations: the registrations, in their original order.
-        topic_types: topic to type.
+        topic_types: the type of each topic.
     """
 
     parameters: tuple[tuple[str, Any], ...]
@@ -265,10 +265,10 @@ def _check(database: sqlite3.Connection) -> None:
         raise PiprosError("the file is another program's SQLite database")
     [version] = database.execute("PRAGMA user_version").fetchone()
     if version != FORMAT:
-        raise PiprosError(f"its format must be {FORMAT}, got {version}")
+        raise PiprosError(f"the file's format must be {FORMAT}, got {version}")
     [verdict] = database.execute("PRAGMA quick_check(1)").fetchone()
     if verdict != "ok":
-        raise PiprosError(f"it is damaged: {verdict}")
+        raise PiprosError(f"the file is damaged: {verdict}")
 
 
 def _read(database: sqlite3.Connection) -> StoredState:

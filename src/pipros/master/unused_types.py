@@ -1,4 +1,4 @@
-"""Topics that have no nodes but whose types are still known, in the order in which they will be forgotten."""
+"""Topics without nodes whose types are still known."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from pipros.basics.limits import Limits
 
 
 class UnusedTypes:
-    """The topics that have no publishers or subscribers but whose types are still known, longest unused
-    first.
+    """The topics without publishers and subscribers whose types are still known, longest unused first.
 
     >>> unused = UnusedTypes(Limits(topic_types=2))
     >>> unused.add("/a", "x/Y"), unused.add("/b", "x/Y"), unused.add("/c", "x/Y")

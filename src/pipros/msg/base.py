@@ -82,7 +82,7 @@ class Message:
             exc: the error that was raised when serializing the message.
 
         Raises:
-            SerializationError: always. The message names the field; if all values fit, it is the text of
+            SerializationError: always. Its text names the field; if all values fit, it is the text of
                 `exc`.
         """
         from pipros.msg.check import check_type
@@ -112,7 +112,7 @@ class Message:
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: Any) -> None:  # noqa: ARG002 # serialize takes arrays
-        """Same as `serialize`, which also accepts numpy arrays without a copy."""
+        """Same as `serialize`, which also writes numpy arrays without copying them."""
         self.serialize(buff)
 
     def _to_buffers(self) -> list[Buffer]:
@@ -142,7 +142,7 @@ class Message:
     __str__ = __repr__
 
     def __eq__(self, other: object) -> bool:
-        """Return True for a message of the same class with equal fields. A list can equal a tuple."""
+        """Return True for a message of the same class with equal fields. A list and a tuple can be equal."""
         if not isinstance(other, self.__class__):
             return False
         for name in self.__slots__:

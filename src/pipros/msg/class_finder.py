@@ -2,7 +2,7 @@
 
 An installed package's class is used if its definition has the same MD5 sum, so that messages are instances of
 the class that `from package.msg import Name` imports. Otherwise, the class is created from the received
-definition. In this way, types that are not installed can be read too, and an installed type with the same
+definition. Types that are not installed can therefore be read, too, and an installed type with the same
 name is not affected.
 """
 
@@ -22,7 +22,7 @@ class MissingDefinition(PiprosError):
 
 
 class ClassFinder:
-    """Finds the classes of types, and processes each definition only once.
+    """Finds the classes for types. Each definition is processed only once.
 
     A peer could send new definitions forever, so the cache is emptied when it exceeds
     `Limits.definition_cache_bytes`.

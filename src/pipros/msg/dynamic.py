@@ -54,7 +54,7 @@ def message_classes_from_text(
 
 
 def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
-    """Limit the total size of all types' classes. The code of each class includes its embedded types.
+    """Check the total size of the code for all types. The code for each type includes its embedded types.
 
     Raises:
         DefinitionError: see `message_classes_from_text`.
@@ -66,13 +66,13 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
     fields = sum(layouts.of(spec).code_size for spec in specs.values())
     if fields > limits.definition_fields:
         limit = limit_text("definition_fields", limits.definition_fields)
-        raise DefinitionError(f"the types of the text have {fields} fields together; {limit}", file=where)
+        raise DefinitionError(f"the types in the text have {fields} fields in total; {limit}", file=where)
     bytes_left = limits.definition_copies_bytes
     for spec in specs.values():
         bytes_left -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())
         if bytes_left < 0:
             raise DefinitionError(
-                f"the definitions of the text's types, each with its embedded types, are longer than "
+                f"the definitions of the types in the text, each with its embedded types, are longer than "
                 f"{limits.definition_copies_bytes} bytes together",
                 file=where,
             )

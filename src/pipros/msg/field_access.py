@@ -1,4 +1,4 @@
-"""Define the attributes of messages that expressions may read: fields, types, and times as numbers."""
+"""Determine which attributes expressions may read: the fields and types of messages, and times as numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recognize messages in modules that `Message` itself imports, and which therefore cannot import it."""
+"""Recognize messages without importing `Message`, for modules that the module of `Message` imports."""
 
 from __future__ import annotations
 

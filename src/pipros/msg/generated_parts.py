@@ -43,7 +43,7 @@ class GenerationError(PiprosError):
 
 
 class Special:
-    """A type that is not generated, with the code to create a value and to finish reading a value.
+    """A built-in type, with the code to create a value and to finish reading one.
 
     Attributes:
         constructor: an expression that creates a value.
@@ -74,12 +74,12 @@ def is_simple(type_: str) -> bool:
 
 
 def is_special(type_: str) -> bool:
-    """Return True for a type that is not generated."""
+    """Return True for the built-in types with a class of their own: times, durations and headers."""
     return type_ in _SPECIAL
 
 
 def special(type_: str) -> Special | None:
-    """Return the replacement for a type that is not generated, or None for other types."""
+    """Return the code for such a built-in type, or None for other types."""
     return _SPECIAL.get(type_)
 
 

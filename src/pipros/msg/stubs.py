@@ -1,8 +1,8 @@
 """Type stubs (`.pyi`) for the messages and services of ROS packages, for editors and type checkers.
 
-Reading an octet or number array field gives the type that received messages have (`bytes` or a sequence).
-Assigning to it accepts all types that the codec accepts, such as numpy arrays. Comments in the definitions
-become docstrings.
+A field that is an array of octets or numbers is read as the type in received messages (`bytes` or a
+sequence), and can be set to any type that the codec accepts, such as a numpy array. Comments in the
+definitions become docstrings.
 """
 
 from __future__ import annotations

@@ -26,8 +26,8 @@ def strify_message(
 
     Args:
         val: the value.
-        indent: the prefix of every line. If it is given, a multi-line value starts on a new line.
-        time_offset: times are written as the duration since this time.
+        indent: the prefix of every line. If not empty, a multi-line value starts on a new line.
+        time_offset: time that is subtracted from all times, which are then written as durations.
         field_filter: function that returns the names of the message fields to write.
         fixed_numeric_width: the width to which numbers are padded or truncated.
     """

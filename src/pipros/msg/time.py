@@ -113,7 +113,7 @@ class TVal:
         """Return -1, 0 or 1.
 
         Raises:
-            TypeError: the value is of another kind. A point in time cannot be compared with a span of time.
+            TypeError: the other value has another type: a time cannot be compared with a duration.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")

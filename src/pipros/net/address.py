@@ -1,4 +1,4 @@
-"""The address to bind, and the address to advertise.
+"""Determine the address to bind and the address to advertise.
 
 `PIPROS_ADVERTISE` changes only the advertised address, never the bound one.
 
@@ -6,9 +6,10 @@ Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopbac
 loopback unless the environment opens the node: if `ROS_MASTER_URI` is local and neither variable is set, no
 port can be reached from the network.
 
-If `ROS_IPV6=on`, the same holds for IPv6: `::1`, or `::` if opened, which accepts IPv4 as well. Genuine nodes
-support names that resolve to an IPv6 address. However, roscpp does not support URIs that contain an IPv6
-address, and rospy does not support them for services, so a host name is advertised if the machine has one.
+If `ROS_IPV6=on`, the same applies to IPv6: `::1`, or `::` if opened, which accepts IPv4 as well. Genuine
+nodes support names that resolve to an IPv6 address. However, roscpp does not support URIs that contain an
+IPv6 address, and rospy does not support them for services, so a host name is advertised if the machine has
+one.
 """
 
 from __future__ import annotations
@@ -118,8 +119,8 @@ def problem_of(configured: str, *, is_address: bool) -> str | None:
 def advertised_address(environment: Environment, ports: PortRange | None = None) -> AdvertisedAddress:
     """Return the address at which peers reach the ports of this process.
 
-    This is `PIPROS_ADVERTISE`; if that is not set, `advertised_host` with the ports that are bound. `ports`
-    are the ports that nodes may open; defaults to `PIPROS_PORTS`.
+    By default, this is `advertised_host` with the bound ports; `PIPROS_ADVERTISE` overrides it. `ports` are
+    the ports that nodes may open; defaults to `PIPROS_PORTS`.
 
     Raises:
         InvalidEnvironment: `PIPROS_ADVERTISE` or `PIPROS_PORTS` has an invalid value.
@@ -130,11 +131,11 @@ def advertised_address(environment: Environment, ports: PortRange | None = None)
 
 
 def address_here(host: str, port: int) -> tuple[str, int]:
-    """Return the address to connect to in order to reach an address that a peer advertises.
+    """Return the address to connect to in order to reach an advertised address.
 
     The two differ only if `PIPROS_ADVERTISE` maps the advertised address to a port of this machine: a router
     or a container's network may not forward such connections from inside. If `PIPROS_ADVERTISE` is a host
-    without ports, this applies only to the ports in `PIPROS_PORTS`.
+    without ports, only the ports in `PIPROS_PORTS` are mapped.
     """
     if "PIPROS_ADVERTISE" not in os.environ:
         return host, port
@@ -177,7 +178,7 @@ def own_name(environment: Environment) -> str:
 
 
 def address_towards(master_uri: str, *, prefers_ipv6: bool = False) -> str:
-    """Return this machine's address on the route to the master. Sends nothing: UDP only selects the route."""
+    """Return this machine's address on the route to the master, without sending anything."""
     try:
         host, port = split_master_uri(master_uri)
         found = process_lookups().find(host, port, type=socket.SOCK_DGRAM)

@@ -24,7 +24,7 @@ class ParameterInvalid(Exception):
 
 
 def resolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
-    """Return the global name that a legal name resolves to for the caller.
+    """Resolve a legal name to a global name, on behalf of the caller.
 
     Raises:
         ParameterInvalid: the name is empty, is not a string, or contains a colon or a blank.

@@ -32,7 +32,7 @@ class Backlog:
         self._waiting_bytes = 0
 
     def __bool__(self) -> bool:
-        """Return True if any message is queued."""
+        """Return True if a message is queued."""
         return bool(self._rest or self._waiting)
 
     @property
@@ -46,11 +46,11 @@ class Backlog:
         self._waiting_bytes += size
 
     def append_rest(self, message: WireMessage, sent: int) -> None:
-        """Add the rest of a message to an empty backlog; its first `sent` bytes have been written."""
+        """Add a message, whose first `sent` bytes have been written, to an empty backlog."""
         self._keep_rest(_copy_mutable(message), sent)
 
     def next_buffers(self) -> list[Buffer]:
-        """Return the next buffers to write, no more than one gathered write accepts."""
+        """Return the next buffers to write, at most as many as a single gathered write accepts."""
         waiting = itertools.chain.from_iterable(message for message, _ in self._waiting)
         return list(itertools.islice(itertools.chain(self._rest, waiting), GATHER_LIMIT))
 
@@ -74,9 +74,7 @@ class Backlog:
         return messages
 
     def drop_oldest(self, most_messages: int | None, most_bytes: int) -> int:
-        """Drop the oldest messages, but never the newest, until the limits hold. Return the number
-        dropped.
-        """
+        """Drop the oldest messages to meet the limits, but never the newest. Return the number dropped."""
         dropped = 0
         while len(self._waiting) > 1 and (
             (most_messages and len(self._waiting) > most_messages) or self._waiting_bytes > most_bytes

@@ -2,14 +2,14 @@
 
 Theory of operation. A thread that sleeps in `recv` has to be woken by the sender's processor. This takes tens
 of microseconds, which are added to the receiver's latency and to the duration of the sender's `send`. Replies
-and streamed messages often arrive sooner. So a `PollingReceiver` polls the socket briefly before it sleeps,
+and streamed messages often arrive sooner, so a `PollingReceiver` polls the socket briefly before it sleeps,
 and yields the processor between polls. This helps most if the sender runs on the same core, whose cache then
 still holds the message.
 
 The receiver learns whether polling pays (see `AdaptiveBackoff`). For example, a topic at 100 Hz is polled for
 only once in a thousand messages. A topic link polls for the full time only after the node has published
-(`PublishCount`), because the next message may be a response. A node that only listens polls a few times. If
-other processes run between polls, their messages have then arrived; and an idle processor is not kept busy.
+(`PublishCount`), because the next message may be a response. A node that only listens polls a few times. This
+suffices for messages from processes that run between the polls, and does not keep an idle processor busy.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: tim
 
 
 class PublishCount:
-    """A counter that changes when a node publishes a message. It may miss concurrent messages."""
+    """A counter that changes when a node publishes a message. It may count concurrent messages only once."""
 
     __slots__ = ("value",)
 
@@ -80,8 +80,8 @@ class AdaptiveBackoff:
 class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
-    Intended for one waiting thread at a time. Two threads can share a receiver, but it then learns less well.
-    If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
+    Intended for one waiting thread at a time. If two threads share a receiver, it works but learns less
+    reliably. If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 
     __slots__ = ("_backoff", "_longest_s")

@@ -1,4 +1,4 @@
-"""Open connections in a blocking way that another thread can interrupt."""
+"""Open connections with blocking calls that another thread can interrupt."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Connector:
         Args:
             host: a name or an address.
             port: the port.
-            deadline: `time.monotonic()` time by which the look-up and the connection must finish.
+            deadline: `time.monotonic()` time by which the lookup and the connection must finish.
             limit_s: the time limit for connecting to one address.
 
         Raises:

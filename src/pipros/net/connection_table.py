@@ -29,7 +29,7 @@ class TableEntry(Protocol):
 
 @dataclass(slots=True, eq=False)
 class LinkEntry:
-    """A connection that is owned by another object, such as a topic link."""
+    """A connection in the table that another object owns, such as a topic link."""
 
     peer: str
     close: Callable[[], object]
@@ -63,11 +63,11 @@ class ConnectionTable:
     """One server's open connections, longest idle first.
 
     When a new connection exceeds a limit, the connection that has been idle longest is closed: a connection
-    from the same peer if that peer has too many, otherwise a connection from any peer. So new connections
-    always succeed,
-    and a peer that hoards idle connections loses them. Busy connections (a call is being handled) and links
-    are not closed to make room for new connections. If only those are left, a new link replaces the newest
-    link of the peer with the most links, so that older links survive a flood of new links.
+    from the same peer if that peer has too many, otherwise a connection from any peer. New connections
+    therefore succeed, and a peer that hoards idle connections loses them. Busy connections (a call is being
+    handled) and links are not closed to make room for new connections. If only those are left, a new link
+    replaces the newest link of the peer with the most links, so that older links survive a flood of new
+    links.
 
     Links cannot use up the limit, because an eighth is reserved for calls. Links that this node itself opens
     leave a quarter free, so that however many topics the node subscribes to, an eighth remains for peers'
@@ -84,9 +84,7 @@ class ConnectionTable:
     def __init__(
         self, *, limit: int, limit_per_peer: int, refusals: Refusals, spares_loopback: bool = False
     ) -> None:
-        """If `spares_loopback` is true, the limit per peer does not apply to loopback, which local nodes
-        share.
-        """
+        """With `spares_loopback`, the limit per peer does not apply to loopback, which local nodes share."""
         self._limit = limit
         self._limit_per_peer = limit_per_peer
         self._links_limit = limit - limit // 8
@@ -106,7 +104,7 @@ class ConnectionTable:
         return self._all.count
 
     def add(self, connection: TableEntry) -> bool:
-        """Add a new connection, replacing an idle one if necessary. Return False if all are in use."""
+        """Add a connection, closing an idle one if necessary. Return False if none can be closed."""
         return self._add(connection, is_link=False)
 
     def add_link(self, connection: TableEntry) -> bool:
@@ -144,7 +142,7 @@ class ConnectionTable:
             self._outgoing -= 1
 
     def mark_used(self, connection: TableEntry) -> None:
-        """Mark the connection as no longer busy, and make it the last candidate for closing."""
+        """Mark the connection as idle, and make it the last candidate for closing."""
         with self._lock:
             if connection in self._members:
                 for group in (self._all, self._by_peer[connection.peer]):
@@ -152,7 +150,7 @@ class ConnectionTable:
                     group.idle.move_to_end(connection)
 
     def mark_busy(self, connection: TableEntry) -> None:
-        """Until `mark_used`, keep the connection open even if room is needed or a deadline passes."""
+        """Keep the connection open until `mark_used`, even if room is needed or a deadline passes."""
         with self._lock:
             self._deadlines.pop(connection, None)
             if connection in self._members:

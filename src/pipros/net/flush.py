@@ -1,4 +1,4 @@
-"""Flushes the links to all subscribers of a topic at the same time, not one after another."""
+"""Flush the links to all subscribers of a topic in parallel."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ WATCH_CLOSE_S = 0.1
 def flush_or_queue(links: Iterable[OutgoingLink], limit_s: float) -> None:
     """Send as many of the links' queued messages as possible; the event loop sends the rest.
 
-    Blocks for at most `limit_s` in total, and not for stalled links. During the wait, every link is written
-    to as soon as it is writable, so that links do not wait for each other.
+    Blocks for at most `limit_s` in total. Does not wait for stalled links. During the wait, every link is
+    written to as soon as it is writable, so that links do not wait for each other.
     """
     now = time.monotonic()
     deadlines: dict[OutgoingLink, float] = {}

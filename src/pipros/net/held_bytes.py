@@ -1,4 +1,4 @@
-"""Limits the bytes that a server holds for all its peers together."""
+"""Limit the bytes that a server holds for all its peers together."""
 
 from __future__ import annotations
 
@@ -32,7 +32,5 @@ class HeldBytes:
             oldest.abort()
 
     def forget(self, connection: TableEntry) -> None:
-        """Remove a connection's bytes after its request is complete or the connection has closed. May be
-        called repeatedly.
-        """
+        """Forget a connection whose request is complete, or which has closed. May be called repeatedly."""
         self.bytes -= self._held.pop(connection, 0)

@@ -75,12 +75,12 @@ class ReceiveStatistics:
 class DeliveryLock:
     """Makes a topic's links deliver one after another.
 
-    A link that has just delivered queues behind the links that are already waiting. One of the waiting links
-    holds the gate. With a single lock, a link with a backlog would reacquire it before a waiting thread wakes
-    up.
+    A link that has just delivered a message queues behind the links that are already waiting. One of the
+    waiting links holds `_gate`. With a single lock, a link with a backlog would reacquire the lock before a
+    waiting thread wakes up.
 
     Attributes:
-        is_wanted: function that returns whether another link waits for the lock. For speed, this and
+        is_wanted: function that returns whether another link is waiting for the lock. For speed, this and
             `release` are attributes instead of methods, because they are called for every message.
         release: releases the lock.
     """
@@ -133,8 +133,7 @@ class IncomingLink:
         """Store the settings; `start` begins reading.
 
         Args:
-            keeps_large: whether to pass large messages as `bytes`, because `deliver` copies all other
-                messages.
+            keeps_large: whether to pass large messages as `bytes`, which `deliver` can keep without a copy.
             received: the bytes that followed the handshake.
         """
         sock.setblocking(True)
@@ -192,7 +191,7 @@ class IncomingLink:
     def _receive(self) -> int:
         """Wait for the next bytes.
 
-        Polling within a message is learned separately, because the rest arrives soon.
+        Within a message, a separate poller is used, because the rest of the message arrives soon.
         """
         buffer = self._buffer
         if buffer.has_partial_message and (whole := buffer.whole_bytes):

@@ -1,8 +1,8 @@
 """Resolve host names, with interruptible waits.
 
-The system's look-up cannot be interrupted, and blocks for half a minute if a name server is silent. So it
-runs in daemon threads; neither Ctrl-C nor interpreter exit waits for them. Their number is limited; callers
-that look up the same name share one look-up, whose result is cached for a few seconds.
+The system's lookup cannot be interrupted, and blocks for half a minute if a name server is silent. Lookups
+therefore run in daemon threads, for which neither Ctrl-C nor interpreter exit waits. The number of threads is
+limited. Callers that look up the same name share one lookup, whose result is cached for a few seconds.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Resolve = Callable[..., list[Any]]
 
 
 class Answer:
-    """The result of a look-up, available now or later. Thread-safe."""
+    """The result of a lookup, available now or later. Thread-safe."""
 
     def __init__(self) -> None:
         self._addresses: list[Address] = []
@@ -59,7 +59,7 @@ class Answer:
         return self._is_done.wait(timeout_s)
 
     def when_done(self, listener: Callable[[], object]) -> None:
-        """Call `listener` once the result is available: immediately, or later in the look-up's thread."""
+        """Call `listener` once the result is available: immediately, or later in the lookup's thread."""
         with self._lock:
             if not self._is_done.is_set():
                 self._listeners.append(listener)
@@ -90,8 +90,8 @@ class Lookups:
     ) -> None:
         """
         Args:
-            limit: maximum number of simultaneous look-ups; further look-ups are queued. `find` and `ask` have
-                separate limits of this size, and do not wait for each other.
+            limit: maximum number of simultaneous lookups; further lookups are queued. The limit applies to
+                `find` and `ask` separately.
             resolve: function that resolves a name; defaults to `socket.getaddrinfo`.
             now: the clock that the cache uses.
         """
@@ -101,7 +101,7 @@ class Lookups:
         self._begin()
 
     def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> Answer:
-        """Start the look-up of a name and return at once. `wanted` is as for `socket.getaddrinfo`."""
+        """Start the lookup of a name and return at once. `wanted` is as for `socket.getaddrinfo`."""
         if self._process != os.getpid():  # a forked child does not inherit the threads
             self._begin()
         answer = Answer()
@@ -146,9 +146,9 @@ class Lookups:
         answer = self.ask(host, urgent=True, **wanted)
         while not answer.wait(SLICE_S if deadline is None else min(SLICE_S, deadline - time.monotonic())):
             if is_given_up():
-                raise Interrupted(f"the look-up of {host} was interrupted")
+                raise Interrupted(f"the lookup of {host} was interrupted")
             if deadline is not None and time.monotonic() >= deadline:
-                raise TimeoutError(f"the look-up of {host} took too long")
+                raise TimeoutError(f"the lookup of {host} took too long")
         return answer.addresses(port)
 
     def _begin(self) -> None:
@@ -162,7 +162,7 @@ class Lookups:
         if urgent not in self._workers:
             from pipros.net.workers import Workers  # imported here because most commands only use addresses
 
-            self._workers[urgent] = Workers("look-up", self._limit, kept_idle=0)
+            self._workers[urgent] = Workers("lookup", self._limit, kept_idle=0)
         return self._workers[urgent]
 
     def _look_up(self, key: Any, host: str, wanted: dict[str, int], answer: Answer) -> None:
@@ -172,7 +172,7 @@ class Lookups:
             addresses = self._resolve(host, None, **wanted)
         except OSError as failure:
             error = failure
-        except Exception as failure:  # UnicodeError for a label of more than 63 characters, for example
+        except Exception as failure:  # for example, a UnicodeError for a label of more than 63 characters
             error = socket.gaierror(socket.EAI_NONAME, str(failure))
         with self._lock:
             del self._under_way[key]
@@ -183,7 +183,7 @@ class Lookups:
 
 
 def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list[Address]:
-    """Return the address if `host` is an IP address, without a look-up.
+    """Return the address if `host` is an IP address, without a lookup.
 
     Raises:
         OSError: `host` is a name.
@@ -200,7 +200,7 @@ def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list
 
 @cache
 def process_lookups() -> Lookups:
-    """Return the process-wide look-ups, for callers other than nodes."""
+    """Return the process-wide lookups, for callers other than nodes."""
     from pipros.basics.limits import process_limits
 
     return Lookups(process_limits().lookups)

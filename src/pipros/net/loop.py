@@ -1,4 +1,4 @@
-"""An asyncio event loop in a background thread, for a node's control traffic."""
+"""An asyncio event loop in a background thread, which runs a node's control traffic."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno
 
 
 class BackgroundLoop:
-    """Runs an event loop in its own thread, for threads that block.
+    """Runs an event loop in its own thread, on behalf of other threads.
 
     All methods except `start` and `stop` may be called from any thread other than the loop's. `stop` cancels
-    and awaits running tasks. Host name look-ups and the default executor use daemon threads, so neither
+    and awaits running tasks. Host name lookups and the default executor use daemon threads, so neither
     `stop` nor interpreter exit waits for them.
     """
 
@@ -65,8 +65,8 @@ class BackgroundLoop:
             TimeoutError: the coroutine took longer than `timeout_s`.
             RuntimeError: the loop has stopped.
         """
-        # Future.result is not used: if a signal handler raised an exception in it, a lock could stay locked,
-        # for which the loop would wait.
+        # Future.result is not used: if a signal handler raised an exception in it, a lock that the loop
+        #         # needs could stay locked.
         done = OnceEvent()
         tasks: list[asyncio.Task[T]] = []
         has_given_up = False
@@ -85,9 +85,9 @@ class BackgroundLoop:
             raise
         if not done.wait(timeout_s):
             has_given_up = True
-            if not tasks:  # the loop stopped before it began
+            if not tasks:  # the loop stopped before the coroutine began
                 coroutine.close()
-            raise TimeoutError(f"{self._name}: no result in {timeout_s} s")
+            raise TimeoutError(f"{self._name}: no result within {timeout_s} s")
         return tasks[0].result()
 
     def spawn(self, coroutine: Coroutine[Any, Any, Any]) -> concurrent.futures.Future[Any]:
@@ -126,7 +126,7 @@ class BackgroundLoop:
 class _Loop(asyncio.SelectorEventLoop):
     """An event loop that uses daemon threads for blocking work.
 
-    Python joins asyncio's own executor at exit, so one unanswered look-up of a name would keep the process
+    Python joins asyncio's own executor at exit, so one unanswered lookup of a name would keep the process
     alive for half a minute.
     """
 
@@ -155,9 +155,9 @@ class _Loop(asyncio.SelectorEventLoop):
         return _outcome(self, self._workers.run, function, *args)
 
     def call_exception_handler(self, context: dict[str, Any]) -> None:
-        """Report an error as asyncio does, but log one line if a server is out of descriptors.
+        """Report an error as asyncio does, but log only one line if a server is out of descriptors.
 
-        A server retries in that case, so a traceback would be repeated.
+        The server retries in that case, so a traceback would be repeated.
         """
         error = context.get("exception")
         if isinstance(error, OSError) and error.errno in OUT_OF_DESCRIPTORS and "socket" in context:

@@ -3,9 +3,9 @@
 Theory of operation. The publishing thread calls `send`. While the socket accepts data, `send` writes
 directly, without another thread. If the socket is full, the message is queued in the link's backlog.
 `pipros.net.flush.flush_or_queue` then sends it from the publishing thread in its next call, or leaves it to
-the event loop if the publisher is silent. A large message rarely fits into a socket at once, but a peer that
-reads empties it within microseconds, so `flush_or_queue` waits that long before it leaves the rest to the
-loop. `pipros.net.outgoing_state` defines the states of a link.
+the event loop if the publisher does not publish again soon. A large message rarely fits into a socket at
+once, but a peer that reads empties it within microseconds, so `flush_or_queue` waits that long before it
+leaves the rest to the loop. `pipros.net.outgoing_state` defines the states of a link.
 
 The meaning of `queue_size`, as in rospy:
     None  the publisher waits until the socket has accepted the message, at most `Limits.stall_s` (genuine
@@ -212,7 +212,7 @@ class OutgoingLink:
             self._loop.call(self._check_stalled)
 
     def _flush(self, most_bytes: float = math.inf) -> None:
-        """Write as much of the backlog as the socket accepts; stop after `most_bytes`."""
+        """Write as much of the backlog as the socket accepts, at most about `most_bytes`."""
         end = self.statistics.bytes + most_bytes
         while self._backlog and self.statistics.bytes < end and self._write():
             pass

@@ -32,8 +32,7 @@ class AsyncRpcClient:
     """Calls methods on one XML-RPC server over a connection that is kept open.
 
     Only one call may run at a time, so tasks that share a client must queue their calls. If the server has
-    closed the open
-    connection, it is silently replaced.
+    closed the open connection, it is silently replaced.
     """
 
     def __init__(self, uri: str, *, answer_limit_bytes: int | None = None) -> None:
@@ -57,7 +56,7 @@ class AsyncRpcClient:
         return await self.post(encode_call(method, params), timeout_s=timeout_s)
 
     async def post(self, document: bytes, *, timeout_s: float | None) -> Any:
-        """Like `call`, but takes a pre-encoded request, so that one encoding can be sent to many servers."""
+        """Like `call`, but take an encoded request, which can be sent to many servers."""
         head = request_head(host_and_port(self._host, self._port), self._path, len(document))
         try:
             response = await self._exchange(head, document, timeout_s)

@@ -61,7 +61,7 @@ class RpcClient:
             uri: `http://HOST:PORT/`.
             timeout_s: total time limit for one call; None for no limit. A call can override it.
             answer_limit_bytes: the maximum size of a response. Defaults to `Limits.answer_bytes`, which is
-                generous because the server was chosen by the user and is trusted.
+                generous because the user chose the server, which is therefore trusted.
 
         Raises:
             ValueError: `uri` is malformed.
@@ -145,7 +145,7 @@ class RpcClient:
     def _use(
         self, connection: _ClientConnection, request: bytes, deadline: float | None, interruptions: int
     ) -> Response:
-        """Make one exchange and return its response; close the connection if it fails or is interrupted."""
+        """Send a request and return the response. Close the connection if this fails or is interrupted."""
         with self._lock:
             self._busy.add(connection)
             if interruptions != self._interruptions:

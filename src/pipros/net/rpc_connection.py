@@ -75,7 +75,7 @@ class RpcConnection(asyncio.Protocol):
     def __init__(self, server: Answerer, loop: asyncio.AbstractEventLoop, received: bytes = b"") -> None:
         """Answer the requests on one connection.
 
-        `received` are the bytes that have already been read from it.
+        `received` contains the bytes that have already been read from the connection.
         """
         self._server = server
         self._loop = loop
@@ -132,7 +132,7 @@ class RpcConnection(asyncio.Protocol):
             self._transport.pause_reading()
 
     def eof_received(self) -> bool:
-        # A peer that has closed its sending half may still be waiting for responses.
+        # A peer that has closed the connection for sending may still be waiting for responses.
         self._has_peer_ended = True
         if self._state not in BUSY:
             self._close_gracefully()
@@ -173,7 +173,7 @@ class RpcConnection(asyncio.Protocol):
         self._take_turn()
 
     def _continue(self) -> None:
-        """Take the next step, unless something is pending."""
+        """Take the next step, unless the connection is busy."""
         if self._transport is None or self._state in FINAL:
             return
         if self._state is State.READING:
@@ -334,7 +334,7 @@ class RpcConnection(asyncio.Protocol):
 
 
 def fault_text(error: BaseException) -> str:
-    """Return an exception's text as Python's XML-RPC server formats it, because scripts compare this text."""
+    """Format an exception like Python's XML-RPC server, because scripts compare this text."""
     if isinstance(error, UnknownMethod):
         return f'{Exception}:method "{error}" is not supported'
     return f"{type(error)}:{error}"

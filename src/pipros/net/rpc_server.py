@@ -47,9 +47,9 @@ _TURN_S: Final = 0.001
 class RpcServer:
     """Serves a table of methods, and `system.multicall`, over XML-RPC.
 
-    A call to an unknown method, or of a method that raises, is answered with a fault whose text is the same
-    as that of ROS's Python peers. A call with the wrong number of parameters is answered with `[-1, text,
-    0]`, as the ROS API requires (pass `on_bad_arity` for another response).
+    A call to a method that is unknown or raises is answered with a fault, with the same text as in ROS's
+    Python nodes. A call with the wrong number of parameters is answered with `[-1, text, 0]`, as the ROS API
+    requires (pass `on_bad_arity` for another response).
 
     Everything runs on the loop on which `start()` was awaited; calls on one connection are answered in order.
 
@@ -75,8 +75,8 @@ class RpcServer:
 
         Args:
             methods: the method table; other methods cannot be called.
-            host: the address to listen on, or several addresses, which get the same port; none if all
-                connections come from `adopt`.
+            host: the address to listen on, or several addresses, which get the same port; empty if all
+                connections are passed to `adopt`.
             port: the port; 0 selects a free port, a range its first free port.
             limits: defaults to the process-wide limits.
             admits: decides, given the two ends of a connection, whether the peer may connect; by default, all

@@ -36,7 +36,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """An event on a connection."""
+    """An event on a connection; see the module docstring."""
 
     TURN_QUEUED = auto()
     TURN_BEGAN = auto()

@@ -1,4 +1,4 @@
-"""Functions for TCP sockets that behave alike on all operating systems."""
+"""Functions for TCP sockets that behave identically on all operating systems."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def connections_that_fit(share: float = 0.5) -> int:
 
 
 def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
-    """Close these sockets in forked children, so that a port closes with the process that opened it.
+    """Close sockets in forked children, so that a port closes with the process that opened it.
 
     `descriptors` is called in each child. The descriptor numbers stay in use in the child, because objects
     refer to them.
@@ -195,7 +195,7 @@ def acknowledge(sock: socket.socket) -> None:
 
 
 def share_packets(sock: socket.socket, *, share: bool) -> None:
-    """Set whether small messages wait to share a packet while others are unacknowledged (Nagle's algorithm).
+    """Set whether small messages wait to share a packet while data is unacknowledged (Nagle's algorithm).
 
     Waiting messages are sent at once when `share` becomes False.
     """
@@ -261,7 +261,7 @@ def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Seque
 
 
 def abort(sock: socket.socket) -> None:
-    """End a connection now and wake threads that are blocked on it. May be called repeatedly."""
+    """End a connection and wake threads that are blocked on it. May be called repeatedly."""
     with contextlib.suppress(OSError):  # the socket is no longer connected
         sock.shutdown(socket.SHUT_RDWR)
 

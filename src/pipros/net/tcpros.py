@@ -3,7 +3,7 @@
 `wire/handshake.py` determines the content of the headers. A node may serve HTTP on the same port, so that a
 firewall or a container needs to open only one port for each node. The first four bytes distinguish the two.
 TCPROS begins with the length of the header, and the last byte of a length below 16 MiB is zero. HTTP begins
-with a method in capital letters; as a length, these would mean 512 MiB or more.
+with a method in capital letters, which, read as a length, would be 512 MiB or more.
 """
 
 from __future__ import annotations
@@ -76,11 +76,11 @@ class TcprosServer:
 
     Connections that begin with an HTTP request are passed to `on_http`, if set.
 
-    Connections of peers that are silent, send malformed data or announce too large a header are closed
-    without an answer, as by genuine nodes. If too many connections are in their handshake, the oldest of them
-    is closed for a new connection, so that silent peers do not lock other peers out. The server uses
-    callbacks of the event loop, not coroutines, because every service call that is not persistent opens a
-    connection.
+    As in genuine nodes, connections of peers that are silent, send malformed data or announce too large a
+    header are closed without an answer. If too many connections are in their handshake, the oldest of them
+    is closed to make room for a new connection, so that silent peers do not lock other peers out. The server
+    uses callbacks of the event loop, not coroutines, because every service call that is not persistent opens
+    a connection.
 
     Attributes:
         refusals: the connections that were refused, by peer.
@@ -324,7 +324,7 @@ async def _addresses(
 ) -> Sequence[tuple[int, int, int, str, Any]]:
     """Return a host's addresses.
 
-    Names are looked up in threads, whose number is limited; addresses need no look-up.
+    Names are looked up in threads, whose number is limited. Addresses are returned unchanged.
     """
     with contextlib.suppress(socket.gaierror):
         return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)

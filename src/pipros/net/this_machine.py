@@ -119,8 +119,8 @@ def has_address(host: str) -> bool:
         socket.inet_pton(family, host)
     except (OSError, ValueError):  # the host is a name, not an address
         return False
-    # The source address on the route to one of this machine's addresses is that same address, except for an
-    # interface's second address.
+    # The source address on the route to one of this machine's addresses is the same address, except for
+    # # secondary addresses of an interface.
     return _source_towards(family, host) == host or (
         _can_bind(family, host) and not _can_bind(family, _DOCUMENTATION_ADDRESSES[family])
     )

@@ -45,7 +45,7 @@ class AnyMsg(Message):
 def taking_raw(callback: Callable[..., object] | None) -> Callable[..., object] | None:
     """Return a callback for `AnyMsg` that passes the serialized message to `callback`.
 
-    A `MessageStream` is returned unchanged, because its subscription must find the same object again.
+    A `MessageStream` is returned unchanged, because its subscription identifies it by identity.
     """
     if callback is None or isinstance(callback, MessageStream):
         return callback

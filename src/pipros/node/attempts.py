@@ -1,4 +1,4 @@
-"""Limits the number of connections that a node tries to open at a time."""
+"""Limit the number of connections that a node tries to open at the same time."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Attempts:
         return self._quick + self._slow
 
     async def make(self, attempt: Callable[[], Awaitable[T]], *, is_first: bool) -> T:
-        """Run `attempt` when it is its turn. Return its result, or raise its exception."""
+        """Wait for a free slot, then run `attempt`. Return its result, or raise its exception."""
         loop = asyncio.get_running_loop()
         if self._quick < self._limit:
             self._quick += 1
@@ -67,12 +67,12 @@ class Attempts:
         try:
             await turn
         except asyncio.CancelledError:
-            if turn.done() and not turn.cancelled():  # cancelled after the turn was granted
+            if turn.done() and not turn.cancelled():  # cancelled after the slot was granted
                 self._pass_on()
             raise
 
     def _pass_on(self) -> None:
-        """Pass the turn to the next attempt, if any."""
+        """Pass the slot to the next attempt, if any."""
         for queue in (self._first, self._again):
             while queue:
                 turn = queue.popleft()

@@ -15,7 +15,7 @@ AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 
 def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
-    """Return the fastest encoder for a class. Its result is one or more buffers without a length field."""
+    """Return the fastest encoder for a class. It returns one or more buffers, without a length field."""
     to_buffers: Callable[[Any], list[Buffer]] | None = getattr(message_class, "_to_buffers", None)
     return to_buffers if to_buffers is not None else _serialize
 
@@ -43,7 +43,7 @@ def number(message: Message, sequence: int) -> None:
 
 
 def _serialize(message: Message) -> list[Buffer]:
-    """Serialize a message of a class from a genuine generator, which can only write to a file."""
+    """Serialize a message whose class, from a genuine generator, can only write to a file."""
     file = io.BytesIO()
     message.serialize(file)
     return [file.getvalue()]

@@ -49,7 +49,7 @@ class Severity:
 
     @staticmethod
     def of(levelno: int) -> Severity:
-        """Return the ROS level for a level of Python's logging. A level in between is rounded down."""
+        """Return the ROS level for a level of Python's logging. Other levels are rounded down."""
         return next((severity for lowest, severity in _SEVERITIES if levelno >= lowest), _DEBUG)
 
 
@@ -116,8 +116,8 @@ class ConsoleHandler(logging.Handler):
         """Create a handler.
 
         Args:
-            is_roscpp: write severities and times as roscpp does: `[ INFO] [1700000000.123456789]`.
-            stdout, stderr: write to these instead of the process's own streams.
+            is_roscpp: whether to write severities and times as roscpp does: `[ INFO] [1700000000.123456789]`.
+            stdout, stderr: the streams to use instead of the process's own.
         """
         super().__init__()
         self._severity_width, self._digits = (5, 9) if is_roscpp else (0, 6)

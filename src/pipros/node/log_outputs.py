@@ -35,10 +35,10 @@ _LOGGING_LEVELS = {
 def open_console_and_file(
     node: Node, logger: logging.Logger, level: int | None, *, is_roscpp: bool = False
 ) -> list[logging.Handler]:
-    """Log `logger` to the console, and all loggers in the process to a file, as Noetic's configuration does.
+    """Log `logger` to the console, and all loggers in the process to a file, as in Noetic's configuration.
 
     If a configuration of Python's logging exists (`find_log_config`), it is used instead. `level` is a ROS
-    level number; None keeps the configured one. For `is_roscpp`, see `ConsoleHandler`.
+    level number; None keeps the configured level. For `is_roscpp`, see `ConsoleHandler`.
 
     Returns:
         The handlers that were added to the logger and to the root logger; an empty list if a configuration is

@@ -94,7 +94,7 @@ class Node:
         Raises:
             InvalidName: the name includes a namespace.
             InvalidEnvironment: `ports`, `PIPROS_PORTS` or `PIPROS_ADVERTISE` has an invalid value.
-            ValueError: `ports` and `rpc_port` or `tcpros_port` are given.
+            ValueError: `ports` is combined with `rpc_port` or `tcpros_port`.
         """
         if ports and (rpc_port or tcpros_port):
             raise ValueError("ports cannot be combined with rpc_port or tcpros_port")
@@ -126,7 +126,7 @@ class Node:
         self._ended = OnceEvent()
         self._shutdown_hooks: list[Callable[[], object]] = []
 
-    # -- life -----------------------------------------------------------------
+    # -- lifecycle -----------------------------------------------------------------
 
     def start(self) -> None:
         """Open the node's ports. The master knows the node only after its first registration.
@@ -363,7 +363,7 @@ class Node:
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
     ) -> Subscriber[AnyMessage]:
-        """Subscribe to a topic; call `callback` with each message, in the thread of its link.
+        """Subscribe to a topic; call `callback` with each message, in the thread that received it.
 
         If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
         loop, if there is no callback, the subscriber is an asynchronous iterator:

@@ -36,7 +36,7 @@ messages, the last messages of a burst can wait this long in a shared packet.
 
 
 class BurstDetector:
-    """Detects bursts of messages on one topic, using a monotonic clock. For one thread at a time.
+    """Detects bursts of messages on one topic, using a monotonic clock. Not thread-safe.
 
     Attributes:
         in_burst: whether a burst is in progress.

@@ -2,8 +2,7 @@
 
 Theory of operation. `get_cached` subscribes to a parameter on the first read: the master responds with the
 value, and from then on sends `paramUpdate` notices when another node changes the parameter or a parameter
-below it.
-Each cached parameter has a state:
+below it. Each cached parameter has a state:
 
     JOINING    The node has subscribed, but the first value has not arrived. Reads query the master.
     OVERTAKEN  Like JOINING, but a notice arrived first, so the first value may be older than the notice.
@@ -129,10 +128,7 @@ class Parameters:
         resolve: Callable[[str], str],
         registrations: Callable[[], Registrations | None],
     ) -> None:
-        """Values are cached once `registrations` returns an object.
-
-        Before the node starts, it returns None.
-        """
+        """`registrations` returns None before the node starts; until then, nothing is cached."""
         self._master = master
         self._resolve = resolve
         self._registrations = registrations

@@ -139,7 +139,7 @@ class Publication:
         flush_or_queue([peer.link], self._context.limits.stall_s)
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Answer a subscriber's header: link it and send the latched message, or refuse it.
+        """Answer a subscriber's header: accept the subscriber and send the latched message, or refuse it.
 
         Called from the event loop. A separate thread encodes the latched message, or waits for the current
         call of `publish` to finish.

@@ -57,7 +57,7 @@ Reply = tuple[bool, Sequence[bytes | memoryview]]
 
 
 class Slots:
-    """A non-blocking limit on concurrent users. Faster than a semaphore."""
+    """A limited number of slots, which are acquired without blocking. Faster than a semaphore."""
 
     def __init__(self, count: int) -> None:
         self._free = deque([None] * count)

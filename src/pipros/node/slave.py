@@ -244,7 +244,10 @@ class SlaveApi:
         return [1, "shutdown", 0]
 
     def _end_if_replaced(self, reason: str) -> None:
-        """Shut the node down if another node has taken its name, which is when a master calls `shutdown`."""
+        """Shut the node down if another node has taken its name.
+
+        A master calls `shutdown` only in this case.
+        """
         if self._node.registrations.is_replaced():
             self._node.shutdown_async(reason)
 

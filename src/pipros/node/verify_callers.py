@@ -25,7 +25,7 @@ class CallerVerification:
         self._is_busy = False
 
     def ask(self, about: str, question: Question) -> None:
-        """Schedule a call of `question` in another thread. This method must be called from the event loop.
+        """Schedule a call to `question` in another thread. Must be called from the event loop.
 
         Args:
             about: the subject of the question. A question is not queued if one with the same subject is

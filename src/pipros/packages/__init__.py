@@ -37,8 +37,8 @@ class ImportablePackages:
         """Return the path of a module or Python package that a `setup.py` names, or None.
 
         Args:
-            package: the folder of the ROS package with that name, if only its `setup.py` is to be read; None
-                for all packages on `ROS_PACKAGE_PATH`.
+            package: the folder of the only package whose `setup.py` is read; None for all packages on
+            `ROS_PACKAGE_PATH`.
         """
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         if package is None and not path:

@@ -23,7 +23,7 @@ NAMES: Final = re.compile(
 
 
 class AssetRefused(PiprosError):
-    """An asset does not exist, or may not be fetched."""
+    """An asset does not exist, or clients may not fetch it."""
 
 
 def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_bytes: int) -> bytes:
@@ -34,10 +34,10 @@ def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_byte
 
     Args:
         uri: `package://NAME/PATH`, percent-encoded or not.
-        folders_of: returns the folders of a package.
+        folders_of: function that returns the folders of a package.
 
     Raises:
-        AssetRefused: the file cannot be read, or must not be read. The text reveals nothing about other
+        AssetRefused: the file cannot be read, or must not be read. The error text reveals nothing about other
             files.
     """
     shown = printable(uri, 300)

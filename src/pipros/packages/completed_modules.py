@@ -1,12 +1,12 @@
-"""Make `rospkg` and `pkg_resources` find pipros's packages, in every process of the environment.
+"""Make `rospkg` and `pkg_resources` find pipros's packages in every process of the environment.
 
-rospkg searches only the folders in `ROS_ROOT` and `ROS_PACKAGE_PATH`. Setting these at every start of Python
-would affect child processes, too. Instead, the function with which rospkg lists these folders is replaced by
-one that adds a folder.
+rospkg searches only the folders in `ROS_ROOT` and `ROS_PACKAGE_PATH`. Setting these variables whenever Python
+starts would affect child processes, too. Instead, the function with which rospkg lists these folders is
+replaced by one that adds a folder.
 
 pkg_resources, which old versions of setuptools have, reads the metadata files of distributions.
-`distributions.py` explains why pipros's packages do not have such files. Therefore the packages are added to
-the distributions that can be found by name, but not to those that are listed.
+`distributions.py` explains why pipros's packages do not have such files. The packages can therefore be found
+by name, but are not listed.
 """
 
 from __future__ import annotations
@@ -53,10 +53,7 @@ def add_folder(module: Any, folder: str = SHARE) -> None:
     original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths
 
     def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
-        """Return the folders in which rospkg searches for packages.
-
-        The folder shipped with pipros is last.
-        """
+        """Return the folders in which rospkg searches for packages, with the shipped folder last."""
         paths = original(env)
         return paths if folder in paths else [*paths, folder]
 

@@ -1,7 +1,7 @@
 """Find the ROS packages below a folder, and check later whether the result is still valid.
 
 A folder with a `package.xml` is a package or a metapackage. A folder with a `manifest.xml` is a dry package,
-from the time before catkin. Packages do not nest, so folders below a package are not searched. Hidden folders
+which predates catkin. Packages do not nest, so folders below a package are not searched. Hidden folders
 and folders marked with `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are skipped. `rospack_nosubdirs`
 ends the search below a folder. Links are followed; each folder is visited once.
 
@@ -121,7 +121,7 @@ def crawl(root: str) -> Crawl:
             packages.append(package)
             if package.kind != DRY:
                 continue
-        # The folder of a dry package is recorded too, because a package.xml may be added to it.
+        # The folder of a dry package is also recorded, because a package.xml may be added to it.
         changed_ns = status.st_mtime_ns
         folders.append((folder, changed_ns if changed_ns < newest_trusted_ns else 0))
         if package is not None:

@@ -25,7 +25,7 @@ class ShippedDistribution(Distribution):
     """
 
     def __init__(self, name: str) -> None:
-        """Represent the package `name` in `SHARE`. The manifest is read when it is needed."""
+        """Represent the package `name` in `SHARE`. Its manifest is read on demand."""
         self._name = name
 
     def read_text(self, filename: str) -> str | None:

@@ -1,6 +1,6 @@
 """Package folders by name, for `PackageIndex` and for importing messages.
 
-Paths are strings and imports are few, because in every process, the first import of a message waits for this
+Paths are strings and imports are few, because the first import of a message in every process needs this
 module. All other code uses `PackageIndex`.
 """
 
@@ -34,7 +34,7 @@ class PackageFolders:
     ) -> None:
         """Store the settings without reading the disk.
 
-        Packages that are not of one of the `kinds` are ignored.
+        Packages of other kinds than `kinds` are ignored.
         """
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
@@ -64,7 +64,7 @@ class PackageFolders:
 
 
 class _Root:
-    """A folder to crawl, and the latest crawl of it.
+    """A folder, and the latest crawl of it.
 
     There is no crawl before the first call. A cached crawl is trusted for a package whose manifest is
     unchanged, and for the absence of a package if the whole folder is unchanged. A crawl by this process is

@@ -4,7 +4,7 @@ The file is parsed, not run. Only literal arguments to `setup()` or `generate_di
 which may also be in a dictionary or assigned to its keys (`d["packages"] = […]`). A computed list of
 packages, as from `find_packages()`, stands for every package in its folder.
 
-A failed import of any name may search all packages. Therefore this module imports little, and parses only
+A failed import of any name may search all packages. Therefore, this module imports little, and parses only
 files that contain the name.
 """
 
@@ -24,7 +24,7 @@ _LIMIT_BYTES = 256 * 1024
 
 
 class SetupModules:
-    """The `setup.py` files of packages. Each is read once."""
+    """The `setup.py` files of packages. Each file is read only once."""
 
     def __init__(self) -> None:
         self._texts: dict[str, bytes] = {}

@@ -1,4 +1,4 @@
-"""Well-known packages and commands that do not come with pipros, and advice on what to use instead.
+"""Well-known packages and commands that pipros does not include, and advice on what to use instead.
 
 `rosrun`, `roslaunch`, `rosmsg` and imports of messages give the same advice.
 """
@@ -97,7 +97,7 @@ def why_not_here(
     Args:
         arguments: the program's arguments, which name the plugin of a nodelet.
         programs: the package's programs on this machine, if the package was found. If there are any, the
-            program is not missing because it is written in C++.
+            reason is not that the package must be compiled.
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
     if package in _PYTHON and not is_here:

@@ -8,11 +8,11 @@ from enum import Enum
 
 
 class UnknownEncoding(RuntimeError):
-    """An encoding is unknown. The message equals Noetic's, because scripts compare it."""
+    """An encoding is unknown. The text equals Noetic's, because scripts compare it."""
 
 
 class Color(Enum):
-    """The arrangement of the channels of a pixel, the bytes of two pixels (YUV) or four pixels (Bayer)."""
+    """The order of the channels in a pixel, or of the bytes in two pixels (YUV) or four pixels (Bayer)."""
 
     GRAY = "gray"
     RGB = "rgb"
@@ -32,7 +32,7 @@ class Encoding:
     """An image encoding.
 
     Attributes:
-        depth: OpenCV's name of the value type: 8U, 8S, 16U, 16S, 32S, 32F or 64F.
+        depth: OpenCV's name for the value type: 8U, 8S, 16U, 16S, 32S, 32F or 64F.
         channels: values per pixel, 1 or more.
         color: colour arrangement; None for encodings that do not define colours, such as 8UC3.
     """
@@ -54,7 +54,7 @@ class Encoding:
 
     @property
     def cv_type(self) -> int:
-        """OpenCV's number of the type, such as 16 for CV_8UC3."""
+        """OpenCV's number for the type, such as 16 for CV_8UC3."""
         return list(DTYPES).index(self.depth) + (self.channels - 1) * CHANNEL_STEP
 
 

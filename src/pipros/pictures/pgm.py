@@ -35,7 +35,7 @@ def read_pgm(content: bytes, file: str) -> tuple[int, int, bytes]:
     for what in ("width", "height", "maximum grey value"):
         found = _TOKEN.match(content, place)
         if found is None:
-            raise PictureError(f"{file}: {what} must be a whole number, got {content[place : place + 20]!r}")
+            raise PictureError(f"{file}: {what} must be an integer, got {content[place : place + 20]!r}")
         header.append(int(found[1]))
         place = found.end()
     width, height, white = header
@@ -66,7 +66,7 @@ def _from_digits(text: bytes, count: int, white: int, file: str) -> bytes:
     except ValueError:
         greys = []
     if len(greys) < count or min(greys) < 0:
-        raise PictureError(f"{file} must contain {count} whole numbers as pixels")
+        raise PictureError(f"{file} must contain {count} integers as pixels")
     return bytes(min(grey, white) * 255 // white for grey in greys)
 
 

@@ -1,8 +1,8 @@
 """Cache of the declarations in `.cfg` files, shared by processes.
 
-An entry's key is a digest of the file's path and contents, the interpreter that ran it, and the code that
-reads it. The entry is valid as long as the modules that the file imported, except Python's and pipros's, are
-unchanged. Other inputs, such as the environment or other files, are not checked.
+The key of an entry is a digest of the file's path and contents, the interpreter that ran the file, and the
+code that reads it. The entry is valid as long as the modules imported by the file, except Python's and
+pipros's, are unchanged. Other inputs, such as the environment or other files, are not checked.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class BadConfigFile(PiprosError):
 def find(package_folder: Path, name: str) -> Path | None:
     """Return the `.cfg` file for the configuration `name`, or None if the package does not have one.
 
-    This is the file of that name or, without one, the first file that contains the name in quotes.
+    This is the file with that name or, if there is none, the first file that contains the name in quotes.
     """
     files = find_all(package_folder)
     for file in files:
@@ -81,8 +81,8 @@ def find_all(package_folder: Path) -> list[Path]:
     names.
 
     Words in `CMakeLists.txt` that end in `.cfg` are paths or patterns relative to the package's folder. A
-    variable before the first slash stands for that folder. `CMakeLists.txt` is ignored unless it calls
-    `generate_dynamic_reconfigure_options()`.
+    variable before the first slash stands for the package's folder. `CMakeLists.txt` is ignored unless it
+    calls `generate_dynamic_reconfigure_options()`.
     """
     found = sorted((package_folder / "cfg").rglob("*.cfg"))
     try:
@@ -139,9 +139,8 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
 def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> tuple[int | None, str]:
     """Run the user's program.
 
-    Return its exit code (None if it exceeded the time limit) and the end of its stderr.
-
-    Also kills the processes that it started.
+    Return its exit code (None if it exceeded the time limit) and the end of its stderr. Kill the processes
+    that it has started.
     """
     process = subprocess.Popen(  # noqa: S603
         arguments,
@@ -185,7 +184,7 @@ def _end_daemons(variable: str) -> None:
 
 
 def checked_declarations(content: bytes) -> dict[str, Any]:
-    """Parse and check declarations. They may come from an arbitrary program instead of `generate`.
+    """Parse and check declarations. Any program may have written them.
 
     Raises:
         ValueError: the declarations are malformed.

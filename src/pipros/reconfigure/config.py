@@ -43,7 +43,7 @@ class Config(dict[str, Any]):
 
 
 def group_dict(group: Any) -> Config:
-    """Return the fields of a group or of a group's state, with empty `groups` and `parameters`."""
+    """Return a group's or a group state's fields, with empty `groups` and `parameters`."""
     return Config(
         id=group.id,
         parent=group.parent,
@@ -93,7 +93,7 @@ def values(message: Any) -> Config:
 def decode_config(msg: Any, description: Any = None) -> Config:
     """Decode the configuration in a message.
 
-    If the description is decoded, groups also contain their values.
+    If the decoded description is given, groups also contain their values.
     """
     config = values(msg)
     if msg.groups and description is not None:

@@ -17,7 +17,7 @@ _SUFFIX = "Config"
 
 
 def cfg_spec(find_package: FindPackage, name: str) -> ModuleSpec | None:
-    """Return the spec of a module below `<package>.cfg`, or None if the package does not contain its file."""
+    """Return the spec of a module below `<package>.cfg`, or None if the package has no `.cfg` file for it."""
     package, _, rest = name.partition(".")
     _, _, module = rest.partition(".")
     found = find_package(package)

@@ -1,13 +1,13 @@
 """Evaluate expressions from files and command lines without running Python code.
 
-Python's own parser parses the text, which is then evaluated node by node; a node that is not in the list
-below is rejected with its position. Methods are looked up in a fixed table (`methods.py`) and other
+Python's own parser parses the text, which is then evaluated node by node. Nodes that are not on the
+allow-list are rejected with their position. Methods are looked up in a fixed table (`methods.py`) and other
 attributes do not exist, so an expression cannot reach the internals of the interpreter (CVE-2024-39835,
 CVE-2024-39289). A caller may allow *fields*, which it looks up itself. Text, depth, steps and the size of
 every result are limited, so an expression cannot exhaust memory or processor time.
 
-Two languages use it: `evaluate`, for `$(eval …)` and message filters, and `arithmetic`, for the
-angles `rad(…)` and `deg(…)` of parameter files.
+`evaluate` is for `$(eval …)` and message filters, and `arithmetic` for the angles `rad(…)` and `deg(…)` in
+parameter files.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ def evaluate(
     f-strings, comprehensions, the methods in `methods.py`, and calls to named functions. The functions and
     constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add to or replace
     them. `map`, `filter` and `key=` take the name of a function. Generators and `map` return lists. `a.b`
-    calls `fields(a, "b")`, if given; a callable in the result is a method. The limits default to the
-    process-wide limits.
+    calls `fields(a, "b")`, if given; a callable in the result is a method. The default limits are
+    the process-wide limits.
 
     Raises:
         ExpressionError: any error occurred, including in a called function (whose exception is the cause).
@@ -119,7 +119,7 @@ class Expression:
         return {node.id for node in ast.walk(self._tree) if isinstance(node, ast.Name)}
 
     def value(self, names: Mapping[str, Any]) -> Any:
-        """Evaluate the expression with these names. Raises the same errors as `evaluate`."""
+        """Evaluate the expression with the given names. Raises the same errors as `evaluate`."""
         budget = guarded.Budget(self._limits)
         walk = _Walk(
             self._text,
@@ -132,10 +132,10 @@ class Expression:
 
 
 def arithmetic(text: str) -> float:
-    """Return the value of a sum of numbers and `pi`, such as `pi/2` or `-2*(pi+1)`.
+    """Return the value of an arithmetic expression of numbers and `pi`, such as `pi/2` or `-2*(pi+1)`.
 
     Raises:
-        ExpressionError: the text is not such a sum.
+        ExpressionError: the text is not such an expression.
 
     >>> round(arithmetic("pi/2"), 4)
     1.5708
@@ -224,7 +224,7 @@ class _Walk:
         if node.id in self._names:
             return self._names[node.id]
         if node.id in self._functions:
-            raise self._error(node, f"{node.id} is a function; write {node.id}(…)")
+            raise self._error(node, f"{node.id} is a function; call it as {node.id}(…)")
         raise self._error(node, f"name '{node.id}' is not defined")
 
     def unary(self, node: ast.UnaryOp) -> Any:
@@ -328,8 +328,8 @@ class _Walk:
     def _function_named(self, node: ast.expr) -> Function | None:
         """Return the function that is passed by name as an argument to another function.
 
-        Each call to it is charged like a call in the expression, because there can be a hundred thousand of
-        them.
+        Each call to it is charged like a call in the expression, because there can be a hundred thousand
+        calls.
         """
         if isinstance(node, ast.Constant) and node.value is None:
             return None
@@ -349,7 +349,7 @@ class _Walk:
             raise self._error(node, f"attributes such as .{node.attr} are not allowed here")
         found = self._fields(self.value(node.value), node.attr)
         if callable(found):
-            raise self._error(node, f".{node.attr} is a method; write .{node.attr}(…)")
+            raise self._error(node, f".{node.attr} is a method; call it as .{node.attr}(…)")
         return found
 
     # ---- comprehensions

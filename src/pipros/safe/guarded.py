@@ -99,7 +99,7 @@ class Budget:
         if isinstance(left, (str, bytes)):
             form = left if isinstance(left, str) else left.decode("latin-1")
             if "*" in form:
-                raise ResultTooLarge("a width given by * is not allowed")
+                raise ResultTooLarge("a width must be written as a number, not as *")
             _check_width(form)
             self._bounded(form.count("%") * self._size_of(right))
         return left % right
@@ -114,8 +114,7 @@ class Budget:
     def _size_of(self, value: Any) -> int:
         """Return the size of a value when written out; counting stops above the limit.
 
-        A long string that occurs a thousand times in a list counts a thousand times, because `str` of the
-        list would contain it that often.
+        A long string that occurs a thousand times in a list counts a thousand times, as in `str` of the list.
         """
         if isinstance(value, (str, bytes, range)):
             return len(value)
@@ -163,9 +162,7 @@ class Budget:
         return self._folded(self.add, values, start)
 
     def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[Any], start: Any) -> Any:
-        """Combine `start` with all `values` in order; each intermediate result is a copy and costs its
-        length.
-        """
+        """Add `values` to `start` in order. Each intermediate result is a copy, whose length is charged."""
         result = start
         for value in values:
             result = operation(result, value)

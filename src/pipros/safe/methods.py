@@ -1,7 +1,7 @@
-"""The methods that a safe expression may call, which have no side effects and are listed in fixed tables.
+"""The methods that a safe expression may call. They have no side effects and are listed in fixed tables.
 
 A method is looked up by the exact class of its value, never by `getattr` with a name from the expression.
-Methods whose result may be much larger than their arguments check the budget before they run.
+Methods whose results may be much larger than their arguments check the budget before they run.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Count the values in a YAML text from its events, before any value is built.
 
-Nested lists of aliases can double in size with every line, and so can mappings that merge others (`<<: [*a,
+Nested lists of aliases can double in size with every line, as can mappings that merge others (`<<: [*a,
 *a]`). Deep nesting exhausts the stack of the C library that builds values. The library's parser, which
 produces the events, does not have these problems.
 """
@@ -65,7 +65,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
 
 @dataclass(slots=True)
 class _Open:
-    """A list or mapping that has not ended yet. Its height is one more than its highest element's."""
+    """A list or mapping that has not ended yet. It is one level higher than its highest element."""
 
     anchor: str | None
     values_before: int
@@ -75,7 +75,7 @@ class _Open:
 class _Outline:
     """The anchors in the current document with their sizes, and the number of values so far.
 
-    The number is checked at the start of each list or mapping, and at each alias.
+    The number of values is checked at the start of each list or mapping, and at each alias.
     """
 
     def __init__(self, limits: Limits) -> None:

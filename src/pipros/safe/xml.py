@@ -1,7 +1,7 @@
 """Read XML files into elements that know their line and column. Document types and entities are refused.
 
-A document type can define entities that expand to gigabytes or read other files. ROS files do not need one,
-so any `<!DOCTYPE` is an error.
+A document type can define entities that expand to gigabytes or read other files. ROS files do not need a
+document type, so any `<!DOCTYPE` is an error.
 """
 
 from __future__ import annotations

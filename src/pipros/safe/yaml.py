@@ -2,7 +2,7 @@
 
 Only the safe loader of PyYAML is used, so a document cannot create objects (CVE-2024-39780). Angles are
 written `deg(90)`, `rad(pi/2)`, `!degrees 90` or `!radians pi/2`, and are computed by a small arithmetic
-parser (CVE-2024-39289). The values of a text are counted before any is built (`outline.py`).
+parser (CVE-2024-39289). All values in a text are counted before any of them is built (`outline.py`).
 """
 
 from __future__ import annotations
@@ -187,6 +187,6 @@ def _documents(text: str | bytes, file: str, loader: Any, limits: Limits | None)
         raise YamlError(file, line, column, "invalid YAML: " + ", ".join(reasons)) from None
     except (yaml.YAMLError, ValueError, TypeError, RecursionError) as error:
         raise YamlError(file, 0, 0, f"invalid YAML: {str(error) or 'nested too deeply'}") from None
-    except (LookupError, ArithmeticError, AttributeError) as error:  # raised for `!!bool maybe`, for example
+    except (LookupError, ArithmeticError, AttributeError) as error:  # for example, for `!!bool maybe`
         reason = f"a value does not fit its tag ({error})"
         raise YamlError(file, 0, 0, f"invalid YAML: {reason}") from None

@@ -1,4 +1,4 @@
-"""The `fake_localization` program: publishes the true pose of a simulated robot like an estimate by amcl.
+"""The `fake_localization` program: publishes a simulated robot's true pose as if amcl had estimated it.
 
 From `base_pose_ground_truth` and the odometry transform, it publishes `amcl_pose`, `particlecloud` and the
 transform from the map to the odometry's frame. A pose on `initialpose` shifts the estimate.

@@ -10,7 +10,7 @@ from pipros.node import Node
 
 
 class InvalidParameter(PiprosError, ValueError):
-    """A parameter has the wrong type. The message contains its name and value."""
+    """A parameter has the wrong type. The error text names the parameter and its value."""
 
 
 def private_value(node: Node, name: str, default: Any) -> Any:
@@ -22,7 +22,7 @@ def private_value(node: Node, name: str, default: Any) -> Any:
 
 
 def private_text(node: Node, name: str, default: str) -> str:
-    """Return a frame without its leading slash; `default` if it is not set.
+    """Return the frame ID in a parameter, without a leading slash; `default` if it is not set.
 
     Raises:
         InvalidParameter: the value is not a string.
@@ -34,7 +34,7 @@ def private_text(node: Node, name: str, default: str) -> str:
 
 
 def private_number(node: Node, name: str, default: float) -> float:
-    """Return a finite number; `default` if it is not set.
+    """Return the finite number in a parameter; `default` if it is not set.
 
     Raises:
         InvalidParameter: the value is not a finite number.

@@ -9,7 +9,7 @@ from pipros.basics.errors import MissingExtra
 
 
 def run_program(module: str) -> int:
-    """Run `main` of a module of `pipros.simulation.robots`. Without numpy, print one line and return 1."""
+    """Run `main` in a module of `pipros.simulation.robots`. Without numpy, print an error and return 1."""
     try:
         program = import_module(f"pipros.simulation.robots.{module}")
     except MissingExtra as error:

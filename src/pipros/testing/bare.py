@@ -21,7 +21,7 @@ __unittest = True
 
 
 class BareTest:
-    """A test program, and the suites in its result file."""
+    """A test program, and the suites from its result file."""
 
     def __init__(
         self,
@@ -42,7 +42,7 @@ class BareTest:
         self.suites: list[Suite] = []
 
     def case(self) -> unittest.TestCase:
-        """Return a case that passes if the program exits and has written its results."""
+        """Return a test case that passes if the program exits and has written its results."""
         owner = self
 
         def run_test(case: unittest.TestCase) -> None:

@@ -26,7 +26,7 @@ __unittest = True
 
 _CALLER_ID = "/rostest"
 
-# The master's own parameters, which --clear keeps.
+# The master's own parameters, which --clear does not delete.
 _KEPT_PARAMETERS = ("/run_id", "/rosversion", "/rosdistro")
 _KEPT_NAMESPACE = "/roslaunch/"
 
@@ -146,7 +146,7 @@ class LaunchFixture:
 
     @property
     def run(self) -> LaunchRun:
-        """The launch run. Valid after `set_up`."""
+        """The running launch. Valid after `set_up`."""
         return self._running()
 
     def _running(self) -> LaunchRun:

@@ -1,4 +1,4 @@
-"""Query for tests whether a node publishes or subscribes to a topic."""
+"""Determine, for tests, whether a node publishes or subscribes to a topic."""
 
 from __future__ import annotations
 

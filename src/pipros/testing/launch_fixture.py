@@ -22,7 +22,7 @@ from pipros.workspace.index import PackageIndex
 
 
 class NodesDidNotStart(PiprosError):
-    """Nodes of a launch file could not be started."""
+    """Some nodes in a launch file could not be started."""
 
 
 class Launched:
@@ -78,7 +78,7 @@ class Launched:
         """
         self._run.set_parameters()
         if failed := self._run.start_nodes():
-            raise NodesDidNotStart(f"cannot start {', '.join(failed)}; stderr has the reasons")
+            raise NodesDidNotStart(f"cannot start {', '.join(failed)}; see stderr for the reasons")
         self._watcher.start()
 
     @property

@@ -29,7 +29,7 @@ from pipros.workspace.index import PackageIndex
 
 
 class TestDidNotPass(Exception):
-    """A test program failed or could not run. The message is the complete report."""
+    """A test program failed or could not run. The error text is the complete report."""
 
     __test__ = False
 
@@ -72,7 +72,7 @@ class LaunchTestItem(pytest.Item):
         """Run the test program with the file's nodes on a private master.
 
         Raises:
-            TestDidNotPass: the test failed. The message is the test program's report.
+            TestDidNotPass: the test failed.
         """
         with tempfile.TemporaryDirectory(prefix="pipros-results-") as results:
             broken = self._run(Path(results))
@@ -89,7 +89,7 @@ class LaunchTestItem(pytest.Item):
         return super().repr_failure(excinfo, style)
 
     def _run(self, results: Path) -> list[Case]:
-        """Return the cases that did not pass. Add the test program's output to the report."""
+        """Return the cases that did not pass. Add the test program's output to the pytest report."""
         owner = self._index.containing(self.path)
         package = owner.name if owner else self.path.parent.name
         environment = Environment.from_os()

@@ -1,7 +1,7 @@
 """pipros's pytest plugin: a ROS system for a test, and launch files with tests.
 
-Every pytest in the environment loads it (entry point `pipros`, disabled by `-p no:pipros`), so it imports no
-other pipros module until a test uses it.
+Every pytest in the environment loads this plugin (entry point `pipros`, disabled by `-p no:pipros`), so it
+imports no other module of pipros until a test uses it.
 """
 
 from __future__ import annotations
@@ -103,9 +103,9 @@ def ros_launch(ros_master: Core, request: pytest.FixtureRequest) -> Iterator[Lau
     """Start the nodes of a launch file on the test's master: `ros_launch("pkg", "file.launch", level=25)`.
 
     A single positional argument is a file path, relative to the test module's folder. Keyword arguments are
-    passed to the launch file as `<arg>` values. Tests in the file are skipped. After the test, nodes are
-    terminated in the reverse of the order in which they were started. If the `ros_faults` fixture is used,
-    the nodes communicate with all other nodes through its proxy.
+    passed to the launch file as `<arg>` values. Each `<test>` in the file is ignored. After the test, nodes
+    are terminated in reverse order. If the `ros_faults` fixture is used, the nodes communicate with all other
+    nodes through its proxy.
     """
     from pipros.testing.launch_fixture import Launched
 
@@ -161,7 +161,7 @@ def ros_history() -> History:
 def ros_wait_until() -> WaitUntil:
     """Wait for a condition: `ros_wait_until(lambda: received, what="a message")`.
 
-    Returns the first true value. Fails the test if there is none within `timeout_s`.
+    Return the first true value. Fail the test if there is none within `timeout_s`.
     """
 
     def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str = "") -> T:

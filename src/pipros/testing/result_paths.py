@@ -37,7 +37,7 @@ def results_file(
 
 
 def prepare_path(file: Path) -> bool:
-    """Create a result file's folder and remove any older file. Return True if there was one.
+    """Create a result file's folder, and remove the file if it exists. Return True if it existed.
 
     Raises:
         NoPlaceForResults: the file cannot be written; the message suggests a solution.

@@ -38,7 +38,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """The cases in one test program, with its output.
+    """The cases of one test program, with its output.
 
     Attributes:
         stated_tests: the number of tests that the file states. A program that crashed may have no cases, so

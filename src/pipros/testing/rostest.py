@@ -1,6 +1,6 @@
 """rostest: runs each test in a launch file on a new system with all of the file's nodes.
 
-The outer run uses unittest, too: one case per `<test>`, which passes if the test program exited and wrote
+rostest itself uses unittest, with one case per `<test>` that passes if the test program exited and wrote
 results. The results themselves are reported separately, with a second exit code.
 """
 
@@ -36,7 +36,7 @@ class TestProgramTimedOut(PiprosError):
 
 
 class SystemFixture(Protocol):
-    """A running system for one test: its own or an existing master, and the launch file's nodes."""
+    """A running system for one test: a new or an existing master, and the launch file's nodes."""
 
     @property
     def run_id(self) -> str: ...
@@ -82,7 +82,7 @@ class Rostest:
 
     Attributes:
         results: the result suites, each with the prefix `package.rosunit-name`.
-        was_set_up: whether any fixture was set up.
+        was_set_up: whether a fixture was set up.
     """
 
     def __init__(self, plan: Plan, index: PackageIndex, make_fixture: Callable[[], SystemFixture]) -> None:

@@ -104,7 +104,7 @@ class CaseResult(unittest.TestResult):
 
 
 def _name(test: unittest.TestCase) -> str:
-    """Return the method's name, including the parameters of a sub-test: `test_levels (level=25)`."""
+    """Return the method's name, with the parameters of a sub-test: `test_levels (level=25)`."""
     path, space, more = test.id().partition(" ")
     return path.rpartition(".")[2] + space + more
 
@@ -123,7 +123,7 @@ def _frames_of_interest(frames: TracebackType | None) -> traceback.StackSummary:
 class XmlRunner:
     """A unittest runner that writes a result file only if the suite was completed.
 
-    A file without failures therefore always means that all cases passed.
+    Therefore, a file without failures means that all cases passed.
     """
 
     def __init__(self, results_file: Path) -> None:

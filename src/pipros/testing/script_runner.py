@@ -1,4 +1,4 @@
-"""Runs Python test scripts: runs the cases, writes the result file, and prints the summary.
+"""Run Python test scripts: run the cases, write the result file, and print the summary.
 
 `python -m pipros.testing.script_runner PATH RESULTS` runs the unit tests in a file or folder without pytest,
 as nose did for `catkin_add_nosetests`: `unittest` cases in modules called `test…`.
@@ -45,8 +45,8 @@ def run_program(package: str, test_name: str, tests: Tests, argv: Sequence[str])
     """Run the tests in a script and print their summary. Return True if all passed.
 
     Args:
-        argv: the script's command line. `--gtest_output=xml:FILE` names the result file, `--text`
-            selects unittest's own report on stderr and no file.
+        argv: the script's command line. `--gtest_output=xml:FILE` names the result file. `--text`
+            selects unittest's own report on stderr, without a result file.
     """
     suite = load_suite(tests)
     result: unittest.TestResult

@@ -66,7 +66,7 @@ def parse_suites(content: bytes, file: str) -> list[Suite]:
     gtest.
 
     Raises:
-        UnreadableResults: the content is not a result file. The message gives the file and the reason.
+        UnreadableResults: the content is not a result file.
     """
     try:
         root = parse(content, file)

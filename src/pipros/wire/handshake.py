@@ -1,6 +1,6 @@
 """The headers that both ends of a TCPROS connection exchange first, and the rules for refusing a connection.
 
-This module does no I/O: it takes headers and returns headers or a refusal. Sources:
+This module performs no I/O: it takes headers and returns headers or a refusal. Sources:
 http://wiki.ros.org/ROS/TCPROS and, where that page is silent, genuine rospy and roscpp. The end that connects
 sends first; a refusal is a header with the single field `error`, after which the connection closes.
 """
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pipros.basics.errors import ProtocolError, Refused
 from pipros.basics.printable import printable
 
-ANY = "*"  # an md5sum or type that matches any other
+ANY = "*"  # an md5sum or type that matches any md5sum or type
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +93,7 @@ def refuse(reason: str) -> dict[str, str]:
 
 
 def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Return why a publisher refuses the subscriber that sent `fields`; None if it accepts.
+    """Return why a publisher refuses the subscriber that sent `fields`; None if it accepts the subscriber.
 
     Only the md5sum is compared, so a type with another name but the same md5sum is accepted.
     """
@@ -112,7 +112,7 @@ def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
 
 
 def service_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Return why a service server refuses the client that sent `fields`; None if it accepts."""
+    """Return why a service server refuses the client that sent `fields`; None if it accepts the client."""
     missing = _missing(fields, ("service", "md5sum", "callerid"))
     if missing:
         return missing
@@ -127,7 +127,7 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
     """Check a publisher's reply header on the subscriber's side.
 
     Raises:
-        Refused: the publisher refused the link. The text is the publisher's.
+        Refused: the publisher refused the link. The error has the publisher's text.
         ProtocolError: the reply lacks a field, or its type differs from the requested one.
     """
     _raise_refusal(fields, peer)

@@ -39,7 +39,9 @@ def decode_header(body: bytes) -> dict[str, str]:
         (length,) = _LENGTH.unpack_from(body, at)
         at += 4
         if at + length > len(body):
-            raise ProtocolError(f"connection header field claims {length} bytes, {len(body) - at} are left")
+            raise ProtocolError(
+                f"connection header field claims {length} bytes, but only {len(body) - at} are left"
+            )
         key, separator, value = body[at : at + length].partition(b"=")
         if not separator:
             raise ProtocolError(f"connection header field {key[:40]!r} has no '='")
@@ -79,7 +81,7 @@ class HeaderReader:
         (length,) = _LENGTH.unpack_from(self._buffer)
         if length > self.limit_bytes:
             limit = limit_text("header_bytes", self.limit_bytes)
-            raise LimitExceeded(f"connection header of {length} bytes announced; {limit}")
+            raise LimitExceeded(f"a connection header of {length} bytes was announced; {limit}")
         if len(self._buffer) < 4 + length:
             return None
         self.fields = decode_header(bytes(self._buffer[4 : 4 + length]))

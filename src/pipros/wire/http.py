@@ -9,8 +9,8 @@ h11 implements all of HTTP, but takes 17 ms to import and 40 us per request; thi
 The master answers a request in less time than h11 needs to read it. A test compares this reader with h11
 (`tests/unit/wire/test_http_against_h11.py`).
 
-The output works with other implementations: XmlRpc++ (roscpp) looks for `Content-length: ` in upper or lower
-case, and supports neither chunks nor compression; Python's `http.server` accepts anything.
+The output is compatible with XmlRpc++ (roscpp), which looks for `Content-length: ` in upper or lower case,
+and supports neither chunks nor compression.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Request(NamedTuple):
 
 
 class Response(NamedTuple):
-    """One response. `keep_alive` is whether the connection may carry another request."""
+    """One response. `keep_alive` tells whether the connection may carry another request."""
 
     status: int
     reason: str
@@ -92,7 +92,7 @@ def build_response(
 ) -> bytes:
     """Return a response that contains an XML-RPC document, or plain text if `status` is not 200.
 
-    HTTP/1.0 clients that requested to keep the connection need a header that confirms it (`send_keep_alive`).
+    HTTP/1.0 clients that asked to keep the connection open need a header as confirmation (`send_keep_alive`).
     """
     return response_head(len(body), status, keep_alive=keep_alive, send_keep_alive=send_keep_alive) + body
 
@@ -161,11 +161,11 @@ class _Reader:
         buffer = self._buffer
         if not self._searched:  # blank lines before a start line must be skipped (RFC 9112, 2.2)
             del buffer[: len(buffer) - len(buffer.lstrip(b"\r\n"))]
-            # this may be TLS, for example, so do not wait for more
+            # not HTTP but, for example, TLS, so do not wait for more bytes
             if buffer and not 0x41 <= buffer[0] <= 0x5A:
                 raise HttpError(400, f"this is not an HTTP message: it begins with {bytes(buffer[:20])!r}")
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
-        # the last three bytes may be the start of the end marker
+        # the last three bytes may be the start of the marker that ends the head
         if (end.start() if end else len(buffer) - 3) > self._head_limit:
             raise HttpLimitExceeded(431, f"an HTTP head must have <= {self._head_limit} bytes")
         if end is None:
@@ -338,7 +338,7 @@ class ResponseReader(_Reader):
         return None
 
     def end(self) -> Response | None:
-        """Return the response that is completed by the end of the connection, if any.
+        """Handle the end of the connection. Return the response that it completes, if any.
 
         Raises:
             HttpError: the connection ended in the middle of a response.
@@ -381,7 +381,7 @@ def _parse_headers(lines: list[str]) -> dict[str, str]:
         value = value.strip(" \t")
         if name in headers:
             if name == "content-length" and headers[name] != value:
-                raise HttpError(400, "the values of Content-Length differ")
+                raise HttpError(400, "the values of several Content-Length headers must be equal")
             if name != "content-length":
                 headers[name] += ", " + value
         else:

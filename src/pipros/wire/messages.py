@@ -36,8 +36,8 @@ class MessageReader:
     """A receive buffer that hands out complete messages as views of itself.
 
     Call `space()`, receive into it, and pass `received()` the number of bytes; or `feed()` bytes that were
-    received elsewhere. The messages that these yield are valid until the next `space()` or `feed()`; copy a
-    message to keep it. The buffer is at most twice as large as the data that has actually arrived, so
+    received elsewhere. The messages that these methods yield are valid until the next `space()` or `feed()`;
+    copy a message to keep it. The buffer is at most twice as large as the data that has actually arrived, so
     announcing a large length does not use memory.
 
     >>> buffer = MessageReader(limit_bytes=1024)
@@ -66,7 +66,7 @@ class MessageReader:
 
         Args:
             limit_bytes: maximum size of a message; defaults to the process-wide `Limits.frame_bytes`.
-            keeps_large: whether large messages are to be received as separate `bytes` objects; see
+            keeps_large: whether to receive large messages as separate `bytes` objects; see
                 `whole_bytes`.
         """
         self._keeps_large = keeps_large
@@ -106,7 +106,7 @@ class MessageReader:
     def whole_bytes(self) -> int:
         """Size of the next message if `feed_whole` should receive it as `bytes`; otherwise 0.
 
-        It should if only the message's length has arrived and an earlier message was as large.
+        This is the case if only the message's length has arrived and an earlier message was as large.
         """
         if self._expects_large and self._end - self._start == 4:
             (length,) = _unpack_length(self._view, self._start)
@@ -143,7 +143,7 @@ class MessageReader:
             body = self._start + 4
             if length > self.limit_bytes:
                 limit = limit_text("frame_bytes", self.limit_bytes)
-                raise LimitExceeded(f"message of {length} bytes announced; {limit}")
+                raise LimitExceeded(f"a message of {length} bytes was announced; {limit}")
             if end - body < length:
                 return
             self._start = body + length
@@ -181,7 +181,7 @@ class MessageReader:
             self._rounds = self._largest = 0
 
     def _missing(self) -> int:
-        """Return the number of bytes that the incomplete message still lacks, as far as known."""
+        """Return the number of bytes that are missing from the incomplete message, as far as known."""
         have = self._end - self._start
         if have < 4:
             return 4 - have
@@ -246,7 +246,7 @@ class ReplyReader:
             (length,) = _unpack_length(held, 1)
             if length > self.limit_bytes:
                 limit = limit_text("frame_bytes", self.limit_bytes)
-                raise LimitExceeded(f"reply of {length} bytes announced; {limit}")
+                raise LimitExceeded(f"a reply of {length} bytes was announced; {limit}")
             missing += length
             if missing <= 0:
                 end = _REPLY_HEAD_BYTES + length

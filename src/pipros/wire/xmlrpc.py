@@ -5,8 +5,8 @@ that ROS peers send, and gives up on anything else. The complete one (`xmlrpc_ex
 with Expat. Only the complete reader decides which documents are invalid, so every error text is in one place.
 A property test checks that both readers agree on every document that the fast reader accepts.
 
-The fast reader is worth its code: a nested dictionary with 1,000 keys takes 0.9 ms instead of 4.6 ms
-(`xmlrpc.client`: 3.3 ms), a `getParam` call 2 us instead of 9 us. Compiling its patterns takes 4 ms, longer
+The fast reader reads a nested dictionary with 1,000 keys in 0.9 ms instead of 4.6 ms (`xmlrpc.client`:
+3.3 ms), and a `getParam` call in 2 us instead of 9 us. Compiling its patterns takes 4 ms, longer
 than all calls of a typical command to the master, so Expat reads short responses until something else needs
 the fast reader.
 """
@@ -142,7 +142,7 @@ _NOT_XML: Final = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
 def _escape(text: str) -> str:
-    if text.isidentifier():  # most keys are, and need none of the searches below
+    if text.isidentifier():  # fast path: most keys need none of the searches below
         return text
     if not text.isprintable() and (found := re.search(_NOT_XML, text)):
         raise ValueError(f"XML-RPC cannot carry the character {found[0]!r} of {text[:80]!r}")

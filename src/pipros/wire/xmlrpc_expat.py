@@ -2,13 +2,13 @@
 
 Theory of operation: the reader keeps a stack of open elements. `_MAY_CONTAIN` lists which elements an element
 may contain; any other is an error. Complete values are collected in the enclosing element, and combined when
-it closes. Attributes, comments and CDATA are treated as XML specifies. A DTD is refused at its first byte, so
-only the five predefined entities exist.
+it closes. Attributes, comments and CDATA are handled as specified by XML. A DTD is refused at its first byte,
+so only the five predefined entities exist.
 
 Expat gets the document in slices, because it holds the interpreter lock while it reads a slice, and a server
-reads large documents in a thread while it serves other requests. A tag or comment longer than a few slices is
-refused, because Expat would rescan it from its start with each slice, and would process a tag with a million
-attributes in one go.
+reads large documents in a thread while it answers other requests. A tag or comment longer than a few slices
+is refused, because Expat would rescan it from its start with each slice, and would process a tag with a
+million attributes in one go.
 """
 
 from __future__ import annotations

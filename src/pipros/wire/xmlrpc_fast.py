@@ -1,8 +1,8 @@
 """The fast XML-RPC reader: reads plain documents, and raises `NeedsExpat` for all others.
 
-It matches whole values with a few regular expressions: tags without attributes, white space between
-them, text with the five entities of XML. For comments, CDATA, character references, other encodings,
-binary, dates, faults, integers out of range and all errors it raises `NeedsExpat`.
+It matches whole values with a few regular expressions: tags without attributes, white space between tags, and
+text with the five entities of XML. It raises `NeedsExpat` for comments, CDATA, character references, other
+encodings, binary data, dates, faults, integers out of range and all errors.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def _string(text: str) -> str:
     return _ENTITY.sub(_replace_entity, text) if "&" in text else text
 
 
-# In the order of the groups in _VALUE.
+# in the order of the groups in _VALUE
 _CONVERT: tuple[Callable[[str], Any], ...] = (_integer, _integer, _string, _double, "1".__eq__, _string)
 
 

@@ -1,8 +1,8 @@
-"""Builds a catkin workspace: checks every package, writes the Python part of the devel space, and installs.
+"""Build a catkin workspace: check every package, write the Python part of the devel space, and install.
 
 Packages with only Python, messages, launch files and data need neither CMake nor a compiler. Packages with
 compiled code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. If a package
-fails, only the packages that depend on it are skipped; results of earlier builds are left as they are.
+fails, only the packages that depend on it are skipped. The results of earlier builds stay unchanged.
 """
 
 from __future__ import annotations
@@ -248,7 +248,7 @@ class _Build:
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
-        """Let genuine catkin build a package with compiled tests if tests are run and it is installed."""
+        """If tests are to be run, record that genuine catkin, if installed, must build the compiled tests."""
         compiled = [test for test in project.tests if test.target]
         if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")
@@ -263,7 +263,7 @@ class _Build:
         users = [native for native in natives if self._result.projects[native.name].has_reconfigure_options]
         if not users or "dynamic_reconfigure" in self._result.projects:
             return
-        with suppress(genuine_catkin.MissingTools):  # the build itself reports missing tools
+        with suppress(genuine_catkin.MissingTools):  # missing tools are reported by the build itself
             tools = genuine_catkin.find_tools(self._variables)
             if genuine_catkin.has_package(tools, "dynamic_reconfigure", self._variables):
                 return

@@ -1,4 +1,4 @@
-"""Build options for `catkin_make`."""
+"""Options for building a workspace."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class BuildOptions:
         left_out: names of packages to skip.
         definitions: the `-D` settings.
         installs: whether to write the install space as well.
-        tests: whether tests will be run; compiled tests are then built.
+        tests: whether tests will be run. If so, compiled tests are built.
         jobs: arguments for make, for packages with compiled code.
         targets: custom targets to run in addition to `all`.
         is_alone: whether to build the packages in `only` without their dependencies. Packages that need

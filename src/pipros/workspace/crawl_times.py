@@ -10,9 +10,7 @@ from pipros.packages.crawl import crawl
 
 
 def crawl_times(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> list[str]:
-    """Return the output lines of `rospack profile`, which list the slowest folders. A star marks empty
-    folders.
-    """
+    """Return the lines printed by `rospack profile`: the slowest folders, with a star for empty folders."""
     started = time.perf_counter()
     costs: list[tuple[float, bool, str]] = []
     for root in roots:

@@ -18,7 +18,7 @@ class CircularDependency(PiprosError):
 
 
 class DependencyGraph:
-    """Dependencies between the packages of an index. Names outside the index are ignored."""
+    """Dependencies between the packages in an index. Names that are not in the index are ignored."""
 
     def __init__(self, index: PackageIndex) -> None:
         self._index = index
@@ -45,7 +45,7 @@ class DependencyGraph:
     def rosdeps(self, name: str, *, only_direct: bool = False) -> list[str]:
         """Return the sorted names that rosdep has to install for a package and its dependencies.
 
-        For a dry package, these are the system packages that dry packages list; for other packages, all names
+        For a dry package, these are the system packages listed by dry packages; for other packages, all names
         in manifests.
         """
         names = [name, *([] if only_direct else self.all(name))]

@@ -1,4 +1,4 @@
-"""Writes one package's files to the devel space and the install space."""
+"""Write one package's files to the devel space and the install space."""
 
 from __future__ import annotations
 
@@ -70,7 +70,8 @@ def write_devel_files(project: Project, layout: WorkspaceFolders, definitions: D
     """
     setup = read_setup_py(project.folder) if project.has_python_setup else None
     for file in project.config_files:
-        # The module is generated on import. The build runs the file to report errors, as in Noetic.
+        # The module is generated on import. The file is only run to report errors during the build, as in
+        # Noetic.
         say(f"Generating dynamic reconfigure files from {file}")
         path = Path(project.folder, file)
         if not path.is_file():
@@ -141,7 +142,7 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
 
 
 def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> None:
-    """Write type stubs for editors, because the classes themselves are generated on import."""
+    """Write type stubs for editors, because the classes are generated on import."""
     try:
         stubs = package_stubs(project.name, definitions)
     except (DefinitionError, NotFound):

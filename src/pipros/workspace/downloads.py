@@ -1,4 +1,4 @@
-"""Downloads test data."""
+"""Download test data."""
 
 from __future__ import annotations
 

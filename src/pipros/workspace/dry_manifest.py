@@ -1,4 +1,4 @@
-"""Represent the complete contents of `manifest.xml`, which preceded catkin's `package.xml`.
+"""The complete contents of `manifest.xml`, the predecessor of catkin's `package.xml`.
 
 This module is for programs that show or edit such files. To build and find packages, pipros uses
 `manifest.py`. Source: http://wiki.ros.org/Manifest

@@ -1,7 +1,7 @@
 """The environment of a workspace's `setup.*` files, computed and printed as shell code.
 
 As in Noetic, the entries of previously sourced workspaces are removed, then this workspace and its underlays
-are prepended, so sourcing twice changes nothing. `--extend` removes nothing.
+are prepended, so sourcing twice changes nothing. With `--extend`, no entries are removed.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ def workspace_environment(
 
     Args:
         prefix: the devel or install space; None for an environment without a workspace.
-        underlays: the workspaces that it was built on, topmost first.
+        underlays: the workspaces on which `prefix` was built, topmost first.
         variables: the current environment.
         extend: whether to keep the workspaces that are already set up, below this one.
-        own_programs: a folder to add to `PATH` if it is missing there.
+        own_programs: a folder to add to `PATH` if it is missing from `PATH`.
     """
     known = [workspace.prefix for workspace in built_workspaces(variables)]
     chain = [folder for folder in ([prefix] if prefix else []) if folder is not None]
@@ -76,7 +76,7 @@ def workspace_environment(
 
 
 def underlays_of_build(variables: Mapping[str, str], prefix: Path) -> list[Path]:
-    """Return the workspaces that are set up while `prefix` is built, which become its underlays."""
+    """Return the workspaces that are set up in the environment and become underlays of `prefix`."""
     return [workspace.prefix for workspace in built_workspaces(variables) if workspace.prefix != prefix]
 
 
@@ -158,7 +158,7 @@ def setup_code(
 def environment_changes(
     prefix: Path | None, variables: Mapping[str, str], *, extend: bool = False, with_underlays: bool = True
 ) -> dict[str, str]:
-    """Return the result of `workspace_environment` for the underlays that `prefix` was built on."""
+    """Return the result of `workspace_environment` for `prefix` and the underlays on which it was built."""
     underlays: list[Path] = []
     if prefix is not None and with_underlays:
         try:

@@ -1,4 +1,4 @@
-"""Finds files and folders of packages in the chain of workspaces, for `catkin_find`."""
+"""Find files and folders of packages in the chain of workspaces, for `catkin_find`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WITH_PROJECT = ("etc", "include", "libexec", "share")
 
 
 class WrongFolders(PiprosError):
-    """A search folder is unknown, or is not allowed in a search with (or without) a project."""
+    """A search folder is unknown, or not allowed with, or without, a project."""
 
 
 @dataclass(slots=True)

@@ -46,7 +46,7 @@ def find_in_workspaces(
         _workspaces: the workspaces to search instead of the workspaces in `CMAKE_PREFIX_PATH`.
         considered_paths: a list to which all checked paths are appended.
         first_matching_workspace_only, first_match_only: whether to stop at the first workspace with a match,
-        or at the first match.
+            or at the first match.
         workspace_to_source_spaces: source folders of workspaces, if already known.
         source_path_to_packages: accepted for compatibility; has no effect.
 

@@ -1,4 +1,4 @@
-"""Builds packages with compiled code with genuine catkin and CMake, if these are installed."""
+"""Use genuine catkin and CMake, if installed, to build packages with compiled code."""
 
 from __future__ import annotations
 
@@ -105,8 +105,8 @@ def build(
 ) -> None:
     """Build packages into the devel space. The tools inherit this process's standard output.
 
-    Those of pipros's message packages that the local ROS installation lacks are built, too. pipros's Python
-    packages need no build; CMake finds them as they are. Blocks until the tools exit, without a time limit.
+    Message packages of pipros that the local ROS installation lacks are built, too. Python packages of pipros
+    need no build. Blocks until the tools exit, without a time limit.
 
     Args:
         packages: the packages to build, including their dependencies in the workspace.
@@ -228,7 +228,7 @@ def use_python_of_environment(prefix: Path) -> None:
 
 
 def make(layout: WorkspaceFolders, target: str) -> None:
-    """Make another target in packages that have already been built.
+    """Make an additional target in packages that have already been built.
 
     Raises:
         MissingTools: a tool has been removed since the build.
@@ -237,7 +237,7 @@ def make(layout: WorkspaceFolders, target: str) -> None:
     try:
         tools = find_tools(os.environ)
     except MissingTools as error:
-        raise MissingTools(f"[{target}] has to be compiled, but {error}") from None
+        raise MissingTools(f"[{target}] must be compiled, but {error}") from None
     folder = layout.build / "pipros" / "native" / "build"
     _run(["make", target], folder, native_environment(tools, os.environ), f'Invoking "make {target}" failed')
 
@@ -250,7 +250,7 @@ def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], fai
 
 
 def has_package(tools: NativeTools, name: str, variables: Mapping[str, str]) -> bool:
-    """Return whether a package is in genuine ROS on this machine or in a sourced workspace."""
+    """Return whether a package is installed with genuine ROS or is in a sourced workspace."""
     prefixes = native_environment(tools, variables)["CMAKE_PREFIX_PATH"].split(os.pathsep)
     return any(is_below(name, Path(prefix)) for prefix in prefixes)
 

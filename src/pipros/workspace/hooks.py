@@ -1,4 +1,4 @@
-"""Environment hooks: files in packages that a workspace's setup files source."""
+"""Environment hooks: files in packages that are sourced by a workspace's setup files."""
 
 from __future__ import annotations
 

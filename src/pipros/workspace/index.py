@@ -112,10 +112,7 @@ class PackageIndex:
         return None
 
     def duplicates(self) -> dict[str, list[Path]]:
-        """Return each name that occurs more than once, with all its folders.
-
-        The first folder is the one in use.
-        """
+        """Return each name that occurs more than once, with all its folders. The first folder is used."""
         folders: dict[str, list[Path]] = {}
         for name, folder in self._found.occurrences():
             folders.setdefault(name, []).append(Path(folder))

@@ -43,7 +43,7 @@ class IsolatedResult:
 
     Attributes:
         errors: the errors of the package that failed. The build stops at this package.
-        needs_genuine: a package that genuine catkin must build. The build stops here, too.
+        needs_genuine: a package that genuine catkin must build. The build also stops at this package.
     """
 
     errors: list[str] = field(default_factory=list)
@@ -58,10 +58,10 @@ def build_isolated(
     say: Say,
     variables: Mapping[str, str],
 ) -> IsolatedResult:
-    """Build packages one after another. The devel spaces of earlier packages are underlays of later ones.
+    """Build packages one after another. The devel spaces of earlier packages are underlays of later packages.
 
-    Genuine catkin builds packages with compiled code and their dependencies. Compiled code is discovered only
-    when the build reaches such a package. The build then starts over.
+    Genuine catkin builds packages with compiled code and their dependencies. When the build reaches a package
+    that turns out to have compiled code, it starts over.
 
     Args:
         layout: `build` and `devel` are the parent folders of the packages' spaces.
@@ -83,7 +83,7 @@ def build_isolated(
             genuine_catkin.find_tools(variables)
         except genuine_catkin.MissingTools as error:
             raise genuine_catkin.MissingTools(
-                f"the package [{name}] has to be built by genuine catkin, but {error}"
+                f"the package [{name}] must be built by genuine catkin, but {error}"
             ) from None
         say(f"==> The package '{name}' needs CMake: genuine catkin builds it and what it needs")
         genuine |= closure(packages, {name})

@@ -22,9 +22,7 @@ WORKSPACE_MARKER = ".catkin_workspace"
 
 
 class WorkspaceError(PiprosError):
-    """The workspace as a whole cannot be built: it has no source folder, two packages with the same name, or
-    a dependency cycle.
-    """
+    """A workspace has no source folder, or contains two packages with the same name or a dependency cycle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,8 +136,9 @@ def _read_manifest(folder: Path, variables: Mapping[str, str], errors: list[str]
 
 
 class _Evaluated:
-    """A manifest whose conditions are already evaluated. catkin_pkg would evaluate them again, with
-    `os.environ`.
+    """A manifest whose conditions are already evaluated.
+
+    catkin_pkg would evaluate the conditions again, with `os.environ`.
     """
 
     def __init__(self, manifest: Manifest) -> None:

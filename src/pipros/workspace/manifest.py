@@ -3,9 +3,9 @@
 Supports formats 1, 2 and 3, and `manifest.xml` of dry packages. Conditions on dependencies are evaluated with
 Noetic's values. Manifests are not validated.
 
-The build uses catkin_pkg because that validates manifests. Here, catkin_pkg would be too slow: it takes 50 ms
+The build uses catkin_pkg, which validates manifests. For tools, catkin_pkg would be too slow: it takes 50 ms
 to import and 0.4 ms per manifest, while this module takes 22 ms (mostly modules that the command imports
-anyway) and 0.1 ms. In a workspace of 200 packages, this would add about 0.1 s to every `rospack` call,
+anyway) and 0.1 ms. In a workspace of 200 packages, catkin_pkg would add about 0.1 s to every `rospack` call,
 including each Tab completion. Moreover, catkin_pkg rejects manifests that genuine rospack accepts, such as a
 manifest without a maintainer. (Measured with the 84 manifests below /usr/share that Debian's ROS packages
 install.)

@@ -1,7 +1,7 @@
 """The built workspaces in `CMAKE_PREFIX_PATH`, topmost overlay first.
 
-A folder on that path is a workspace if it contains a file `.catkin`. In a devel space the file lists the
-source folders whose packages were built there; in an install space it is empty.
+A folder on that path is a workspace if it contains a file `.catkin`. In a devel space, the file lists the
+source folders of the packages that were built there; in an install space, it is empty.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ class BuiltWorkspace:
     sources: tuple[Path, ...] = ()
 
     def executables_of(self, package: str) -> Path:
-        """Return the folder for a package's built programs. It exists only if there are such programs."""
+        """Return the folder for a package's built programs, which may not exist."""
         return self.prefix / "lib" / package
 
 
 def built_workspaces(variables: Mapping[str, str] | None = None) -> tuple[BuiltWorkspace, ...]:
-    """Return the workspaces in an environment, which defaults to this process's."""
+    """Return the workspaces in an environment, by default in this process's environment."""
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH") or ""
     workspaces = []
     for folder in prefix_path.split(os.pathsep):

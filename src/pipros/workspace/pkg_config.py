@@ -11,7 +11,7 @@ from pipros.workspace.overlays import built_workspaces
 
 
 class NoFlags(PiprosError):
-    """pkg-config is not installed, or has no data about the package."""
+    """pkg-config is not installed, or does not know the package."""
 
 
 def flags(package: str, option: str, prefix: str = "") -> list[str]:

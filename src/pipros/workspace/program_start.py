@@ -1,8 +1,8 @@
 """Environments and command lines that run a workspace's programs with pipros's Python.
 
 The first line of a node is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a pipros
-tool is called by its full path, without an activated virtual environment, the first `python3` is usually a
-Python without pipros. Therefore the tools put the folder of their own interpreter first.
+tool is called by its full path, without an activated virtual environment, that is usually a Python without
+pipros. Therefore, the tools put the folder of their own interpreter first.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def _start_of(program: Path) -> bytes:
 
 
 def _is_bare_shell_script(program: Path) -> bool:
-    """Return True for a text file without `#!`. A shell runs such a script, but the kernel refuses to."""
+    """Return True for a text file without `#!`. A shell runs such a script, but the kernel does not."""
     if program.suffix == ".py":
         return False
     try:

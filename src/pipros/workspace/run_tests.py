@@ -40,7 +40,7 @@ def run_tests(
     Args:
         targets: the `catkin_make` targets, such as `run_tests`.
         say: called with each line to print.
-        leave_error: called for each test that cannot be run, to write a result file with the reason.
+        leave_error: function that writes a result file with the reason for a test that cannot be run.
         script_runner: command that runs a Python test without pytest, given the script and the result file.
     """
     results = layout.build / "test_results"
@@ -63,7 +63,7 @@ def run_tests(
 
 
 def _compile(test: TestEntry, project: Project, layout: WorkspaceFolders) -> None:
-    """Compile a test's program, if it has one, with genuine catkin.
+    """If a test has a compiled program, build it with genuine catkin.
 
     Raises:
         MissingTools, NativeBuildFailed: the program cannot be compiled.

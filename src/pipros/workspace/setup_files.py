@@ -112,10 +112,9 @@ exec "$@"
 
 
 def functions_code(shell: str) -> str:
-    """Return shell code that defines `roscd`, completion and the other shell functions, for a shell supported
-    by `pipros env --shell`.
+    """Return shell code that defines `roscd`, completion and the other shell functions.
 
-    Code for `sh` also works in bash and zsh.
+    Supports the shells of `pipros env --shell`. Code for `sh` also works in bash and zsh.
     """
     if shell == "fish":
         return f"source {quoted_for_fish(str(SHELL_FOLDER / 'ros.fish'))}\n"
@@ -133,7 +132,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
 
     Args:
         sources: the source folders for a devel space; empty for an install space.
-        underlays: the workspaces that it was built on, topmost first.
+        underlays: the workspaces on which it was built, topmost first.
 
     Raises:
         OSError: the folder cannot be written.
@@ -167,7 +166,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
 
 
 def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
-    """Write setup files to a folder that set up the workspace at `prefix`.
+    """Write the setup files for the workspace at `prefix` to a folder.
 
     Raises:
         OSError: the folder cannot be written.
@@ -189,8 +188,7 @@ def _write(file: Path, content: str) -> None:
     """Write a setup file with an old modification time, so that genuine catkin can replace it.
 
     CMake does not copy a file whose timestamp differs by less than a second from that of the existing file.
-    With the current time, this file would therefore not be replaced if genuine catkin built the workspace
-    right afterwards.
+    With the current time, a build with genuine catkin right afterwards would therefore not replace the file.
     """
     if write_if_changed(file, content):
         earlier = time.time() - _OLDER_BY_S

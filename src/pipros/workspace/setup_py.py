@@ -1,4 +1,4 @@
-"""Reads a package's `setup.py`: its Python packages, their folders, and its scripts.
+"""Read a package's `setup.py`: its Python packages, their folders, and its scripts.
 
 As in catkin, a separate interpreter runs the file, and `setup()` only records its arguments. `distutils` is
 replaced because Python 3.12 and newer lack it; so is `find_packages` if setuptools is not installed.

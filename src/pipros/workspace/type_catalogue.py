@@ -61,8 +61,7 @@ class TypeCatalogue:
         return name.startswith("/") or name.count("/") > 1
 
     def text(self, type_name: str, *, is_raw: bool) -> str:
-        """Return the definition, either as written or with the fields of embedded messages and without
-        comments.
+        """Return the definition as written, or without comments and with the fields of embedded messages.
 
         Raises:
             NotFound, DefinitionError: the type does not exist or is invalid.

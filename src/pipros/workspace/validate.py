@@ -1,4 +1,4 @@
-"""Checks a package for errors that catkin would report, before building anything."""
+"""Check a package for errors that catkin would report, before building anything."""
 
 from __future__ import annotations
 

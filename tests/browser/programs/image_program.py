@@ -9,7 +9,7 @@ from sensor_msgs.msg import CompressedImage, Image
 import rospy
 
 rospy.init_node("images")
-# Red, green; blue, white: 4 x 4 pixels in blocks of two by two, so that a Bayer pattern works, too.
+# Red, green; blue, white: 4 x 4 pixels in blocks of two by two, so that Bayer patterns also work.
 RGB = [[(255, 0, 0)] * 2 + [(0, 255, 0)] * 2] * 2 + [[(0, 0, 255)] * 2 + [(255, 255, 255)] * 2] * 2
 GREY = [[0, 0, 85, 85]] * 2 + [[170, 170, 255, 255]] * 2
 

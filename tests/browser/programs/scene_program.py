@@ -54,7 +54,7 @@ MESHES = pathlib.Path(__file__).resolve().parent / "meshes"
 
 
 def mesh_robot() -> str:
-    """Return a robot of meshes: one row without materials, one with the same URDF material."""
+    """Return a robot of meshes: one row without materials, and one row with the same URDF material."""
     links = []
     for row, material in enumerate(("", '<material name="m"><color rgba="0.9 0.6 0.1 1"/></material>')):
         for column, name in enumerate(("wedge.stl", "wedge.obj", "wedge_z.dae", "wedge_y.dae")):
@@ -137,7 +137,7 @@ def shapes() -> MarkerArray:
 
 
 def cameras() -> dict[str, object]:
-    """Return messages of a camera 5 m above the origin that looks down, and of an inertial sensor."""
+    """Return messages from a camera 5 m above the origin that looks down, and from an inertial sensor."""
     header = Header(frame_id="camera")
     depth = Image(header=header, width=4, height=4, encoding="16UC1", step=8)
     depth.data = struct.pack("<16H", *[5000] * 15, 0)

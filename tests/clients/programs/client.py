@@ -1,4 +1,4 @@
-"""A client with roslibpy: every question that it has for a robot, and the answers as JSON.
+"""A client with roslibpy, which uses all features of a robot and prints the results as JSON.
 
 python client.py PORT
 """
@@ -20,7 +20,7 @@ except ImportError:  # version 1
 
 
 def first_message(topic, while_waiting=lambda: None):
-    """The data of the next message of a topic."""
+    """Return the data of the next message on a topic."""
     came, messages = threading.Event(), []
 
     def keep(message):
@@ -64,7 +64,7 @@ found["type"] = ros.get_topic_type("/echo")
 found["robot"] = sorted(ros.get_node_details("/robot")["publishing"])[:2]
 
 client = actionlib.ActionClient(ros, "/count", "actionlib/TestAction")
-while "result" not in found:  # the client does not wait until it receives the results of the server
+while "result" not in found:  # the client does not wait until it has received the server's results
     goal = actionlib.Goal(client, roslibpy.Message({"goal": 21}))
     goal.on("feedback", lambda each: found.__setitem__("feedback", each["feedback"]))
     goal.send()

@@ -1,6 +1,6 @@
 """The graph of a transcript: registrations without nodes, and slave APIs with canned responses.
 
-Uses nothing but the standard library, so that the same graph serves genuine ROS and pipros.
+Uses only the standard library, so that the same graph works with genuine ROS and with pipros.
 """
 
 from __future__ import annotations

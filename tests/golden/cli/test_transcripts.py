@@ -1,4 +1,4 @@
-"""Every command behaves like its genuine counterpart when the transcripts were recorded."""
+"""Every command behaves as its genuine counterpart did when the transcripts were recorded."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def sources_for(transcript: str, master_uri: str) -> Iterator[None]:
     if not needs_sources(transcript):
         yield
         return
-    quiet = logging.Logger("source", logging.CRITICAL)  # a failing service is a part of the scenery
+    quiet = logging.Logger("source", logging.CRITICAL)  # some services fail on purpose
     with Node("source", environment=Environment(master_uri=master_uri), log=quiet) as node:
         for topic, message in messages().items():
             node.advertise(topic, type(message), latch=True).publish(message)

@@ -3,7 +3,7 @@
 A transcript is a text file. A line that starts with `$ ` is a command; the lines below it are its
 outcome: `| ` a line on standard output, `! ` a line on standard error, `|~`/`!~` a last line without a
 newline, `!!` the last line of a traceback, `= 2` the exit code if it is not 0. All other lines are
-remarks. Commands may begin with `NAME=value` and end with `< file`.
+comments. Commands may begin with `NAME=value` and end with `< file`.
 
 If genuine ROS fails with a traceback, pipros prints one line with the reason, and exits with the same code.
 """

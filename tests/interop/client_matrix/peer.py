@@ -1,4 +1,4 @@
-"""One of three peers that use every feature with each other; runs with pipros and genuine rospy.
+"""One of three peers that use every feature with each other. Runs with pipros and with genuine rospy.
 
 Usage: peer.py NAME, where NAME is also the node's name. A finding is a line `@ aspect peer outcome`.
 `cpp_battery/src/battery_peer.cpp` does and prints the same.
@@ -84,7 +84,7 @@ class Numbers:
         if self.numbers == list(range(COUNT)):
             report(self.aspect, self.peer, f"{COUNT} in order, {header['type']} from {header['callerid']}")
         if self.aspect == "plain" and len(self.numbers) == 1:
-            # Its latched message is older than this one.
+            # the latched message is older than this message
             rospy.Subscriber("latched/" + self.peer, String, hear_latched, self.peer)
 
 

@@ -55,7 +55,7 @@ def test_bound_ports_have_addresses_outside(
         ("http://robot:80", "must"),
         ("ro bot", "must have the form"),
         ("robot:x=5", "must have the form"),
-        ("robot:80", r"does not say which port 80 leads to: set PIPROS_PORTS, or write robot:80=PORT"),
+        ("robot:80", r"must map 80 to bound ports: set PIPROS_PORTS, or write robot:80=PORT"),
         ("robot:80-81=5000", "80-81 and 5000 must have the same number of ports"),
         ("robot:81-80=1-2", "with the smaller port first"),
     ],

@@ -65,7 +65,7 @@ def test_check_urdf_prints_the_tree_of_links(robot: Path, capsys: pytest.Capture
     [
         ('<robot name="x"><link name="a"/><link name="b"/></robot>', "must have no parent, got a and b"),
         ("<robot", "not XML"),
-        ('<robot><link name="a"/></robot>', "must have the attribute name"),
+        ('<robot><link name="a"/></robot>', "must have a name attribute"),
         ("\xff", "can't decode"),
     ],
 )
@@ -119,5 +119,5 @@ def test_without_graphviz_pipros_draws_the_robot(
 def test_the_name_of_a_robot_names_no_file_elsewhere(robot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot.write_text('<robot name="../outside"><link name="a"/></robot>')
     assert urdf_to_graphviz.main([str(robot)]) == 255
-    assert "'../outside', is not a file name" in capsys.readouterr().err
+    assert "'../outside', cannot be used as a file name" in capsys.readouterr().err
     assert not Path("../outside.gv").exists()

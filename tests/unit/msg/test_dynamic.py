@@ -135,7 +135,7 @@ def part(name: str, text: str) -> str:
                 for a, b in zip("ABCDE", "BCDEF", strict=True)
             )
             + part("p/F", "int8 x"),
-            "fields together; the limit is 3000",
+            "fields in total; the limit is 3000",
         ),
     ],
 )

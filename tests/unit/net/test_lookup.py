@@ -35,7 +35,7 @@ def resolver() -> Any:
     resolver = Resolver(robot="127.0.0.2", arm="127.0.0.3")
     yield resolver
     resolver.end.set()
-    wait_until(lambda: not any(thread.name == "look-up" for thread in threading.enumerate()))
+    wait_until(lambda: not any(thread.name == "lookup" for thread in threading.enumerate()))
 
 
 def addresses(found: list[Any]) -> list[Any]:
@@ -95,7 +95,7 @@ def test_a_lookup_without_an_answer_times_out(resolver: Resolver) -> None:
         lookups.find("silent", 1, deadline=time.monotonic() + 0.01)
     with pytest.raises(Interrupted):
         lookups.find("silent", 1, is_given_up=lambda: True)
-    assert resolver.asked == ["silent"]  # a second caller joins the running look-up
+    assert resolver.asked == ["silent"]  # a second caller joins the running lookup
 
 
 def test_concurrent_lookups_are_limited_and_the_next_follow(resolver: Resolver) -> None:

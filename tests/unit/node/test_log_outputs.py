@@ -134,7 +134,7 @@ def test_a_configuration_that_others_may_write_is_not_run(
     config.chmod(0o666)
     open_console_and_file(node(tmp_path, ROS_HOME=str(tmp_path / "shared")), logging.Logger("rosout"), 1)
     assert logging.getLogger("mine").level == logging.NOTSET
-    assert "is writable for other users" in capsys.readouterr().err
+    assert "must not be writable by other users" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("is_off", "topics"), [(False, ["/chatter"]), (True, [])])

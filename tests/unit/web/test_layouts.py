@@ -71,7 +71,7 @@ def test_a_folder_that_others_can_write_to_is_not_used(layouts: StoredLayouts, t
     layouts.save("base", PANELS)
     (tmp_path / "home" / "pipros" / "layouts").chmod(0o777)
     for attempt in (layouts.names, lambda: layouts.load("base"), lambda: layouts.save("base", "graph")):
-        with pytest.raises(Untrusted, match="writable for other users"):
+        with pytest.raises(Untrusted, match="writable by other users"):
             attempt()
 
 

@@ -50,5 +50,5 @@ def test_a_header_byte_by_byte_leaves_the_following_bytes() -> None:
 
 
 def test_a_header_above_the_limit_is_refused_at_once() -> None:
-    with pytest.raises(LimitExceeded, match="2000 bytes announced; the limit is 1000"):
+    with pytest.raises(LimitExceeded, match="2000 bytes was announced; the limit is 1000"):
         HeaderReader(limit_bytes=1000).feed(struct.pack("<I", 2000))

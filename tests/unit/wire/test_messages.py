@@ -70,7 +70,7 @@ def test_an_empty_message_arrives() -> None:
 
 
 def test_a_message_above_the_limit_is_refused_before_it_arrives() -> None:
-    with pytest.raises(LimitExceeded, match="message of 11 bytes announced; the limit is 10"):
+    with pytest.raises(LimitExceeded, match="message of 11 bytes was announced; the limit is 10"):
         fed(MessageReader(limit_bytes=10), struct.pack("<I", 11))
 
 
@@ -175,7 +175,7 @@ def test_missing_bytes_is_never_more_than_a_reply_really_needs(body: bytes, arri
 def test_a_reply_above_the_limit_is_refused_before_it_arrives() -> None:
     reader = ReplyReader(limit_bytes=10)
     reader.feed(struct.pack("<BI", 1, 11))
-    with pytest.raises(LimitExceeded, match="reply of 11 bytes announced; the limit is 10"):
+    with pytest.raises(LimitExceeded, match="reply of 11 bytes was announced; the limit is 10"):
         reader.next_reply()
 
 

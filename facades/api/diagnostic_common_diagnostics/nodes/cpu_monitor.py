@@ -13,7 +13,7 @@ def main() -> int:
     source = psutil()
     host = init("cpu_monitor")
     warning, averages = number("~warning_percentage", 90), Averages(int(number("~window", 1)))
-    # The result is the load since the previous call, so the first result is meaningless.
+    # each call returns the load since the previous call, so the first result is meaningless
     source.cpu_percent(percpu=True)
 
     def read() -> Report:

@@ -43,7 +43,7 @@ def ask_hddtemp(address: tuple[str, int] = HDDTEMP) -> list[DiskHeat]:
         while part := connection.recv(4096):
             answer += part
             if len(answer) > HDDTEMP_LIMIT_BYTES:
-                raise BadReading("the response from hddtemp is too long")
+                raise BadReading(f"the response from hddtemp must have at most {HDDTEMP_LIMIT_BYTES} bytes")
     return parsed_hddtemp(answer.decode("utf-8", "replace"))
 
 

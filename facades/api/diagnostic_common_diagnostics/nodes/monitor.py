@@ -37,18 +37,20 @@ def psutil() -> Any:
     try:
         return importlib.import_module("psutil")
     except ImportError:
-        raise SystemExit(f"this monitor needs psutil; try: {install_command('monitor')}") from None
+        raise SystemExit(
+            f"this monitor needs psutil, which is not installed. Try: {install_command('monitor')}"
+        ) from None
 
 
 def number(name: str, default: float) -> float:
-    """Return a parameter that must be a number above 0.
+    """Return a parameter that must be a number > 0.
 
     Raises:
-        SystemExit: the parameter is not a number above 0.
+        SystemExit: the parameter is not a number > 0.
     """
     value = rospy.get_param(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < math.inf:
-        raise SystemExit(f"{name} must be a number above 0, got {value!r}")
+        raise SystemExit(f"{name} must be a number > 0, got {value!r}")
     return value
 
 

@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics sensors_monitor.py`: report temperatures, fans and voltages."""
+"""`rosrun diagnostic_common_diagnostics sensors_monitor.py`: report temperatures, fan speeds and voltages."""
 
 from __future__ import annotations
 
@@ -27,9 +27,8 @@ def readings(source: Any) -> Iterator[Sensor]:
 def voltages(folder: Path = HWMON) -> Iterator[Sensor]:
     """Yield the voltages in V from the Linux kernel's hardware monitoring drivers.
 
-    Yield nothing on other systems.
-
-    The drivers' files contain millivolts (the kernel's `hwmon/sysfs-interface`).
+    Yield nothing on other systems. The drivers' files contain millivolts (the kernel's
+    `hwmon/sysfs-interface`).
     """
     for path in sorted(folder.glob("hwmon*/in*_input")):
         number = path.name.removesuffix("_input")

@@ -48,7 +48,7 @@ def populate_instance(msg: Any, inst: Any) -> Any:
     """Set the fields of a message from the values of JSON, and return it.
 
     Raises:
-        NonexistentFieldException: the message has no such field.
+        NonexistentFieldException: the message does not have a field.
         FieldTypeMismatchException: a value does not fit its field.
     """
     try:

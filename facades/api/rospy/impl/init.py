@@ -41,7 +41,7 @@ def start_node(
         ROSException: the process already has a node.
     """
     if session.node is not None:
-        raise ROSException(f"this process has a node already: [{session.node.name}]")
+        raise ROSException(f"this process already has a node: [{session.node.name}]")
     environment = Environment.from_os(environ)
     environment = replace(
         environment,

@@ -1,4 +1,4 @@
-"""`rospy.topics.Poller`, which belongs to genuine rospy's transport."""
+"""`rospy.topics.Poller`, a part of genuine rospy's transport."""
 
 from rospy.impl.transport import InternalOfRospy
 

@@ -25,9 +25,9 @@ from rospy.names import get_namespace as get_namespace
 
 
 class RegManager(InternalOfRospy, RegistrationListener):
-    """Repeats registrations with the master in genuine rospy.
+    """Keeps registrations with the master up to date in genuine rospy.
 
-    In pipros, `pipros.node.registration` does this.
+    In pipros, this is done by `pipros.node.registration`.
     """
 
 

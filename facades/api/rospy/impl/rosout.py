@@ -28,9 +28,8 @@ _logging_to_rospy_levels = {number: level for level, number in _rospy_to_logging
 class RosOutHandler(logging.Handler):
     """Handler that publishes log records on `/rosout`, like the node's own handler.
 
-    Before `init_node`, it publishes nothing.
-
-    The logger `rosout` already has such a handler, so add this one to a different logger.
+    Before `init_node`, it publishes nothing. The logger `rosout` already has such a handler, so add this one
+    to a different logger.
     """
 
     def emit(self, record: logging.LogRecord) -> None:

@@ -7,8 +7,8 @@ _star_names(__name__, "logging rospy math:sqrt sys rosgraph_msgs.msg:TopicStatis
 
 
 class SubscriberStatisticsLogger(InternalOfRospy):
-    """Statistics of a subscription's connections in genuine rospy."""
+    """Statistics on a subscription's connections in genuine rospy."""
 
 
 class ConnectionStatisticsLogger(InternalOfRospy):
-    """Statistics of one connection in genuine rospy."""
+    """Statistics on one connection in genuine rospy."""

@@ -1,6 +1,4 @@
-"""`rospy.impl.tcpros`: the module in which genuine rospy starts its transport. In pipros, the node does this
-itself.
-"""
+"""`rospy.impl.tcpros`, in which genuine rospy starts its transport. In pipros, the node starts it."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 class Relay:
     """Republishes a topic. In lazy mode, it subscribes only while its output has subscribers.
 
-    In stealth mode, it subscribes only while another node subscribes to the topic passed to `look_at`.
+    In stealth mode, it subscribes only while another node subscribes to the topic that `look_at` monitors.
     """
 
     def __init__(self, source: str, target: str, *, lazy: bool, stealth: bool) -> None:

@@ -31,7 +31,7 @@ class Services:
     """The services of a mux or demux, and the latched topic `selected`."""
 
     def __init__(self, kind: str, selection: Selection) -> None:
-        """Advertise `selected`. `kind` is `Mux` or `Demux`; in lower case, it is the remappable namespace."""
+        """Advertise `selected`. `kind` is `Mux` or `Demux`; in lower case, it is also the namespace."""
         self._kind = kind
         self._selection = selection
         self._namespace = rospy.resolve_name(kind.lower())
@@ -41,7 +41,7 @@ class Services:
     def serve(self, verb: str, act: Callable[[str], object], name: str | None = None) -> None:
         """Serve `Add`, `Delete` or `Select`, calling `act` with the topic.
 
-        If `act` raises `Refused`, the call fails with its message. A selection is announced.
+        If `act` raises `Refused`, the call fails with the text of the exception. A selection is announced.
         """
         service: Any = load_service_class(f"topic_tools/{self._kind}{verb}")
 

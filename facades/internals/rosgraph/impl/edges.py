@@ -10,7 +10,8 @@ class Edge:
     """An edge from one node or topic to another.
 
     Attributes:
-        key, rkey: keys in an `EdgeList`, made of the label and the start (`key`) or the end (`rkey`).
+        key, rkey: keys in an `EdgeList`, which consist of the label and the start (`key`) or the end
+            (`rkey`).
     """
 
     __slots__ = ("end", "key", "label", "rkey", "start")

@@ -18,7 +18,7 @@ _star_names(__name__, "itertools logging random rosgraph xmlrpc.client:ServerPro
 
 
 def node_topic(node: str) -> str:
-    """Return the topic that a vertex name stands for."""
+    """Return the topic that a vertex name represents."""
     return node[1:]
 
 

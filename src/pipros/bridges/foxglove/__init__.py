@@ -1,1 +1,1 @@
-"""The Foxglove WebSocket protocol for ROS 1: raw messages with their definitions, parameters, services."""
+"""The Foxglove WebSocket protocol for ROS 1: raw messages with their definitions, parameters and services."""

@@ -1,4 +1,4 @@
-"""Channels and services that are advertised to Foxglove clients, with their ids. No sockets."""
+"""Channels and services that are advertised to Foxglove clients, with their ids. Performs no I/O."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Find the definitions of topic and service types, in installed packages or by asking a peer."""
+"""Find the definitions of topic and service types, in installed packages or by querying a peer."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Definitions:
     """Finds definitions. Thread-safe. All methods except `correct` may block."""
 
     def __init__(self, node: Node, loop: BackgroundLoop, calls: OpenCalls) -> None:
-        """`loop` runs the queries of publishers' headers; `calls` can interrupt the queries of services."""
+        """`loop` runs the queries to publishers; `calls` can interrupt the queries to services."""
         self._node = node
         self._loop = loop
         self._calls = calls

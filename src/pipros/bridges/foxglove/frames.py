@@ -1,4 +1,4 @@
-"""Encode the server's messages to Foxglove clients as frames. No sockets.
+"""Encode the server's messages to Foxglove clients as frames. Performs no I/O.
 
 Source: https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Binary integers are little-endian.
 """

@@ -1,4 +1,4 @@
-"""Updates of the connection graph for the clients that display it. No sockets."""
+"""Updates of the connection graph for the clients that display it. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def graph_update(before: SystemState, after: SystemState) -> Frame | None:
 def _changed(before: Registrations, after: Registrations, removed: list[str]) -> Registrations:
     """Return the names whose nodes have changed, with their nodes.
 
-    A name that has lost all its nodes here, but is not in `removed`, has an empty list.
+    A name without nodes that still exists elsewhere in the graph has an empty list.
     """
     changed = {
         name: sorted(nodes) for name, nodes in after.items() if sorted(before.get(name, ())) != sorted(nodes)

@@ -42,7 +42,7 @@ def is_allowed(name: str, patterns: Patterns) -> bool:
 
 
 class GraphWatch:
-    """Queries the graph in a thread, while it is needed."""
+    """Queries the graph in a thread, while clients need it."""
 
     def __init__(
         self,
@@ -57,9 +57,9 @@ class GraphWatch:
         """Initialise the watch without starting the thread.
 
         Args:
-            on_look: called in the thread.
+            on_look: called in the thread with each snapshot.
             topics, services: patterns of the names that clients may see.
-            longest_s: maximum interval of queries.
+            longest_s: maximum interval between queries.
         """
         self._master = master
         self._definitions = definitions

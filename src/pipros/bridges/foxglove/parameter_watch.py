@@ -19,7 +19,7 @@ DELETED: Final = object()
 
 
 class ParameterWatch:
-    """While needed, queries all parameters in a thread after each change, and reports the differences."""
+    """Queries all parameters in a thread after each change, and reports the differences."""
 
     def __init__(self, node: Node, on_changes: Callable[[Changes], object]) -> None:
         """`on_changes` is called in the thread."""

@@ -1,4 +1,4 @@
-"""Converts parameters to and from Foxglove's flat list of names and values. No sockets."""
+"""Converts parameters to and from Foxglove's flat list of names and values. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _BYTES, _FLOAT, _FLOATS = "byte_array", "float64", "float64_array"
 
 
 class InvalidParameter(ValueError):
-    """A parameter from a client has a value that does not match its type."""
+    """A client sent a parameter whose value does not match its type."""
 
 
 def flattened(tree: object) -> dict[str, Any]:

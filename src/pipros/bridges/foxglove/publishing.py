@@ -29,7 +29,7 @@ QUEUE_SIZE: Final = 10
 
 
 class Unsupported(PiprosError):
-    """The encoding or type of a client's channel or service call cannot be used."""
+    """The encoding or type of a client's channel or service call is not supported."""
 
 
 class Publication:

@@ -1,8 +1,7 @@
-"""Parses messages from Foxglove clients: JSON objects with an `op`, and binary data with an opcode.
+"""Parse messages from Foxglove clients: JSON objects with an `op`, and binary data with an opcode.
 
-No sockets.
-
-Source: https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Binary integers are little-endian.
+Performs no I/O. Source: https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md. Binary integers are
+little-endian.
 """
 
 from __future__ import annotations
@@ -78,7 +77,7 @@ class CallService:
 
 @dataclass(frozen=True, slots=True)
 class GetParameters:
-    """`names`: names of parameters; empty for all. `id`: repeated in the answer, if not None."""
+    """`names`: names of parameters; empty for all. `id`: included in the answer, if not None."""
 
     names: Sequence[str]
     id: str | None
@@ -153,7 +152,7 @@ def read_request(data: str | bytes) -> ClientRequest:
     op = values.get("op")
     read = _READERS.get(op) if isinstance(op, str) else None
     if read is None:
-        raise Malformed(f"there is no operation {printable(repr(op), 100)}")
+        raise Malformed(f"unknown operation {printable(repr(op), 100)}")
     return read(_Fields(values))
 
 
@@ -171,7 +170,7 @@ def _read_binary(data: bytes) -> ClientRequest:
             return CallService(service, call, encoding, data[begin + length :])
     except struct.error:
         raise Malformed(f"a binary message with opcode {opcode} is too short") from None
-    raise Malformed(f"there is no binary opcode {opcode}")
+    raise Malformed(f"unknown binary opcode {opcode}")
 
 
 class _Fields:

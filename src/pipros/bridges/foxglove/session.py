@@ -1,4 +1,4 @@
-"""One Foxglove client: handles its requests, and forwards the topics to which it subscribes. No sockets."""
+"""Handle the requests of one Foxglove client, and forward its subscribed topics. Performs no I/O."""
 
 from __future__ import annotations
 

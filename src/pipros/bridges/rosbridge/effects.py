@@ -25,9 +25,9 @@ class Delivery:
 
     Attributes:
         throttle_s: minimum time between two messages.
-        queue_length: maximum number of messages queued for throttling or a slow connection; 0 drops messages
-            that exceed the throttle rate.
-        fragment_size: maximum number of characters in an unsplit operation; 0 if operations are never split.
+        queue_length: maximum number of messages queued because of throttling or a slow connection; if 0,
+            messages within the throttle interval are dropped.
+        fragment_size: longer operations, in characters, are split into fragments; 0 to never split.
     """
 
     encoding: Encoding = Encoding.JSON
@@ -38,7 +38,7 @@ class Delivery:
 
 @dataclass(frozen=True, slots=True)
 class TakeTopic:
-    """Begin to send a topic to the client, or change the delivery options."""
+    """Start sending a topic to the client, or change the delivery options."""
 
     topic: str
     kind: str | None

@@ -50,14 +50,16 @@ _PLAIN = json.JSONEncoder(separators=(",", ":"))
 
 
 class _Bson:
-    """The functions of the package `bson` that comes with `pymongo`."""
+    """The functions of `pymongo`'s package `bson`."""
 
     def __init__(self) -> None:
         try:
             from bson import decode, encode
             from bson.errors import BSONError
         except ImportError:  # also raised if PyPI's unrelated package `bson` is installed
-            raise MissingCodec("BSON needs pymongo: pip install 'pipros[bridges]'") from None
+            raise MissingCodec(
+                "BSON needs pymongo, which is not installed. Try: pip install 'pipros[bridges]'"
+            ) from None
         self.encode: Callable[[Any], bytes] = encode
         self.decode: Callable[[bytes], dict[str, Any]] = decode
         self.error: type[Exception] = BSONError
@@ -74,7 +76,9 @@ def _cbor() -> Any:
     try:
         import cbor2
     except ImportError:
-        raise MissingCodec("CBOR needs cbor2: pip install 'pipros[bridges]'") from None
+        raise MissingCodec(
+            "CBOR needs cbor2, which is not installed. Try: pip install 'pipros[bridges]'"
+        ) from None
     return cbor2
 
 

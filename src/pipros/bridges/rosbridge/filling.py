@@ -1,7 +1,7 @@
 """Fills messages with values from a client: JSON or BSON.
 
-The values may be partial; missing fields keep their values. Numbers must match the type: an integer field
-accepts no float or boolean, and a boolean field no integer. Errors name the field. A `std_msgs/Header`
+Fields without a value are left unchanged. Numbers must match the type: an integer field accepts neither
+floats nor booleans, and a boolean field does not accept integers. Errors name the field. A `std_msgs/Header`
 without a stamp gets the current time, and so does a time given as `"now"`.
 """
 
@@ -54,7 +54,7 @@ class WrongValue(PiprosError):
         super().__init__()
 
     def within(self, step: str) -> WrongValue:
-        """Add the field that contains this one to the path."""
+        """Prepend the containing field to the path."""
         self.path.insert(0, step)
         return self
 
@@ -68,7 +68,7 @@ class WrongValue(PiprosError):
 
 
 class UnknownField(WrongValue):
-    """The message has no such field."""
+    """The message does not have this field."""
 
 
 class Filler:

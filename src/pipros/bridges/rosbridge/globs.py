@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 
 class Globs:
-    """A set of names: those that match at least one pattern; without patterns, all, as in rosbridge."""
+    """The set of names that match at least one pattern. As in rosbridge, no patterns means all names."""
 
     def __init__(self, patterns: Iterable[str] = ()) -> None:
         self.patterns = tuple(patterns)

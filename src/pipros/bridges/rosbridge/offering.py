@@ -1,4 +1,4 @@
-"""Services that clients offer. The node serves them, and passes each call to the client, which answers it."""
+"""Services that clients offer. The node passes each call to the client, which sends the response."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Offerer(Protocol):
 class OfferedServices:
     """The services of all clients.
 
-    A new offer replaces an earlier offer of the same name, for example after a page has been reloaded.
+    A new offer replaces an earlier offer with the same name, for example after a page has been reloaded.
     """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
@@ -50,7 +50,7 @@ class OfferedServices:
         """Offer a service on behalf of a client, under the name `name`.
 
         Raises:
-            PiprosError: the type is unknown, or the node itself has a service of this name.
+            PiprosError: the type is unknown, or the node itself has a service with this name.
         """
         service_class: Any = load_service_class(kind)
         with self._lock:
@@ -109,7 +109,7 @@ class _Offer:
         self._lock = threading.Lock()
 
     def call(self, request: Any) -> Any:
-        """Handle a call: return the response of the client. Runs in a thread of the node."""
+        """Handle a call: return the client's response. Runs in a thread of the node."""
         identity = f"service_request:{self._name}:{next(self._numbers)}"
         answer: Future[Any] = Future()
         with self._lock:

@@ -1,4 +1,4 @@
-"""Encodes JSON text as a PNG image for `compression: "png"`: each byte is a red, green or blue value."""
+"""Encode JSON text as a PNG image for `compression: "png"`. Each byte becomes a red, green or blue value."""
 
 from __future__ import annotations
 

@@ -29,9 +29,9 @@ _TYPED_ARRAYS = {"H": 69, "I": 70, "Q": 71, "b": 72, "h": 77, "i": 78, "q": 79, 
 
 
 class Format(Enum):
-    """The format for which the values are converted.
+    """The format to which values are converted.
 
-    `JSON` keeps NaN and infinities, which a strict encoder refuses; `JSON_NULLS` replaces them with None.
+    `JSON` keeps NaN and infinities, which strict JSON does not allow; `JSON_NULLS` replaces them with None.
     Byte arrays are base64 text in both. `CBOR` packs arrays of numbers into typed arrays. `BSON` integers
     must be less than 2^63.
     """
@@ -155,5 +155,5 @@ def _finite(value: float) -> float | None:
 
 def _signed(value: int, name: str) -> int:
     if value > _LARGEST_BSON_INTEGER:
-        raise NotRepresentable(f"field {name}: BSON has no integers above 2^63 - 1, got {value}")
+        raise NotRepresentable(f"field {name}: BSON integers must be <= 2^63 - 1, got {value}")
     return value

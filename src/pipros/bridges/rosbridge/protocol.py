@@ -1,9 +1,11 @@
-"""State machine of rosbridge v2 for one client: bytes and text in, effects out. Pure; for use in one thread.
+"""State machine of rosbridge v2 for one client: bytes and text in, effects out.
 
-Rules that clients rely on. An id of any JSON type is returned unchanged. A failed `call_service` is answered
-with a `service_response`; all other errors are reported as `status` operations of level `error`, unless the
-client turned them off with `set_level`. If a client subscribes to a topic several times, the highest-ranking
-encoding, the shortest throttle interval and the shortest queue apply.
+Performs no I/O. Not thread-safe.
+
+Clients rely on the following rules. An id of any JSON type is returned unchanged. A failed `call_service` is
+answered with a `service_response`; all other errors are reported as `status` operations of level `error`,
+unless the client turned them off with `set_level`. If a client subscribes to a topic several times, the
+highest-ranking encoding, the shortest throttle interval and the shortest queue apply.
 
 Source of the protocol: https://github.com/RobotWebTools/rosbridge_suite/blob/develop/ROSBRIDGE_PROTOCOL.md
 """
@@ -77,8 +79,8 @@ class Settings:
     Attributes:
         topics, services: names that clients may use. rosapi checks the names of parameters.
         authenticator: checks `auth`, which must be the first operation; None without authentication.
-        has_control: whether clients may publish, call services and offer them. Without it, they may only call
-            services of `rosapi` that do not change the system.
+        has_control: whether clients may publish, call services and offer services. If False, they may only
+            call services of `rosapi` that do not change the system.
         is_bson: whether binary frames are BSON.
         fragment_timeout_s: how long an incomplete fragmented text is kept.
     """
@@ -330,7 +332,7 @@ class ClientProtocol:
         known = [level.name.lower() for level in Level]
         if operation.get("level") not in known:
             raise BadOperation(
-                f"level must be one of {', '.join(known)}, got {_quoted(operation.get('level'))}"
+                f"level must be one of {', '.join(known)}; got {_quoted(operation.get('level'))}"
             )
         self._level = Level(known.index(operation["level"]))
         yield from ()

@@ -166,10 +166,7 @@ class _SharedPublisher:
             before.unregister()
 
     def publish(self, message: Any) -> None:
-        """Publish a message, or queue it while the publisher waits for its first subscriber.
-
-        Keeps the order.
-        """
+        """Publish a message, or queue it until there is a subscriber. The order is kept."""
         with self._lock:
             is_early = self._early or not self._publisher.connection_count
             if is_early and time.monotonic() < self._early_until_s:

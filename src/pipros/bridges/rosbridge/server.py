@@ -110,7 +110,7 @@ class ServerOptions:
 
     Attributes:
         host, port: the address to listen on; port 0 selects a free one.
-        certificate, key: PEM files for TLS; None without TLS.
+        certificate, key: PEM files for TLS; None to disable TLS.
         origins: origins of pages that may connect, in addition to pages of this machine.
         allows_null_origin: whether pages without an origin, such as files, may connect.
         authenticator: checks the operation `auth` of each client; None without authentication.

@@ -1,8 +1,7 @@
 """Carries out the operations of clients on a ROS node.
 
-No sockets: servers pass in the data that they receive.
-
-`Bridge` holds the state shared by all clients, `ClientSession` the state of one client.
+Performs no I/O: servers pass in the data that they receive. `Bridge` holds the state shared by all clients,
+`ClientSession` the state of one client.
 """
 
 from __future__ import annotations
@@ -110,7 +109,7 @@ class ClientSession:
 
     Attributes:
         outbox: data for the client.
-        ended: reason to disconnect the client; empty if there is none.
+        ended: reason for disconnecting the client; empty while it may stay connected.
     """
 
     def __init__(self, bridge: Bridge, outbox: Outbox) -> None:

@@ -97,7 +97,7 @@ class TcpServer(_Server):
         self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
         # longest silent client first
         self._sessions: dict[asyncio.StreamWriter, ClientSession] = {}
-        self._entrance = asyncio.Lock()  # ensures that a new client gets the place freed for it
+        self._entrance = asyncio.Lock()  # ensures that a new client gets the slot freed for it
 
     async def _open(self) -> int:
         self._wakeups = Wakeups(asyncio.get_running_loop())
@@ -157,7 +157,7 @@ class TcpServer(_Server):
             self._disconnect(writer, session)
 
     async def _end_idle(self) -> None:
-        """Disconnect the longest silent of the clients that use no topics or services."""
+        """Disconnect the client that has been silent for longest, of those that use no topics or services."""
         idle = (writer for writer, session in self._sessions.items() if session.is_unused)
         writer = next(idle, None)
         if writer is not None:
@@ -212,7 +212,7 @@ class TcpServer(_Server):
 
 
 class NotLoopback(PiprosError):
-    """UDP is requested on a network address. Senders there can be forged, so clients cannot be told apart."""
+    """UDP was requested on a network address, where senders can be forged."""
 
 
 class UdpServer(_Server):
@@ -224,7 +224,7 @@ class UdpServer(_Server):
     def __init__(self, node: Node, options: ServerOptions) -> None:
         """Raise `NotLoopback` if the address is not a loopback address."""
         if options.host != "localhost" and not _is_loopback(options.host):
-            raise NotLoopback(f"UDP serves this machine only; address must be 127.0.0.1, got {options.host}")
+            raise NotLoopback(f"UDP serves only this machine: address must be 127.0.0.1, got {options.host}")
         super().__init__(node, options)
         self._known: dict[Any, _UdpClient] = {}
 

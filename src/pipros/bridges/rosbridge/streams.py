@@ -52,7 +52,7 @@ class TopicStream:
         self._lock = threading.Lock()
 
     def take(self, kind: str | None, delivery: Delivery) -> None:
-        """Begin the delivery or change its options.
+        """Start the delivery or change its options.
 
         A latched message is sent again, for the new subscription.
 

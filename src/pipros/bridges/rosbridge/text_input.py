@@ -1,6 +1,6 @@
 """Finds the JSON objects in a client's data: text that may be split or joined, and fragments.
 
-The incomplete data of a client are limited in bytes. Errors do not stop the parser: text that is not a JSON
+The size of a client's incomplete data is limited. Errors do not stop the parser: text that is not a JSON
 object is discarded with an error for the client, and reading continues with the next object.
 """
 
@@ -122,7 +122,7 @@ class _Incomplete:
 
 
 class Fragments:
-    """Joins the fragments of a client, which may arrive in any order."""
+    """Joins a client's fragments, which may arrive in any order."""
 
     def __init__(self, limit_bytes: int, timeout_s: float) -> None:
         """Keep at most `limit_bytes` of incomplete texts, each for `timeout_s` after its last fragment."""

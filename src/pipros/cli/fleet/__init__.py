@@ -1,4 +1,4 @@
-"""`pipros fleet`: join masters over Zenoh, run a router, and show members, topics, rates and losses."""
+"""`pipros fleet`: joins masters over Zenoh, runs a router, and shows members, topics, rates and losses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`pipros fleet check`: checks a member's file, and explains it."""
+"""`pipros fleet check`: checks and explains a member's file."""
 
 from __future__ import annotations
 

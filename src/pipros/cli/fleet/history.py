@@ -1,4 +1,4 @@
-"""`pipros fleet history`: list and copy what a router recorded for a member."""
+"""`pipros fleet history`: lists and copies a router's recordings of a member."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ def main(argv: Sequence[str]) -> int:
     with link_of(options) as link:
         files = history_of(link, member)
         if files is None:
-            raise CommandError("no router of the fleet records; `pipros fleet router --history DIR` does")
+            raise CommandError(
+                "no router of the fleet keeps a history; start one with `pipros fleet router --history DIR`"
+            )
         end_ns = files[-1].end_ns if files else 0
         shown = [each for each in files if not options.last or each.end_ns >= end_ns - options.last * 1e9]
         if not shown:

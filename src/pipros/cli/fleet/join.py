@@ -1,4 +1,4 @@
-"""`pipros fleet join`: join a master to a fleet."""
+"""`pipros fleet join`: joins a master to a fleet."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def tls_of(options: Any, router: str) -> Tls | None:
     """Return the certificates in the folder given with `--keys`; None without TLS.
 
     Raises:
-        CommandError: the router's address and `--keys` contradict each other.
+        CommandError: the router uses TLS but `--keys` is missing, or vice versa.
     """
     if options.keys is None:
         if router.startswith("tls/"):
@@ -55,7 +55,7 @@ def link_of(options: Any) -> Iterator[Link]:
 
 
 def caller_of(options: Any) -> str:
-    """Return the name with which requests are made: that in the certificate."""
+    """Return the name under which requests are made: the name in the certificate."""
     if options.keys is None:
         return OBSERVER
     from pipros.fleet.key_files import read_keys

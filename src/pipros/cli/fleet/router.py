@@ -1,4 +1,4 @@
-"""`pipros fleet router`: run a router."""
+"""`pipros fleet router`: runs a router."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`pipros fleet list`, `info` and `top`: show members, what they offer, and the traffic."""
+"""`pipros fleet list`, `info` and `top`: show members, their topics and services, and the traffic."""
 
 from __future__ import annotations
 

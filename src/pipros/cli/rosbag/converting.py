@@ -111,7 +111,7 @@ def _convert_to_ros2(source: Path, target: Path, options: Values) -> None:
     distribution = next((each for each in Distribution if each.value == options.ros2), None)
     if distribution is None:
         known = ", ".join(each.value for each in Distribution)
-        raise BagError(f"the distribution must be one of {known}, got [{options.ros2}]")
+        raise BagError(f"the ROS 2 distribution must be one of {known}, got [{options.ros2}]")
     if target.exists():
         raise BagError(f"{target} already exists")
     rules = merged([parse_rules(_read(name), name) for name in options.rules])

@@ -33,4 +33,4 @@ def _refuse(parser: OptionParser, argv: Sequence[str], name: str) -> int:
         with BagReader(path):  # opening the file reports any problems with it, including encryption
             pass
     what = "is not encrypted, so there is nothing to decrypt" if name == "decrypt" else "cannot be encrypted"
-    raise CommandError(f"[{paths[0]}] {what}; pipros does not support the encryption of bags. {_CURE}")
+    raise CommandError(f"[{paths[0]}] {what}; pipros does not support encrypted bags. {_CURE}")

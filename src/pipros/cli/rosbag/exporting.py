@@ -131,7 +131,9 @@ def _arrays(bag: BagReader, topic: str, path: Path) -> int:
     try:
         import numpy
     except ImportError:
-        raise CommandError(f"npz files need NumPy: {install_command('numpy')}") from None
+        raise CommandError(
+            f"npz files need numpy, which is not installed. Try: {install_command('numpy')}"
+        ) from None
     columns: dict[str, list[Any]] = {"time": []}
     for _, message, time, _ in bag.messages(topic):
         columns["time"].append(time.to_nsec())

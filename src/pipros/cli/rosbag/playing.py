@@ -168,7 +168,7 @@ def _parser() -> OptionParser:
 
 
 def _collect_words(option: Any, name: str, _: object, parser: OptionParser) -> None:
-    """Take all words up to the next option as the values of this option."""
+    """Consume all words up to the next option as the values of this option."""
     words: list[str] = []
     while parser.rargs and not parser.rargs[0].startswith("-"):
         words.append(parser.rargs.pop(0))

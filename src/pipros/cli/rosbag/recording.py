@@ -27,7 +27,9 @@ def record(argv: Sequence[str]) -> int:
     topics += options.topics
     _check(parser, options, topics)
     if options.compression == LZ4 and not has_lz4():
-        raise CommandError(f"lz4 cannot be written without its library: {install_command('lz4')}")
+        raise CommandError(
+            f"writing lz4 needs the lz4 library, which is not installed. Try: {install_command('lz4')}"
+        )
     chosen = RecordOptions(
         topics=topics,
         all=options.all,

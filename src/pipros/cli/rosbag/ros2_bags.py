@@ -42,7 +42,7 @@ def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
         BagError, OSError: see `open_any_bag`.
     """
     if not os.path.isdir(path) and not is_mcap(path) and _is_ros1(path):
-        return open_bag(path)  # opening a ROS 1 bag does not need the imports for conversion
+        return open_bag(path)  # imported late: not needed to open a ROS 1 bag
     from pipros.ros2.bags.reader import Ros2BagReader, open_any_bag
 
     bag = open_any_bag(path, folders=definition_folders(msgs))
@@ -52,7 +52,7 @@ def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
 
 
 def warn(skipped: Mapping[str, str], incomplete: Mapping[str, str] | None = None) -> None:
-    """Print why entire topics, or some messages of other topics, are left out."""
+    """Print why topics, or some of their messages, are left out."""
     for topic, reason in skipped.items():
         print(f"WARNING: {listed(topic)} is left out: {listed(reason)}", file=sys.stderr)
     for topic, reason in (incomplete or {}).items():

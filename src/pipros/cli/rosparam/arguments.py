@@ -16,7 +16,7 @@ def add_verbose_option(parser: OptionParser) -> None:
 
 
 def parse_name(parser: OptionParser, argv: Sequence[str]) -> tuple[Values, str]:
-    """Return the options and the only parameter name."""
+    """Return the options and the single parameter name."""
     options, arguments = parser.parse_args(list(argv))
     return options, single_argument(
         parser,

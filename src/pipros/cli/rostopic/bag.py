@@ -68,7 +68,7 @@ def _part(topic: str, topics: set[str]) -> TopicPart:
 
 
 def list_bag(path: str, topic: str | None) -> None:
-    """Print the topics in a bag, or how many messages a topic and the topics below it have, and from when."""
+    """Print the topics in a bag, or the message counts and times of a topic and the topics below it."""
     with opened(path) as bag:
         if topic is None:
             print("\n".join(sorted({listed(connection.topic) for connection in bag.connections})))

@@ -20,8 +20,8 @@ class EchoOptions:
             in other formats.
         width: the width of numbers, in characters.
         clear: whether to clear the screen before each message.
-        offset: whether to print times as offsets from now.
-        expression: selects the messages to print: those for which it is true.
+        offset: whether to print times as offsets from the current time.
+        expression: only messages for which it is true are printed.
     """
 
     count: int | None = None
@@ -45,7 +45,7 @@ class BagChoice:
 def parse(argv: Sequence[str]) -> tuple[str, EchoOptions, BagChoice | None]:
     """Return the topic, the options for printing, and the bag, if one is given.
 
-    Exit if `argv` is invalid.
+    Exit with an error if `argv` is invalid.
     """
     parser = option_parser("rostopic", "echo [options] /topic")
     add = parser.add_option

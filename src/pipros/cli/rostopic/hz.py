@@ -27,7 +27,7 @@ class HzOptions:
 
     Attributes:
         window: the number of intervals to keep.
-        expression: selects the messages to measure: those for which it is true.
+        expression: only messages for which it is true are counted.
         wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
         tcp_nodelay: whether to ask publishers to send small messages immediately.
     """

@@ -42,7 +42,7 @@ class PubOptions:
         once: whether to end after one message.
         latch: whether to keep the first message for later subscribers.
         verbose: whether to print each message.
-        substitute: whether to replace `now` and `auto` with the time of each message.
+        substitute: whether to replace `now` and `auto` with each message's publishing time.
         ros_time: whether to take these times from ROS time, which may be simulated.
     """
 
@@ -140,7 +140,7 @@ class _Publishing:
             publisher.publish(message)
 
     def _wait_for_subscriber(self, publisher: Publisher[Any]) -> None:
-        """Wait, so that subscribers that poll for topics can receive the first message."""
+        """Wait until subscribers that poll for topics can receive the first message."""
         deadline = time.monotonic() + SUBSCRIBER_DEADLINE_S
         while publisher.connection_count == 0 and time.monotonic() < deadline and not self._node.is_shutdown:
             self._wait(POLL_PERIOD_S)

@@ -1,1 +1,1 @@
-"""Drawings of the graph: contents, layout, and output as DOT, SVG, PNG and PDF. No network access."""
+"""Drawings of the graph: contents, layout, and output as DOT, SVG, PNG and PDF."""

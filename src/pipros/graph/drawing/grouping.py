@@ -21,9 +21,8 @@ class Grouping:
     """Options for grouping.
 
     Attributes:
-        actions: whether the five topics of an action become one box.
-        images: whether an image and its compressed topics become one box.
-        tf: whether `/tf` and `/tf_static` become one box.
+        actions: whether to draw the five topics of an action as one box. images: whether to draw an image
+            topic and its compressed topics as one box. tf: whether to draw `/tf` and `/tf_static` as one box.
         opened: comma-separated namespaces that stay open in a large graph.
     """
 

@@ -7,8 +7,8 @@ improved by barycentres, and vertical positions are fitted by least squares. Ver
 grid below the others. The vertices of a group form a band across all layers, so that a rectangle can be drawn
 around them. The page and the pictures share this module.
 
-The only pure Python library for such layouts, grandalf 0.8, does not support bands for groups, and takes 2.6
-s instead of 16 ms for 100 nodes and 300 topics.
+The only pure Python library for such layouts, grandalf 0.8, does not support bands for groups. For 100 nodes
+and 300 topics, it takes 2.6 s, and this module takes 16 ms.
 """
 
 from __future__ import annotations
@@ -128,10 +128,7 @@ class _LayeredLayout(Generic[Key]):
         return sorted(pairs)
 
     def _layers(self) -> list[int]:
-        """Assign layers.
-
-        Each vertex is to the right of its predecessors, and each source is next to a successor.
-        """
+        """Assign layers: each vertex is to the right of its predecessors, each source next to a successor."""
         count = len(self._keys)
         after: list[list[int]] = [[] for _ in range(count)]
         missing = [0] * count

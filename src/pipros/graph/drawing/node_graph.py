@@ -58,13 +58,13 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Vertex:
-    """A node, a topic or a coordinate frame.
+    """A vertex: a node, a topic or a coordinate frame.
 
     Attributes:
         group: the namespace in which the vertex is drawn; empty for none.
         is_reachable: False for a node that does not answer.
         is_gone: True for a node or topic that the master no longer knows.
-        members: names of the nodes and topics that a group or namespace stands for.
+        members: names of the nodes and topics in a vertex that represents a group or namespace.
     """
 
     key: Key
@@ -258,7 +258,7 @@ class _Builder:
         ]
 
     def _is_connected(self, connection: TopicConnection) -> bool:
-        """Return True if one end reported the connection, or if neither end answered."""
+        """Return True if either end reported the connection, or if neither end answered."""
         return (
             connection in self._connections
             or {connection.publisher, connection.subscriber} <= self._unreachable

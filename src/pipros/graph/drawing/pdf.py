@@ -1,6 +1,6 @@
 """Write a drawing as a one-page PDF with lines and text.
 
-With it, `view_frames` writes `frames.pdf`, which tutorials and scripts open, even if Graphviz is not
+`view_frames` uses it to write `frames.pdf`, which tutorials and scripts expect, even if Graphviz is not
 installed. The libraries reportlab and fpdf2 are not used, because they do far more than is needed here and
 require Pillow. They take up 31 and 55 MB, and 60 and 290 ms to import.
 """
@@ -47,7 +47,7 @@ def to_pdf(scene: Scene) -> bytes:
 
 
 class _Page:
-    """A page's drawing commands. Its y axis points up, while that of a scene points down."""
+    """A page's drawing commands. The y axis of a page points up, and the y axis of a scene points down."""
 
     def __init__(self, height: float) -> None:
         self.commands: list[str] = ["1.2 w"]

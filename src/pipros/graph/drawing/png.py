@@ -39,7 +39,8 @@ def to_png(scene: Scene) -> bytes:
         from PIL import Image, ImageDraw, ImageFont
     except ImportError:
         raise PictureFailed(
-            f"PNG pictures need Pillow: {install_command('pictures')}, or use --svg"
+            f"PNG pictures need Pillow, which is not installed. Try: {install_command('pictures')}, or use "
+            "--svg"
         ) from None
     scale = _SCALE * _SMOOTHING
     width, height = round(scene.width * scale), round(scene.height * scale)

@@ -81,7 +81,7 @@ def _arrow(route: Sequence[tuple[float, float]], text: str) -> str:
 def middle_of(route: Sequence[tuple[float, float]], part: float = 0.4) -> tuple[float, float]:
     """Return the position for an arrow's label.
 
-    It is nearer to the start, so that the labels of opposite arrows do not overlap.
+    The label is nearer to the start, so that labels of opposite arrows do not overlap.
 
     Args:
         part: position on the middle segment, from 0 at its start to 1 at its end.

@@ -15,7 +15,7 @@ Check = Callable[[Any], Any]
 
 
 def _ignore(_text: str) -> None:
-    """Ignore the text."""
+    """Do nothing."""
 
 
 def load_plugins(
@@ -40,7 +40,7 @@ def load_plugins(
     for package, name in exporters:
         try:
             module = import_module(name)
-        except Exception as error:  # the plugin's code may raise anything
+        except Exception as error:  # the plugin's code may raise any exception
             complain(f"Unable to load plugin [{name}] from package [{package.name}]: {error}")
             continue
         found = [
@@ -65,5 +65,5 @@ def run_checks(checks: Iterable[Check], context: object, *, complain: Callable[[
     for check in checks:
         try:
             check(context)
-        except Exception as error:  # the plugin's code may raise anything
+        except Exception as error:  # the plugin's code may raise any exception
             complain(f"ERROR: plugin [{getattr(check, '__module__', check)}] failed: {error}")

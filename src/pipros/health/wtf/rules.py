@@ -31,9 +31,7 @@ def problems_of(subject: Subject, warnings: Sequence[Rule], errors: Sequence[Rul
 
 
 def text_of(text: str, result: object, words: Mapping[str, object]) -> str:
-    """Return a rule's text followed by its result: a string, or a list with one item per line.
-
-    Any other result adds nothing."""
+    """Return a rule's text, followed by its result if that is a string or a list (one line per item)."""
     text %= words
     if isinstance(result, str):
         return text + result

@@ -1,4 +1,4 @@
-"""The subject that the `roswtf` rules check, as values."""
+"""The subject that `roswtf` rules check."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Subject:
 
     @property
     def words(self) -> dict[str, str]:
-        """The values for placeholders in rules' texts: the environment variables, by lower-case name."""
+        """The values for the placeholders in rules' texts: environment variables by lower-case name."""
         words = {name.lower(): value for name, value in self.variables.items()}
         return {**words, "ros_master_uri": self.master_uri}
 

@@ -1,4 +1,4 @@
-"""Client-side state of a goal: the progress that is known to the client.
+"""Client-side state of a goal.
 
 The server publishes the status of its goals several times a second, and a result at the end. These are
 separate topics, so messages may arrive in any order, and a status may be missed. A single status may

@@ -21,7 +21,7 @@ class GoalTable(Generic[_Goal]):
         Args:
             limit: maximum number of goals.
             id_characters: maximum length of an ID.
-            has_ended: function that returns whether a goal is kept only for its status.
+            has_ended: function that returns whether a goal has ended and is kept only for its status.
         """
         self._limit = limit
         self._id_characters = id_characters

@@ -1,1 +1,1 @@
-"""One side of a bond: its state machine, timeouts and heartbeats."""
+"""State machine, timeouts and heartbeats of one side of a bond."""

@@ -2,8 +2,8 @@
 
 Both sides periodically publish that they are alive. WAITING ends with the first message from the other side
 (the sister). ALIVE ends immediately on a heartbeat timeout, or by agreement when one side breaks the bond.
-That side then publishes the end (ENDING) until the sister has confirmed it or the disconnect timeout has
-expired.
+In the latter case, that side publishes that it is ending (ENDING) until the sister has confirmed this or the
+disconnect timeout has expired.
 """
 
 from __future__ import annotations

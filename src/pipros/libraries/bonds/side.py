@@ -19,13 +19,13 @@ TIMEOUTS: Mapping[State, Event] = {
 
 
 class RestartableTimer:
-    """Timer that calls a function once, in a separate thread, when the time since `restart` is over."""
+    """Timer that calls a function once, in a separate thread, after the given time since `restart`."""
 
     def __init__(self) -> None:
         self._timer: Timer | None = None
 
     def restart(self, duration_s: float, call: Callable[[], object]) -> None:
-        """Start the timer, or start it again."""
+        """Start the timer from the beginning, even if it is running."""
         self.cancel()
         self._timer = Timer(duration_s, call)
         self._timer.daemon = True
@@ -44,11 +44,12 @@ class BondSide:
 
     Args:
         durations_s: length of each timeout. A change takes effect when the timeout is next started.
-        send: publishes a status message. The argument is whether this side is alive.
+        send: publishes a status message. The argument tells whether this side is alive.
         notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
         enter: called with each new state while the lock is held.
-        ignores_silence: returns whether to ignore a heartbeat timeout. It may block.
-        is_over: returns whether heartbeats and waits should end. `wake` makes them check it at once.
+        ignores_silence: function that returns whether to ignore a heartbeat timeout. May block.
+            is_over: function that returns whether heartbeats and waits should end. `wake` makes them call
+            it at once.
 
     Attributes:
         sister_id: ID of the other side; None until its first message arrives.
@@ -96,7 +97,7 @@ class BondSide:
             return False
         self.handle(Event.SISTER_ALIVE if is_alive else Event.SISTER_ENDS)
         if is_alive and self.state is State.DEAD:
-            self.publish()  # the sister has missed the message that this side has ended
+            self.publish()  # the sister did not receive the message that this side has ended
         return True
 
     def handle(self, event: Event) -> None:

@@ -47,7 +47,7 @@ class Aggregation:
         if problems:
             raise BadAnalyzer("; ".join(f"{path}: {reason}" for path, reason in problems.items()))
         if not analyzers:
-            raise BadAnalyzer(f"{owner} has no parameter 'analyzers'")
+            raise BadAnalyzer(f"{owner} must set its private parameter 'analyzers'")
         self._added[owner] = group
 
     def remove(self, owner: str) -> None:

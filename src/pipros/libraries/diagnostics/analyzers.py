@@ -1,4 +1,4 @@
-"""Analyzers of the aggregator: each accepts certain statuses and reports on them.
+"""Analyzers of the aggregator: each accepts certain statuses and summarizes them.
 
 They are configured by the parameter `analyzers`; see http://wiki.ros.org/diagnostic_aggregator. Times are in
 seconds on any clock, which must be the same for all calls.
@@ -144,9 +144,7 @@ class Items:
 
 
 def summed_up(levels: Sequence[int]) -> int:
-    """Combine several levels. Return STALE if all are STALE, otherwise the highest, but at most ERROR.
-
-    Without levels, return OK.
+    """Return STALE if all levels are STALE, otherwise the highest, but at most ERROR; OK if there are none.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)
@@ -266,7 +264,7 @@ class AnalyzerGroup:
 
 
 class OtherAnalyzer(Items):
-    """Analyzer for statuses that no other analyzer accepted. Optionally, it reports them as errors."""
+    """Analyzer for statuses that no other analyzer has accepted. Optionally reports them as errors."""
 
     def __init__(self, path: str, as_errors: bool) -> None:
         super().__init__("Other", f"{path}/Other", discards_stale=True)
@@ -292,7 +290,7 @@ def analyzer_of(base: str, parameters: Any, depth: int = 0) -> Analyzer:
         raise BadAnalyzer(f"an analyzer must be a dictionary of parameters, got {parameters!r}")
     kind = parameters.get("type")
     if not isinstance(kind, str) or not kind:
-        raise BadAnalyzer("the analyzer has no parameter 'type'", "No Analyzer type given")
+        raise BadAnalyzer("missing required parameter 'type'", "No Analyzer type given")
     make = _MAKERS.get(kind.removeprefix("diagnostic_aggregator/"))
     if make is None:
         raise BadAnalyzer(

@@ -7,7 +7,7 @@ from math import inf
 
 
 class EventWindow:
-    """Counter of events. A report covers the last `reports` reporting intervals."""
+    """Counts events. Each report covers the last `reports` intervals between reports."""
 
     def __init__(self, reports: int, now: float) -> None:
         self.count = 0

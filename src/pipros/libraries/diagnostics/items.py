@@ -1,4 +1,4 @@
-"""Statuses in the form in which the aggregator stores and publishes them."""
+"""Statuses as the aggregator stores and publishes them."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ def listed(
     """Return a line for each status, sorted by name.
 
     Args:
-        statuses: the statuses of one array.
+        statuses: the statuses in one DiagnosticArray.
         least: the minimum level to include.
         part: the substring that names must contain.
         details: whether to add a line for each value, and a line for the hardware.

@@ -120,7 +120,10 @@ def parsed_hddtemp(answer: str) -> list[DiskHeat]:
                     value = (value - 32) / 1.8
                 disks.append(DiskHeat(device, model, value))
             case _:
-                raise BadReading(f"hddtemp must answer |device|model|temperature|unit|, got {answer[:200]!r}")
+                raise BadReading(
+                    "hddtemp's response must have the form |device|model|temperature|unit|, got "
+                    f"{answer[:200]!r}"
+                )
     return disks
 
 

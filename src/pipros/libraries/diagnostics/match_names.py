@@ -24,7 +24,7 @@ def _end_match(*_: object) -> None:
 
 
 def _answer(pattern: str, name: str) -> bool | str | None:
-    # Limit the processor time, because a busy machine may suspend the process for longer.
+    # Limit processor time instead of elapsed time, because a busy machine may suspend the process.
     if sys.platform != "win32":
         signal.signal(signal.SIGPROF, _end_match)
         signal.setitimer(signal.ITIMER_PROF, TIME_LIMIT_S)

@@ -1,9 +1,8 @@
 """Match regular expressions of unknown origin with a time limit.
 
-Python's `re` may need exponential time: `(a+)+$` and 40 characters take days. While matching, it prevents all
-threads and signal handlers of the process from running. Therefore a child process does the matching, and
-gives up after a tenth of a second of processor time. Results are cached, so each component name costs one
-request.
+Python's `re` may need exponential time: `(a+)+$` and 40 characters take days. Meanwhile, no other thread and
+no signal handler of the process can run. Therefore a child process does the matching, and gives up after a
+tenth of a second of processor time. Results are cached, so each component name costs one request.
 
 The alternatives are worse. A check for nested quantifiers misses `a?a?a?…aaa` and refuses `(left|right)*`. A
 matcher that takes linear time (RE2) is a compiled dependency, and lacks look-ahead and back references.

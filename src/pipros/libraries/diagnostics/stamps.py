@@ -11,7 +11,7 @@ class StampDelays:
         self.forget()
 
     def forget(self) -> None:
-        """Reset the delays. Called after each report. The counts are kept."""
+        """Reset the delays, but not the counts. Called after each report."""
         self.least = self.greatest = 0.0
         self.has_zero = False
         self.has_any = False

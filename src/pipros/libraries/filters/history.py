@@ -46,7 +46,7 @@ class History:
 
 
 class Sequencer:
-    """Queue that delays messages so that it can return them in the order of their timestamps.
+    """Queue that delays messages in order to return them sorted by timestamp.
 
     Timestamps, the delay and the time are in nanoseconds. A message is dropped if a message with a later
     timestamp was already returned. If there are more than `queue_size` messages (0 for no limit), the oldest
@@ -61,7 +61,7 @@ class Sequencer:
         self._last_returned: int | None = None
 
     def add(self, stamp: int, message: Any) -> None:
-        """Add a message unless it arrives too late."""
+        """Add a message, or drop it if it is too late."""
         if self._last_returned is not None and stamp < self._last_returned:
             return
         self._arrived += 1

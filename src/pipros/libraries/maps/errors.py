@@ -6,11 +6,11 @@ from pipros.basics.errors import PiprosError
 
 
 class MapError(PiprosError, ValueError):
-    """A map cannot be read or written. The message names the file and the reason."""
+    """A map cannot be read or written. The error text names the file and the reason."""
 
 
 class NoMapFile(MapError):
-    """One of a map's files cannot be opened."""
+    """The YAML file or the image of a map cannot be opened."""
 
 
 class BadMapImage(MapError):

@@ -33,8 +33,8 @@ class MapDescription:
         resolution: metres per pixel.
         origin: pose of the lower left corner: x and y in metres, yaw in radians.
         negate: whether white means occupied.
-        occupied, free: a cell is occupied if its darkness (0 to 1) is above `occupied`, and free if below
-            `free`.
+        occupied, free: a cell is occupied if its darkness (0 to 1) is above `occupied`, and free if it is
+            below `free`.
         mode: one of MODES.
     """
 
@@ -173,7 +173,7 @@ FREE, OCCUPIED, UNKNOWN = 254, 0, 205
 def grid_pixels(width: int, cells: Any, free: int, occupied: int) -> bytes:
     """Return one byte per cell, row by row from the top.
 
-    Cells <= `free` are white, cells >= `occupied` black.
+    Cells <= `free` are white, and cells >= `occupied` are black.
     """
     greys = bytes(
         UNKNOWN if value > 127 else FREE if value <= free else OCCUPIED if value >= occupied else UNKNOWN

@@ -1,1 +1,1 @@
-"""A server's interactive markers and their pending changes, without topics or a clock."""
+"""A server's interactive markers and their pending changes. This package uses neither topics nor a clock."""

@@ -48,10 +48,7 @@ class JointFrames:
         self._sent: dict[str, int] = {}
 
     def forget_times(self) -> None:
-        """Discard the published timestamps, so that all joints are due again.
-
-        Called after the clock has jumped.
-        """
+        """Discard the published timestamps after the clock has jumped, so that all joints are due again."""
         self._sent.clear()
 
     def due(self, names: Iterable[str], positions: Iterable[float], stamp: int) -> list[tuple[Joint, Pose]]:

@@ -24,7 +24,8 @@ class JointChoices:
 
     Attributes:
         zeros: initial positions, by joint. The default is 0, or the middle of the range if 0 is outside it.
-        dependent: joints that follow other joints, given by `parent` and optionally `factor` and `offset`.
+        dependent: joints that follow another joint, with the keys `parent` and optionally `factor` and
+            `offset`.
         mimic_tags: whether to also use the `<mimic>` tags in the URDF.
         smallest_limits: whether to narrow the range by the soft limits of safety controllers.
         positions, velocities, efforts: whether to publish default values until a source has sent values.
@@ -105,7 +106,7 @@ class JointValues:
                     joint[what] = values[number]
 
     def sweep(self, delta: float) -> None:
-        """Move each joint by `delta`: back and forth within its range, or around if it is continuous."""
+        """Move each joint by `delta`: back and forth within its range, or in circles if it is continuous."""
         for joint in self.free.values():
             if "position" not in joint:
                 continue

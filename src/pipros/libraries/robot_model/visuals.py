@@ -1,4 +1,4 @@
-"""Read the shapes and materials in a URDF, which rviz's RobotModel display draws."""
+"""Read the shapes and materials that rviz's RobotModel display draws from a URDF."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Shape:
         size: edge lengths of a box; radius, radius and length of a cylinder; radius of a sphere; scale of a
             mesh.
         uri: the file of a mesh.
-        color: None if the URDF has no material, so that the mesh's own materials apply.
+        color: the material's colour; None if there is no material, so that the mesh's own materials apply.
         texture: URI of the material's texture; empty if it does not have one.
     """
 
@@ -63,7 +63,7 @@ class _Material:
 def read_shapes(text: str) -> list[LinkShapes]:
     """Return the links of a URDF with their shapes, in file order.
 
-    A reference to a material by name stands for the first definition of that name, anywhere in the file.
+    A reference to a material by name refers to the first definition with that name, anywhere in the file.
 
     Raises:
         UrdfError: the text is not XML, or a shape is invalid.

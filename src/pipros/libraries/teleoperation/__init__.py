@@ -1,4 +1,4 @@
 """Manual control of robots: velocity commands from the keyboard or a joystick.
 
-`key_bindings.py`, `joystick.py` and `joy_commands.py` are pure; the modules named `*_node.py` are programs.
+`key_bindings.py`, `joystick.py` and `joy_commands.py` perform no I/O; the modules `*_node.py` are programs.
 """

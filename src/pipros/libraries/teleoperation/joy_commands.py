@@ -45,7 +45,7 @@ class AxisMap:
     turbo_scales: Mapping[str, float]
 
     def velocity(self, direction: str, axes: Sequence[float], *, is_turbo: bool) -> float:
-        """Return the velocity in a direction; 0 if the joystick lacks the axis."""
+        """Return the velocity in a direction; 0 if the joystick does not have the axis."""
         index = int(self.axes.get(direction, -1))
         if not 0 <= index < len(axes):
             return 0.0

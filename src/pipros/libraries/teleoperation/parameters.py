@@ -26,5 +26,5 @@ def number(node: Node, name: str, usual: float) -> float:
 
 
 def stamp(node: Node) -> Time:
-    """Return the node's current time as a timestamp for a header."""
+    """Return the node's current time as a header timestamp."""
     return Time(*divmod(node.clock.now_ns(), NS_PER_S))

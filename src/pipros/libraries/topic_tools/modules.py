@@ -1,7 +1,7 @@
 """The modules that `transform` expressions may import, restricted to harmless names.
 
-Expressions cannot access the modules themselves, only the names listed here. numpy functions that read
-files or create arrays of any size are excluded.
+Expressions can only access the names listed here. numpy functions that read files or create arrays of any
+size are excluded.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class MessagePackage(Names):
     def find(self, name: str) -> Any:
         if name == "msg":
             return MessageModule(f"{self.title}.msg")
-        raise AttributeError(f"{self.title}.{name} does not exist in expressions; {self.title}.msg does")
+        raise AttributeError(f"{self.title}.{name} does not exist in expressions, only {self.title}.msg")
 
 
 class MessageModule(Names):

@@ -18,14 +18,14 @@ class Rule(Protocol):
 
     @property
     def has_gone_back(self) -> bool:
-        """Whether the clock had jumped back at the last call to `passes`. Only some rules detect this."""
+        """Whether the last call to `passes` detected that the clock had jumped back. Some rules never do."""
 
     def passes(self, now_ns: int, size_bytes: int) -> bool: ...
 
 
 @dataclass(slots=True)
 class MessageRate:
-    """Lets a message pass if more than 1/`per_second` seconds have passed since the last one.
+    """Lets a message pass if more than 1/`per_second` seconds have elapsed since the previous one passed.
 
     If the clock jumps back because a bag was restarted, the interval starts again at the new time.
 

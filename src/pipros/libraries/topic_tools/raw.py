@@ -27,6 +27,6 @@ def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
     kind, md5sum = header.get("type", ""), header.get("md5sum", "")
     if kind in ("", "*") or md5sum in ("", "*"):
         caller = printable(header.get("callerid", "?"))
-        raise UnknownType(f"publisher [{caller}] does not send the type of its messages")
+        raise UnknownType(f"publisher [{caller}] must send the type and md5sum of its messages")
     text = header.get("message_definition", "")
     return type("Passed", (AnyMsg,), {"_type": kind, "_md5sum": md5sum, "_full_text": text})

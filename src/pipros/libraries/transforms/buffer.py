@@ -1,7 +1,7 @@
 """A buffer for transforms over time, with the same lookups and error texts as tf2's buffer.
 
-Times are in nanoseconds; 0 means the latest common time. All methods may be called from any thread, and do
-not wait for transforms. To wait, use `TransformBuffer.waiter`.
+Times are in nanoseconds; 0 means the latest common time. All methods may be called from any thread. None
+waits for a transform; see `TransformBuffer.waiter`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class TransformBuffer:
     """Buffer for static transforms and for the transforms of the last `length` nanoseconds.
 
     All transforms together may use `Limits.transform_bytes`. If a transform would exceed this limit, the
-    older half of its frame's transforms is dropped; a new frame is refused.
+    older half of its frame's transforms is dropped, or the transform is rejected if its frame is new.
 
     Attributes:
         waiter: the threads that are waiting for transforms in this buffer.
@@ -70,7 +70,7 @@ class TransformBuffer:
             child = child[1:]
         px, py, pz, qx, qy, qz, qw = pose
         norm = qx * qx + qy * qy + qz * qz + qw * qw
-        # NaN fails every comparison, so this covers NaN and wrong or infinite norms. An infinite
+        # NaN fails every comparison, so this rejects NaN and wrong or infinite norms. An infinite
         # translation is accepted, as in tf2.
         if not (-NORM_TOLERANCE < norm - 1.0 < NORM_TOLERANCE and px == px and py == py and pz == pz):
             return _rejections(parent, child, pose, authority, stamp)
@@ -260,7 +260,7 @@ class TransformBuffer:
             return frames_as_yaml(self._frames)
 
     def as_dot(self, now: float | None = None) -> str:
-        """Return the frame tree in Graphviz's DOT language. If `now` (in seconds) is given, include ages."""
+        """Return the frame tree in the DOT language. If `now` (s) is given, include the transforms' ages."""
         with self._lock:
             return frames_as_dot(self._frames, now)
 
@@ -270,7 +270,7 @@ class TransformBuffer:
             return edges(self._frames)
 
     def _chain(self, target: str, source: str) -> Chain | None:
-        """Return the chain between two known frames, if there is one, and remember it. Holds the lock."""
+        """Return the chain between two known frames, or None, and cache it. The caller must hold the lock."""
         pair = target, source
         try:
             return self._chains[pair]

@@ -2,7 +2,7 @@
 
 A chain replaces the search in `tree` for the usual case: every frame on the path has only one parent in its
 whole history, so the path is the same at all times. Its results are equal to those of `tree`, bit for bit.
-If a chain has no result, `tree` finds either another path or the reason.
+If a chain gives no result, `tree` finds another path or the reason for the failure.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Chain:
         self._up = up
         self._down = down
         self._stamps = [frame.stamps for frame in up + down if isinstance(frame, MovingFrame)]
-        # Frames above the first common ancestor are in both parts. As in tf2, they do not count here.
+        # Frames above the first common ancestor are in both parts. As in tf2, they are ignored here.
         below = set(up) ^ set(down)
         self._common = [frame.stamps for frame in below if isinstance(frame, MovingFrame)]
         self.size_bytes = CHAIN_BYTES + _STEP_BYTES * (len(up) + len(down))
@@ -58,7 +58,7 @@ class Chain:
 
 
 def find_chain(frames: Frames, target: str, source: str) -> Chain | None:
-    """Return the chain between two frames, or None if only a search at a given time can find a path."""
+    """Return the chain between two frames; None if they are not connected or the path depends on the time."""
     up: list[FrameHistory] = []
     name = source
     while name != target and (frame := frames[name]) is not None:

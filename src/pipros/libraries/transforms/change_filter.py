@@ -1,4 +1,4 @@
-"""Detect frames that have moved far enough to be reported, as in `tf_change_notifier`."""
+"""Detect frames that have moved far enough to be reported by `tf_change_notifier`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class BadFramePair(PiprosError, ValueError):
 
 @dataclass
 class FramePair:
-    """A frame, a reference frame, and the thresholds for reporting movement.
+    """A frame, the reference frame, and the thresholds for reporting movement.
 
     Attributes:
         source, target: the moving frame, and the frame relative to which it moves.
@@ -64,7 +64,7 @@ def frame_pairs(value: Any, distance: float, angle: float) -> list[FramePair]:
 
 def _pair(value: Any, distance: float, angle: float) -> FramePair:
     if not isinstance(value, Mapping):
-        raise BadFramePair(f"each item of frame_pairs must be a mapping, got {value!r}")
+        raise BadFramePair(f"each element of frame_pairs must be a mapping, got {value!r}")
     source, target = (_name(key, value.get(key)) for key in ("source_frame", "target_frame"))
     far = distance_of("translational_update_distance", value.get("translational_update_distance", distance))
     turn = distance_of("angular_update_distance", value.get("angular_update_distance", angle))

@@ -63,7 +63,8 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
         f' subgraph cluster_legend {{ style=bold; color=black; label ="view_frames Result";\n{recorded}}}->'
     )
     for name, frame in frames.items():
-        # The legend is attached to each root if `now` is given, and to frames whose transforms were cleared.
+        # As in tf2, each root has a legend if `now` is given; so does each frame whose transforms were
+        # cleared.
         if (now is not None) if frame is None else (frame.latest()[1] is None):
             lines.append(f'{legend}"{name}";\n')
     return f"digraph G {{\n{''.join(lines)}}}"

@@ -46,7 +46,7 @@ class FrameHistory(Protocol):
         """
 
     def why_not(self, time: int) -> str:
-        """Return the reason why no pose is available for `time`."""
+        """Return why no pose is available at `time`."""
 
     def latest(self) -> tuple[int, str | None]:
         """Return the latest timestamp and the parent at that time, or (0, None) if empty."""
@@ -76,7 +76,6 @@ class MovingFrame:
         self.poses: list[Pose] = []
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:
-        """Add a pose. Return the reason if it is rejected, otherwise None."""
         stamps = self.stamps
         if not stamps or stamp > stamps[-1]:
             stamps.append(stamp)
@@ -114,11 +113,9 @@ class MovingFrame:
             self.only_parent = self.parents[0]
 
     def drop_oldest(self) -> None:
-        """Remove the older half of the poses. The latest pose is kept."""
         self._drop(len(self.stamps) // 2)
 
     def locate(self, time: int) -> int:
-        """Return the index of the last pose at or before `time`, or -1 if `time` is out of range."""
         stamps = self.stamps
         if not stamps:
             return -1
@@ -129,7 +126,6 @@ class MovingFrame:
         return -1
 
     def pose(self, number: int, time: int) -> Pose:
-        """Return the pose at `time`. `number` is the result of `locate(time)`."""
         older = self.stamps[number]
         if older == time or number + 1 == len(self.stamps):
             return self.poses[number]
@@ -140,7 +136,6 @@ class MovingFrame:
         return interpolate(self.poses[number], self.poses[after], ratio)
 
     def pose_at(self, time: int) -> Pose:
-        """Return the pose at `time`, which must be in range. The frame must have had only one parent."""
         stamps = self.stamps
         if time == stamps[-1] or time == 0:
             return self.poses[-1]
@@ -150,7 +145,6 @@ class MovingFrame:
         return interpolate(self.poses[after - 1], self.poses[after], ratio)
 
     def why_not(self, time: int) -> str:
-        """Return the reason why no pose is available for `time`."""
         if not self.stamps:
             return ""
         oldest, newest = self.stamps[0], self.stamps[-1]
@@ -168,15 +162,12 @@ class MovingFrame:
         )
 
     def latest(self) -> tuple[int, str | None]:
-        """Return the latest timestamp and the parent at that time, or (0, None) if empty."""
         return (self.stamps[-1], self.parents[-1]) if self.stamps else (0, None)
 
     def oldest_stamp(self) -> int:
-        """Return the oldest timestamp, or 0 if empty."""
         return self.stamps[0] if self.stamps else 0
 
     def clear(self) -> None:
-        """Remove all poses."""
         self.only_parent = None
         self.size_bytes = 0
         del self.stamps[:], self.parents[:], self.poses[:]

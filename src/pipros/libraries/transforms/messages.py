@@ -16,7 +16,7 @@ def vector_of(message: Any) -> Vector:
 def pose_of(position: Any, rotation: Any) -> Pose:
     """Return the pose for a position and a Quaternion.
 
-    An all-zero quaternion is unset and means no rotation.
+    A quaternion of four zeros, the default, means no rotation.
     """
     if rotation.x == rotation.y == rotation.z == rotation.w == 0:
         return (position.x, position.y, position.z, *IDENTITY[3:])

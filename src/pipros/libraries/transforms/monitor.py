@@ -14,7 +14,7 @@ It is limited because any peer can choose their names.
 
 @dataclass(slots=True)
 class Delays:
-    """Statistics on the age of timestamps on arrival.
+    """Statistics on the delays between timestamps and the arrival of transforms.
 
     >>> delays = Delays()
     >>> delays.add(3.0, at=10.0); delays.add(1.0, at=11.0); delays.add(-1.0, at=12.0)

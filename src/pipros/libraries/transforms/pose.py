@@ -22,7 +22,7 @@ IDENTITY: Pose = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def composed(outer: Pose, inner: Pose) -> Pose:
-    """Return `outer * inner`, which converts `inner` from the frame `outer` to its parent."""
+    """Return `outer * inner`: the pose `inner` in the frame `outer`, converted to that frame's parent."""
     return composed_up(inner, (outer,))
 
 
@@ -31,10 +31,10 @@ def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
 
     `frames` are the poses of these frames.
     """
-    # One loop instead of calls of `composed`, because lookups spend most of their time here.
+    # a loop instead of calls to `composed`, because lookups spend most of their time here
     px, py, pz, qx, qy, qz, qw = pose
     for opx, opy, opz, oqx, oqy, oqz, oqw in frames:
-        # This is a fast path, because most frames of a robot are not rotated.
+        # fast path: most frames of a robot are not rotated
         if oqw == 1.0 and oqx == oqy == oqz == 0.0:
             px, py, pz = opx + px, opy + py, opz + pz
             continue
@@ -161,9 +161,9 @@ def normalized(pose: Pose) -> Pose:
 
 
 def compose_via_matrices(outer: Pose, inner: Pose) -> Pose:
-    """Like `composed`, but uses rotation matrices, which normalises all quaternions.
+    """Like `composed`, but use rotation matrices, which normalises all quaternions.
 
-    tf2 composes transforms for two different times this way.
+    tf2 composes transforms at two different times in this way.
     """
     return normalized(composed(normalized(outer), normalized(inner)))
 

@@ -1,7 +1,4 @@
-"""Compute the velocities of frames from their poses at the start and end of an interval.
-
-Times are in nanoseconds.
-"""
+"""Compute the velocities of frames from their poses at the start and end of an interval (ns)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Wait for transforms, on a clock that the caller passes."""
+"""Wait for transforms. The caller passes the clock."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Clock(Protocol):
 
 
 class TransformWaiter:
-    """Threads that are waiting for transforms. New transforms wake them, so they do not poll."""
+    """Lets threads wait for transforms without polling: each new transform wakes them."""
 
     def __init__(self) -> None:
         self._changed = Condition()

@@ -1,4 +1,4 @@
-"""Images and cameras with numpy: encodings, conversions, camera models, calibration files.
+"""Images and cameras: encodings, conversions, camera models and calibration files.
 
 `encodings` requires only Python. The modules for images require numpy and raise ImportError without it.
 Functions that require OpenCV import it when called (`opencv.opencv`).

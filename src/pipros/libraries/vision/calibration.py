@@ -1,7 +1,7 @@
 """Camera calibrations as text: YAML, and the INI format of Videre Design.
 
-Both formats are read as by camera_calibration_parsers: matrices may have surplus values, and a missing camera
-name is read as `unknown`.
+As in camera_calibration_parsers, matrices may have surplus values, and a missing camera name is read as
+`unknown`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _MODEL_BY_COUNT = {5: PLUMB_BOB, 8: RATIONAL_POLYNOMIAL}  # INI files do not spe
 
 
 class CalibrationError(PiprosError, ValueError):
-    """The text is not a valid calibration, or the format cannot represent the calibration."""
+    """The text is not a valid calibration, or the format does not support the calibration."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,7 +32,7 @@ def save(path: str, calibration: Calibration) -> None:
 
     Raises:
         OSError: the file cannot be written.
-        CalibrationError: the format selected by the file's suffix does not support the calibration.
+        CalibrationError: the suffix is unknown, or its format does not support the calibration.
     """
     text = formatted(calibration, path)
     os.makedirs(os.path.dirname(path) or ".", exist_ok=True)
@@ -48,7 +48,7 @@ def save(path: str, calibration: Calibration) -> None:
 
 
 def resolved(url: str, camera_name: str, environment: Mapping[str, str]) -> tuple[str, list[str]]:
-    """Substitute ${NAME} and ${ROS_HOME} in a URL. Return it with the list of unknown variables.
+    """Substitute ${NAME} and ${ROS_HOME} in a URL. Return the URL and the unknown variables.
 
     ${ROS_HOME} defaults to `~/.ros`. Unknown variables are kept.
     """

@@ -10,7 +10,7 @@ from pipros.pictures.encodings import Color
 _PLACES = {Color.RGB: (0, 1, 2), Color.BGR: (2, 1, 0), Color.RGBA: (0, 1, 2, 3), Color.BGRA: (2, 1, 0, 3)}
 """Index in (red, green, blue, alpha) of each channel of an image."""
 
-# Weights of red, green and blue in a grey value, in units of 2**-15 (ITU-R BT.601).
+# Weights of red, green and blue for grey values, in units of 2**-15 (ITU-R BT.601).
 _GRAY = (9798, 19235, 3735)
 _GRAY_SHIFT = 15
 
@@ -49,7 +49,7 @@ def converted(image: Any, color: Color, target: Color) -> Any:
     if color is target:
         return image
     if not is_supported(color, target):
-        raise ValueError(f"images of {color.value} cannot be converted to {target.value}")
+        raise ValueError(f"{color.value} images cannot be converted to {target.value}")
     if color in _BAYER:
         return _from_bayer(image, color, target)
     if color is Color.YUV422:
@@ -114,7 +114,7 @@ def _from_bayer(image: Any, color: Color, target: Color) -> Any:
 def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
     """Return the red, green and blue values (or only grey) of all pixels that have eight neighbours."""
     height, width = image.shape
-    # Each entry is the sum of four values, some of them repeated, and is divided by 4 at the end.
+    # Each entry is the sum of four values, some of which occur repeatedly. It is divided by 4 at the end.
     colors = np.empty((3, height - 2, width - 2), np.int64 if gray else np.int32)
     for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
 

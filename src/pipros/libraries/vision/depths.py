@@ -13,7 +13,7 @@ _INT32 = np.iinfo(np.int32)
 def saturated(values: Any, dtype: str) -> Any:
     """Convert `values` to `dtype`, rounding half to even and saturating to the range of the type.
 
-    NaN and values outside the range of int32 become its minimum first, as in OpenCV.
+    As in OpenCV, NaN and values outside the range of int32 are first replaced by the minimum of int32.
     """
     target = np.dtype(dtype)
     if target.kind == "f":

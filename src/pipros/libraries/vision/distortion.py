@@ -55,7 +55,7 @@ def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tu
         radial = (1 + ((k[7] * square + k[6]) * square + k[5]) * square) / (
             1 + ((k[4] * square + k[1]) * square + k[0]) * square
         )
-        if radial < 0:  # the point is outside the range of the model
+        if radial < 0:  # the model is not valid for this point
             return start
         offset_x = 2 * k[2] * x * y + k[3] * (square + 2 * x * x) + k[8] * square + k[9] * square * square
         offset_y = k[2] * (square + 2 * y * y) + 2 * k[3] * x * y + k[10] * square + k[11] * square * square

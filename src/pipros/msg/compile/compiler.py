@@ -120,7 +120,7 @@ def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[Complet
     if layout.value_count > limits.message_values:  # the sizes of nested fixed arrays multiply
         limit = limit_text("message_values", limits.message_values)
         raise DefinitionError(f"a new message would contain too many values; {limit}", file=spec.file)
-    if layout.unpaid_values > limits.empty_elements:  # such a message could not be read
+    if layout.unpaid_values > limits.empty_elements:  # a reader would reject every such message
         limit = limit_text("empty_elements", limits.empty_elements)
         raise DefinitionError(
             "every message would exceed the budget of eight values per byte by "

@@ -5,7 +5,8 @@ Theory of operation:
 - Consecutive scalars, times, fixed arrays and lengths are read by one `struct.unpack_from`.
   They are collected in `_codes` and `_targets` until `_flush`. Statements that need their values, such as
   those that build a fixed array, are deferred in `_afterwards`.
-- The offset of the next byte is `_base + _delta`: a local name in the generated code, if any, and a constant.
+- The offset of the next byte is `_base + _delta`: the sum of a local variable of the generated code, if any,
+and a constant.
 - A slice that extends beyond the data is detected by the next `unpack_from`, or by a check that is emitted
   while `_is_end_checked` is false.
 - Memory is allocated only for bytes that have arrived, never for a claimed length. If an array's elements may

@@ -21,7 +21,7 @@ def python_name(name: str) -> str:
 class Names:
     """Global names in the generated module: message classes, `struct` functions and string readers.
 
-    The name for a message class contains the package and its length, so it cannot equal any other name.
+    The name for a message class contains the package name and its length, so it is unique.
     """
 
     def __init__(self) -> None:
@@ -61,7 +61,7 @@ class Emitter:
         return f"{prefix}{next(self._numbers)}"
 
     def assign(self, prefix: str, expression: str) -> str:
-        """Assign the value of `expression` to a fresh local name, and return the name."""
+        """Emit the assignment of `expression` to a fresh local name, and return the name."""
         name = self.local(prefix)
         self.emit(f"{name} = {expression}")
         return name

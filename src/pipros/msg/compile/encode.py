@@ -161,7 +161,7 @@ class _Encoder(Emitter):
 
 
 def _pack_code(base: str) -> str:
-    """Return the code to pack a value with.
+    """Return the `struct` code for a type.
 
     As in genpy, a bool is written as a number: 2 stays 2, and -1 is refused.
     """

@@ -1,4 +1,4 @@
-"""Compute the properties of message types on which the generated code depends."""
+"""Compute the properties of message types that determine the generated code."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class TypeLayout:
 
     @property
     def unpaid_values(self) -> int:
-        """Minimum number of values in a message in excess of the budget of eight values per serialized byte.
+        """Minimum number of values by which a message exceeds the budget of eight values per serialized byte.
 
         If nonzero, an array of such messages uses more memory than its serialized size suggests. It is 0 for
         most types.

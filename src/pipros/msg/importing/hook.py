@@ -73,7 +73,7 @@ class _Packages:
 
 
 class PackageFinder:
-    """Finder for the Python package of a ROS package. Without a Python package, it finds only the messages.
+    """Finder for the Python package of a ROS package. If there is none, only the messages can be imported.
 
     Modules are searched for in `src/` and in the folders listed in `setup.py`, including the `setup.py` of a
     ROS package with a different name. If a well-known module cannot be found, the ImportError names its
@@ -134,7 +134,7 @@ class PackageFinder:
 
         If the working directory is `catkin_ws/src`, the ROS package's folder `my_pkg` hides
         `my_pkg/src/my_pkg`. In that case, this function turns the namespace module into the package. In
-        Noetic, a package further down `sys.path` takes precedence over such a folder, too.
+        Noetic, too, a package further down `sys.path` takes precedence over such a folder.
         """
         package = name.partition(".")[0]
         module = sys.modules.get(package)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Library:
-    """Types by name. Each is compiled when first needed.
+    """Message and service types by name, each compiled when first needed.
 
     Args:
         find_package: function that returns the folder of a package.

@@ -1,4 +1,4 @@
-"""Load message and service classes by type name. A peer may have chosen the name.
+"""Load message and service classes by type name. The name may come from an untrusted peer.
 
 Importing a module runs it, so a package is imported only if it has a definition of the type, or a module that
 genpy generated for the type. The result is the class that `from package.msg import Name` imports.
@@ -19,7 +19,7 @@ install()  # `pipros.pth` may not have installed it
 
 
 def load_message_class(type_name: str) -> type[Message]:
-    """Return the class of `package/Name`, the same as `from package.msg import Name` imports.
+    """Return the class of `package/Name` that `from package.msg import Name` imports.
 
     Raises:
         NotFound: the package or type does not exist. The text names the places that were searched.
@@ -53,7 +53,7 @@ def _load(kind: str, type_name: str) -> Any:
 
 
 def _check_defined(kind: str, type_name: str) -> None:
-    """Raise `NotFound` for a type that no message package has, before anything is imported for it."""
+    """Raise `NotFound` if no message package contains the type. Nothing is imported."""
     package, _, name = type_name.partition("/")
     try:
         installed_library().files.file(kind, type_name)

@@ -64,7 +64,7 @@ class _InterfaceLoader(Loader):
         self._kind = kind
 
     def types(self) -> list[str]:
-        """Return the types that exist now. They may change while a program is running."""
+        """Return the current types, which may change while a program is running."""
         try:
             return self._library.files.names(self._kind, self._package)
         except NotFound:
@@ -116,7 +116,7 @@ class _TypeLoader(Loader):
 
 
 def _imported(module: ModuleType, name: str, classes: Iterable[str]) -> object:
-    """Return `__all__` if `name` is that; otherwise the object that a generated module imports as `name`.
+    """Return `__all__`, or the object that a generated module imports as `name`.
 
     Called only for names that the module lacks, so a message type hides an import with the same name.
     """

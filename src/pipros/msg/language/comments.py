@@ -17,7 +17,7 @@ class Comments:
     """Comments without their `#`, with `\\n` between lines.
 
     Attributes:
-        head: the comment on the whole definition; may be empty.
+        head: the comment for the whole definition; may be empty.
         of: comments by the name of the field or constant. Names without a comment are missing.
     """
 

@@ -12,9 +12,9 @@ from pipros.msg.language.spec import ActionSpec, DefinitionError, MessageSpec, S
 
 
 class Definitions:
-    """Definitions, by type.
+    """Interface definitions, looked up by type.
 
-    Each definition file is read once. An unknown package or type raises `NotFound`.
+    Each file is read once. An unknown package or type raises `NotFound`.
     """
 
     def __init__(self, files: DefinitionFiles) -> None:

@@ -1,6 +1,6 @@
 """The MD5 sum and the full text of a type, computed as in genmsg.
 
-Two peers exchange messages only if their MD5 sums are equal, so both are part of the wire protocol. A
+Two peers exchange messages only if their MD5 sums are equal, so MD5 sums are part of the wire protocol. A
 `Lookup` returns the definition of an embedded type.
 """
 
@@ -109,7 +109,7 @@ class _Search:
 
 
 def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """Return `CompleteSpec.md5_text`. This and all functions below raise the errors of `embedded_types`."""
+    """Return `CompleteSpec.md5_text`. All functions in this module raise the errors of `embedded_types`."""
     return complete(spec, lookup).md5_text()
 
 

@@ -84,7 +84,7 @@ def parse_message(text: str, type_name: str, file: str | None = None, *, first_l
 def parse_service(text: str, type_name: str, file: str | None = None) -> ServiceSpec:
     """Parse a service definition, whose parts become `NameRequest` and `NameResponse`.
 
-    As in genmsg, the response is empty if there is no line `---`, and includes the text after a second such
+    As in genmsg, the response is empty if there is no `---` line, and includes the text after a second such
     line. Raises the same errors as `parse_message`.
     """
     file = file or f"<definition of {type_name}>"
@@ -104,7 +104,7 @@ def parse_action(text: str, type_name: str, file: str | None = None) -> ActionSp
     http://wiki.ros.org/actionlib/DetailedDescription.
 
     Raises:
-        DefinitionError: there are not exactly two lines `---`, or a part is invalid, as for `parse_message`.
+        DefinitionError: there are not exactly two `---` lines, or a part is invalid.
     """
     file = file or f"<definition of {type_name}>"
     name = type_name.partition("/")[2]
@@ -133,7 +133,7 @@ def _action_wrappers(name: str) -> dict[str, str]:
 
 
 def _sections(text: str) -> list[tuple[str, int]]:
-    """Return the parts between the lines `---`, each with the number of its first line."""
+    """Return the parts separated by `---` lines, each with the number of its first line."""
     parts: list[tuple[list[str], int]] = [([], 1)]
     for number, line in enumerate(text.split("\n"), 1):
         if line.startswith(SECTION_MARK):

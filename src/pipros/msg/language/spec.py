@@ -56,7 +56,7 @@ class DefinitionError(PiprosError):
         self.column = column
         self.others: tuple[DefinitionError, ...] = ()
         place = f"{file}:{line}:{column}" if line else file
-        super().__init__(f"{listed(place)}: {listed(reason)}")  # a peer or a bag may have chosen the names
+        super().__init__(f"{listed(place)}: {listed(reason)}")  # the names may come from a peer or a bag
 
 
 class UnknownType(DefinitionError):

@@ -1,7 +1,7 @@
 """A simulator of two-wheeled robots in a flat world. Needs numpy.
 
-Robots receive `cmd_vel`, and publish odometry, transforms, laser scans and the state of their battery. Start
-with `simulation.py`, which is pure; `robots_node.py` connects it to topics and services.
+Robots receive `cmd_vel`, and publish odometry, transforms, laser scans and the state of their battery.
+`simulation.py` performs no I/O; `robots_node.py` connects it to topics and services.
 """
 
 from pipros.basics.errors import MissingExtra

@@ -14,7 +14,7 @@ class BatterySettings:
 
     Attributes:
         capacity_ah: charge of a full battery, in ampere hours.
-        full_v, empty_v: voltages of a full and of an empty battery, interpolated linearly in between.
+        full_v, empty_v: voltages of a full and of an empty battery. In between, the voltage is linear.
         idle_a: current while the robot does not move.
         drive_a: additional current at maximum speed; proportional to the speed.
         charge_a: current from the charger.
@@ -59,7 +59,7 @@ class Battery:
         return self.charge_ah <= 0.0 and not self.is_charging
 
     def step(self, load: float, duration_s: float) -> None:
-        """Advance the time, with the motors at the given load, from 0 to 1."""
+        """Advance the time, with the motors at the given load (0 to 1)."""
         settings = self.settings
         used = 0.0 if self.is_empty else settings.idle_a + settings.drive_a * load
         current = (settings.charge_a if self.is_charging else 0.0) - used

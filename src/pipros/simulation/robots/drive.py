@@ -27,7 +27,7 @@ class Motion:
     turn: float = 0.0
 
     def wheels(self, separation: float, radius: float) -> tuple[float, float]:
-        """Return the angles in radians by which the left and the right wheel turn."""
+        """Return the angles, in radians, by which the left and the right wheel turn."""
         half = self.turn * separation / 2
         return (self.forwards - half) / radius, (self.forwards + half) / radius
 

@@ -6,7 +6,7 @@ from pipros.basics.errors import PiprosError
 
 
 class InvalidSettings(PiprosError, ValueError):
-    """A setting or a file of a world is invalid. The message contains the name and the value."""
+    """A setting or a world file is invalid. The error text contains the name and the value."""
 
 
 class Rejected(PiprosError):

@@ -1,4 +1,4 @@
-"""One simulated robot: its true pose and its sensors. No clock, no sockets."""
+"""One simulated robot: its true pose and its sensors. Reads no clock, and performs no I/O."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Robot:
         odometry: the pose estimated from the wheels, (0, 0, 0) at the start.
         velocity: the motion per second during the last step.
         wheels: angles of the left and the right wheel, in radians.
-        wheel_speeds: their speeds during the last step, in rad/s.
+        wheel_speeds: speeds of the two wheels during the last step, in rad/s.
         is_bumped: whether something blocked the last step.
         battery: the battery.
         random: source of the odometry noise; separate for each robot.

@@ -28,10 +28,10 @@ class Interface:
 
     Attributes:
         odom_frame: frame of the odometry.
-        base_frames: frames of the robot, all at the same place. The first is a child of `odom_frame`; each of
-            the others is a child of the frame before it.
+        base_frames: frames of the robot, all with the same origin. The first is a child of `odom_frame`; each
+            of the others is a child of its predecessor.
         scan_frame, scan_topic: frame and topic of the laser.
-        wheel_joints: the left and the right one.
+        wheel_joints: the joints of the left and the right wheel.
     """
 
     odom_frame: str = "odom"

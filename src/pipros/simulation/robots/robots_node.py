@@ -26,7 +26,7 @@ _STEP_NS: Final = round(STEP_S * 1e9)
 
 
 class RobotsNode:
-    """A ROS node around a simulation of robots.
+    """A ROS node that runs a simulation of robots.
 
     If `/use_sim_time` is true, the node publishes its simulated time on `/clock` and in timestamps; otherwise
     timestamps are wall time. Service handlers and commands run in threads.
@@ -74,7 +74,7 @@ class RobotsNode:
         serve(node, "reset_positions", "std_srvs/Empty", self._reset)
 
     def run(self) -> None:
-        """Step until the node is shut down."""
+        """Run the simulation until the node is shut down."""
         due_s = time.monotonic()
         while not self._node.wait_for_shutdown(max(0.0, due_s - time.monotonic())):
             self.step()

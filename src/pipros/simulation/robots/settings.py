@@ -16,7 +16,7 @@ MAX_RAYS: Final = 10_000
 
 @dataclass(frozen=True, slots=True)
 class Laser:
-    """A laser scanner.
+    """Settings of a laser scanner.
 
     Attributes:
         rays: number of rays.
@@ -53,7 +53,7 @@ class Laser:
 
 @dataclass(frozen=True, slots=True)
 class RobotSettings:
-    """A robot: a disc with two wheels on one axis through its centre.
+    """Settings of a robot: a disc with two wheels on one axis through its centre.
 
     Attributes:
         name: unique name in the simulation; may be empty if there is only one robot.
@@ -61,10 +61,10 @@ class RobotSettings:
         radius: radius of the disc in metres.
         wheel_separation, wheel_radius: in metres.
         max_linear, max_angular: maximum velocities in m/s and rad/s.
-        command_timeout_s: the robot stops if no command has arrived for this long, in simulated time.
+        command_timeout_s: simulated time without a command after which the robot stops.
         odometry_noise: standard deviation of the odometry, as a fraction of the distance and of the turn in
             each step.
-        laser: the scanner; None if the robot has none.
+        laser: the laser scanner, if any.
         battery: the battery and its load.
     """
 

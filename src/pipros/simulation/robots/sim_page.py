@@ -79,7 +79,7 @@ class SimPage:
             simulation = self._robots.simulation
             robot = simulation.robots.get(str(arguments.get("robot")))
             if robot is None:
-                raise RequestRefused(f"no robot is named {arguments.get('robot')!r}")
+                raise RequestRefused(f"there is no robot named {arguments.get('robot')!r}")
             robot.command(linear, angular, simulation.time_s)
 
     async def reset(self, _: Mapping[str, Any]) -> None:

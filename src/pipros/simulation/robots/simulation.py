@@ -1,4 +1,4 @@
-"""Robots in a world, step by step in simulated time. No clock, no sockets.
+"""Robots in a world, step by step in simulated time. Reads no clock, and performs no I/O.
 
 The same settings, seed and commands (at the same steps) produce the same trace, regardless of the scans.
 """
@@ -43,7 +43,7 @@ class Simulation:
 
         Raises:
             InvalidSettings: a name is repeated, a starting pose is not free, or there is no free place for a
-        robot.
+                robot.
         """
         self.world = world
         self.robots: dict[str, Robot] = {}
@@ -170,7 +170,7 @@ class Simulation:
         if robot is None:
             raise Rejected(f"robot [{name}] does not exist; the robots are {', '.join(self.robots)}")
         if not all(map(math.isfinite, (pose.x, pose.y, pose.yaw))):
-            raise Rejected(f"the pose must be finite numbers, got {pose}")
+            raise Rejected(f"the pose must contain only finite numbers, got {pose}")
         if not self.world.is_free(pose.x, pose.y, robot.settings.radius):
             raise Rejected(f"a wall is at x={pose.x:.2f}, y={pose.y:.2f}")
         for other_name, other in self.robots.items():
@@ -190,7 +190,7 @@ class Simulation:
 
 
 def _measured(exact: Ranges, laser: Laser, random: np.random.Generator) -> Ranges:
-    """Return the ranges with noise added. Those outside the laser's limits become `laser.no_echo`."""
+    """Return the ranges with noise added. Ranges outside the laser's limits become `laser.no_echo`."""
     if laser.noise:
         exact = exact + laser.noise * random.standard_normal(exact.shape)
     is_echo = (exact >= laser.range_min) & (exact <= laser.range_max)

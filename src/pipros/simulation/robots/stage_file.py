@@ -61,10 +61,12 @@ def read_stage(file: str) -> tuple[World, list[RobotSettings]]:
     models = _Reader().read(file, 0)
     plan = next((model for model in models if model.kind != "position" and "bitmap" in model.values), None)
     if plan is None:
-        raise InvalidSettings(f"{file} has no model with a bitmap; other kinds of walls are not supported")
+        raise InvalidSettings(
+            f"{file} must contain a model with a bitmap; other kinds of walls are not supported"
+        )
     found = [model for model in models if model.kind == "position"]
     if not found:
-        raise InvalidSettings(f"{file} has no robot: no model of the kind position")
+        raise InvalidSettings(f"{file} must contain a robot, which is a model of the kind position")
     names = [""] if len(found) == 1 else [f"robot_{index}" for index in range(len(found))]
     return _world(plan), [_robot(model, name) for model, name in zip(found, names, strict=True)]
 
@@ -163,7 +165,7 @@ def _number_or_word(word: str) -> float | str:
 
 
 def _numbers(model: Model, key: str, default: list[float]) -> list[float]:
-    """Return the numbers of a property. Missing numbers are taken from the default."""
+    """Return the numbers in a property. Missing numbers are taken from the default."""
     value = model.values.get(key, default)
     if not isinstance(value, list):
         raise InvalidSettings(f"{key} of a {model.kind} must be a list of numbers, got {value!r}")

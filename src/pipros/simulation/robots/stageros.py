@@ -24,7 +24,7 @@ NAMES: Final = Interface(scan_frame="base_laser_link", scan_topic="base_scan")
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the node until it is shut down. Return 1 if the world is invalid, 255 if the arguments are."""
+    """Run the node until it is shut down. Return 1 for an invalid world, and 255 for invalid arguments."""
     arguments = sys.argv[1:] if argv is None else list(argv)
     words = [word for word in arguments if not is_remapping_argument(word)]
     options = {word for word in words if word.startswith("-")}

@@ -30,8 +30,8 @@ class World:
     """The walls of a world.
 
     Attributes:
-        jumps: WALL, OUTSIDE, or a number of cells that are certain to be free in every direction, including
-            diagonals; for each cell and for a border of one cell around the grid.
+        jumps: for each cell, and for a border of one cell around the grid: WALL, OUTSIDE, or a number of
+            cells that are certain to be free in every direction, including diagonals.
         resolution: metres per cell.
         left, bottom: position of the lower left corner of the grid, excluding the border.
     """
@@ -90,7 +90,7 @@ class World:
             return True
         first_row, first_column = int(row - reach), int(column - reach)
         near = self.jumps[first_row : int(row + reach) + 1, first_column : int(column + reach) + 1] == WALL
-        # In each cell, the point that is closest to the centre of the disc.
+        # the point in each cell that is closest to the centre of the disc
         below = first_row + np.arange(near.shape[0])
         before = first_column + np.arange(near.shape[1])
         up = row - np.clip(row, below, below + 1)

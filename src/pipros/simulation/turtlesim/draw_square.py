@@ -25,7 +25,7 @@ _STANDING: Final = 0.0001
 
 
 class Phase(Enum):
-    """What the turtle is doing. TURNED is followed by FORWARD."""
+    """The phase of the turtle's movement. TURNED is followed by FORWARD."""
 
     FORWARD = auto()
     STOPPING_FORWARD = auto()

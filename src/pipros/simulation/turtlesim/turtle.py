@@ -1,4 +1,4 @@
-"""One turtle: its pose, its pen, and its movement in a tick. No clock, no sockets.
+"""One turtle: its pose, its pen, and its movement per tick. Reads no clock, and performs no I/O.
 
 Coordinates are in metres from the lower left corner of the picture, x to the right and y up; angles are
 radians, 0 to the right, counter-clockwise. Positions and velocities are in double precision. The side of the
@@ -85,7 +85,7 @@ class Pen:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Velocities forwards and to the left (m/s), angular velocity (rad/s), and the wall time of arrival."""
+    """A command: velocities forwards and to the left (m/s), angular velocity (rad/s), and time of arrival."""
 
     forwards: float
     left: float
@@ -104,7 +104,7 @@ class Turtle:
     Attributes:
         name: the name with which the turtle was spawned.
         look: number of the turtle's drawing.
-        x, theta: parts of the pose, with `y`.
+        x, y, theta: the pose.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Turtle:
         return len(self._teleports)
 
     def command(self, command: Command) -> None:
-        """Set the velocities, which are valid for `COMMAND_S`."""
+        """Set the velocities for the next `COMMAND_S` seconds."""
         self._command = command
 
     def lift_pen(self) -> None:

@@ -42,7 +42,7 @@ class TurtlePage:
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield turtles and new lines after each change; the whole picture if new lines do not suffice."""
+        """Yield the turtles and the new lines, or the whole picture if necessary, after each change."""
         drawn: _Drawn | None = None
         sent: Any = None
         while True:
@@ -60,7 +60,7 @@ class TurtlePage:
         with self._turtlesim.lock:
             turtle = self._turtlesim.world.turtles.get(str(arguments.get("turtle")))
         if turtle is None:
-            raise RequestRefused(f"no turtle is named {arguments.get('turtle')!r}")
+            raise RequestRefused(f"there is no turtle named {arguments.get('turtle')!r}")
         turtle.command(Command(float(linear or 0), 0.0, float(angular or 0), time.monotonic()))
 
     async def close(self, _: Mapping[str, Any]) -> None:

@@ -132,7 +132,7 @@ class Turtlesim:
         _serve(node, "kill", "turtlesim/Kill", self._kill)
 
     def run(self) -> None:
-        """Tick until the node is shut down."""
+        """Run the world until the node is shut down."""
         due_s = time.monotonic()
         while not self._node.wait_for_shutdown(max(0.0, due_s - time.monotonic())):
             self.tick()
@@ -190,7 +190,7 @@ class Turtlesim:
             return {"name": turtle.name}
 
     def _check_name(self, name: str) -> None:
-        """Raise `Rejected` if a name is not legal in topics, or resolves to the topics of another turtle."""
+        """Raise `Rejected` if a name is not legal in topic names, or belongs to another turtle."""
         if name and (not names.is_legal(name) or names.is_private(name) or names.canonicalize(name) != name):
             raise Rejected(f"[{name}] is not a valid name for a turtle")
         taken = {self._node.resolve(turtle) for turtle in self.world.turtles if turtle != name}

@@ -13,7 +13,7 @@ from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the node until it is shut down; without a page if the parameter `~headless` is true."""
+    """Run the node until it is shut down, with its page unless the parameter `~headless` is true."""
     with roscpp_program("turtlesim", "turtlesim", argv) as (node, log), contextlib.ExitStack() as stack:
         turtlesim = Turtlesim(node, log)
         if not is_on(node, "~headless"):

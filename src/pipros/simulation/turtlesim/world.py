@@ -1,4 +1,4 @@
-"""The world of a turtlesim: its turtles, and the picture that they draw. No clock, no sockets.
+"""The world of a turtlesim: its turtles, and the picture that they draw. Reads no clock, and performs no I/O.
 
 The owner calls `tick` every 16 ms. Not thread-safe.
 """
@@ -50,7 +50,7 @@ class World:
             background: the colour of the picture.
             namespace: namespace of the node, with a trailing slash, for the log.
             limit: the maximum number of turtles.
-            look: returns the number of the drawing for a new turtle.
+            look: function that returns the number of the drawing for a new turtle.
         """
         self.turtles: dict[str, Turtle] = {}
         self.lines: deque[Line] = deque(maxlen=LINES_KEPT)
@@ -113,7 +113,7 @@ class World:
     def tick(self, now_s: float) -> list[tuple[Turtle, Color]]:
         """Move all turtles. Return them with the colours that their sensors measure.
 
-        `now_s` is the wall time, by which commands expire.
+        `now_s` is the wall time, which determines whether commands have expired.
         """
         seen = []
         for turtle in self.turtles.values():

@@ -11,14 +11,14 @@ _FILLER = "0123456789abcdef"
 
 
 class TornMessage(ValueError):
-    """A message does not match its checksum, because bytes were changed, lost or mixed."""
+    """A message does not match its checksum: bytes were changed, lost or mixed."""
 
 
 def numbered_text(source: str, number: int, size: int = 0) -> str:
     """Return a string with its origin and a checksum: `SOURCE NUMBER CHECKSUM FILLER`.
 
     Args:
-        source: a word without blanks. A restarted publisher needs another word.
+        source: a word without blanks. A restarted publisher needs a new word.
         number: the position of the message among the source's messages: 1, 2, 3…
         size: the number of filler characters.
     """
@@ -68,8 +68,8 @@ class _Sequence:
 class History:
     """Record of the messages that each sink received from each source. Thread-safe.
 
-    Messages before the first message that a sink received do not count as lost, because the sink was not
-    connected yet.
+    Messages before the first one that a sink receives do not count as lost, because the sink may not have
+    been connected yet.
     """
 
     def __init__(self) -> None:
@@ -117,7 +117,7 @@ class History:
             return sequence.last if sequence else 0
 
     def sent(self, source: str) -> int:
-        """Return how often `next_text` was called for a source."""
+        """Return the number of times that `next_text` was called for a source."""
         with self._lock:
             return self._sent.get(source, 0)
 
@@ -139,7 +139,7 @@ class History:
         Args:
             counted: the number of reported drops: the sum of `dropped` for all publishers, subscribers and
                 recorders.
-            breaks: the number of broken links and killed nodes, each of which explains one gap.
+            breaks: the number of broken links and killed nodes. Each of these explains one gap.
         """
         found = self.torn
         with self._lock:

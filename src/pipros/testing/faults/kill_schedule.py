@@ -1,4 +1,4 @@
-"""Plan at random when to kill which process. The same seed gives the same schedule."""
+"""Plan random kills of processes. The same seed gives the same schedule."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Kill:
     """One step of a schedule.
 
     Attributes:
-        after: the number of messages that must arrive first; schedules do not depend on time.
+        after: the number of messages that must arrive before the kill. Schedules do not depend on time.
         victim: the name of the process.
         signal: the signal to send.
     """

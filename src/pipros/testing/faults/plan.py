@@ -106,7 +106,7 @@ class FaultyStream:
         while self._corrupt < end:
             piece[self._corrupt - self._at] ^= 1 << self._chance["bit"].randrange(8)
             count += 1
-            # the distance is counted from this byte, not from the start of the piece
+            # count the distance from this byte, not from the start of the piece
             self._corrupt += self._gap("corrupt", self.faults.corrupt_every_bytes)
         return count
 

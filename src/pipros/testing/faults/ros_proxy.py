@@ -3,8 +3,8 @@
 A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all other nodes through the
 proxy. Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
 results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
-port in the result of `requestTopic`) by the address of one of its own ports. So each connection leads to the
-proxy, regardless of which side opens it. Each of these ports has the faults for its kind of connection.
+port in the result of `requestTopic`) by the address of one of its own ports. Therefore, each connection leads
+to the proxy, whichever side opens it. Each of these ports has the faults for its kind of connection.
 """
 
 from __future__ import annotations
@@ -125,7 +125,7 @@ class FaultProxy:
         self._stall(kinds, stall=True)
 
     def resume(self, *kinds: Kind) -> None:
-        """Undo `stall`, and forward the bytes held back."""
+        """Undo `stall`, and forward the bytes that were held back."""
         self._stall(kinds, stall=False)
 
     def refuse(self, *kinds: Kind, refuse: bool = True) -> None:

@@ -42,7 +42,7 @@ class Counts:
 class Switch:
     """Shared state of a group of proxies: the faults, the counts, and whether forwarding is stalled.
 
-    For use in one event loop, except for `faults` and `counts`, which may be read from any thread.
+    Must be used in one event loop, but `faults` and `counts` may be read from any thread.
     """
 
     def __init__(self) -> None:
@@ -88,7 +88,7 @@ class TcpProxy:
 
         Args:
             name: used to seed each connection's faults, together with the connection's number.
-            alive: an address that must accept connections; otherwise, connections to this proxy are reset.
+            alive: if this address does not accept connections, connections to the proxy are reset.
         """
         self.address: Address = (LOOPBACK, 0)
         self._name = name
@@ -108,9 +108,9 @@ class TcpProxy:
         self.address = (LOOPBACK, self._server.sockets[0].getsockname()[1])
 
     def stop_accepting(self) -> None:
-        """Perform the first half of `close`. Run the event loop once between both halves.
+        """Perform the first half of `close`. The event loop must run once before the second half.
 
-        Up to Python 3.11, a connection that is being accepted when its server is closed stays open.
+        Otherwise, up to Python 3.11, a connection that is being accepted would stay open.
         """
         if self._server is not None:
             for listener in self._server.sockets:

@@ -19,7 +19,7 @@ __unittest = True
 
 
 def check_topics(node: Node) -> None:
-    """Raise AssertionError if a topic is not published, or is published but must not be."""
+    """Raise AssertionError if a topic is not published or, with `negative`, is published."""
 
     def find(expected: Expectation) -> str | None:
         published = node.master.get_published_topics()
@@ -32,7 +32,7 @@ def check_topics(node: Node) -> None:
 
 
 def check_services(node: Node) -> None:
-    """Raise AssertionError if a service is not provided, or is provided but must not be."""
+    """Raise AssertionError if a service is not provided or, with `negative`, is provided."""
 
     def find(expected: Expectation) -> str | None:
         try:

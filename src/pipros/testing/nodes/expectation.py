@@ -71,7 +71,7 @@ Find = Callable[[Expectation], str | None]
 
 
 class Watch:
-    """Several expectations with a common start time. The elapsed time is passed in.
+    """Several expectations with a common start time. Callers pass in the elapsed time.
 
     >>> watch = Watch([Expectation("/level", 2.0)], "topic")
     >>> watch.check(0.5, lambda expected: None)
@@ -104,9 +104,11 @@ class Watch:
                 raise AssertionError(f"{self._what} [{item.name}] did not appear within {item.timeout_s:g} s")
             return is_over
         if item.negative:
-            raise AssertionError(f"{self._what} [{item.name}] exists, but must not")
+            raise AssertionError(f"{self._what} [{item.name}] exists, but must not exist")
         if item.type not in (None, found):
-            raise AssertionError(f"{self._what} [{item.name}] has the type [{found}], not [{item.type}]")
+            raise AssertionError(
+                f"{self._what} [{item.name}] must have the type [{item.type}], got [{found}]"
+            )
         return True
 
 

@@ -1,8 +1,8 @@
 """`hztest`: checks that messages arrive at a given rate, or do not arrive.
 
-Private parameters: `topic`, `hz` (0 means that no message must arrive), `hzerror` (required unless `hz` is
+Private parameters: `topic`, `hz` (0 means that no message may arrive), `hzerror` (required unless `hz` is
 0), `test_duration` in seconds, `wait_time` (20 s) for the first message, `check_intervals` (each interval
-must match the rate as well), `wall_clock` (measure in wall time even if time is simulated).
+must also match the rate), and `wall_clock` (measure in wall time even if time is simulated).
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ def run_checks(
     needs_time: Callable[[Node], bool] = lambda _: True,
     **checks: Callable[[Node], None],
 ) -> None:
-    """Run checks as the cases of a test script called `name`. Exit with code 1 if a check fails.
+    """Run checks as the test cases of a test script called `name`. Exit with code 1 if a check fails.
 
     Unless `needs_time` returns False, simulated time must be running before the checks. A check fails with an
     AssertionError that states the expectation. Classes and cases have Noetic's names, because dashboards

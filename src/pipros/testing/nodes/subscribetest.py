@@ -14,7 +14,7 @@ __unittest = True
 
 
 def check(node: Node) -> None:
-    """Raise AssertionError if a topic has no subscriber, or has a subscriber but must not."""
+    """Raise AssertionError if a topic has no subscriber or, with `negative`, has a subscriber."""
 
     def find(item: Expectation) -> str | None:
         _, subscribed, _ = node.master.get_system_state()

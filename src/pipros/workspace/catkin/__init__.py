@@ -1,1 +1,1 @@
-"""The CMake and catkin commands, as far as packages without compiled code need them."""
+"""The CMake and catkin commands that packages without compiled code need."""

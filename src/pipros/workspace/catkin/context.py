@@ -22,7 +22,7 @@ class FoundPackage:
 
     Attributes:
         version: the version in its manifest; empty if unknown.
-        extras: CMake files that are executed in packages that find this one.
+        extras: CMake files to execute in packages that find this package.
     """
 
     version: str = ""
@@ -55,11 +55,11 @@ class ReadContext:
         handlers: Mapping[str, Handler],
         check: Handler,
     ) -> None:
-        """Store the arguments; `run` does the reading.
+        """Store the arguments; `run` executes the file.
 
         Args:
             handlers: the command handlers by command name in lower case.
-            check: called before each command; raises `CMakeError` if it is unknown.
+            check: called before each command; raises `CMakeError` if the command is unknown.
         """
         self.project = project
         self.version = version
@@ -92,7 +92,7 @@ class ReadContext:
         self._interpreter.run_file(self.project.file)
 
     def error(self, command: Command, reason: str) -> CMakeError:
-        """Return an error located at a command in the current file."""
+        """Return an error that names the location of a command in the current file."""
         return self._interpreter.error(command, reason)
 
     def place(self, command: Command) -> str:

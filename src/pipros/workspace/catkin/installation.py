@@ -1,4 +1,4 @@
-"""Parses and executes `install()` and `catkin_install_python()`."""
+"""Parse and execute `install()` and `catkin_install_python()`."""
 
 from __future__ import annotations
 

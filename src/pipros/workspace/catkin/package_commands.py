@@ -80,7 +80,8 @@ def _find_package(context: ReadContext, command: Command, words: list[str]) -> N
 def _component_names(words: Sequence[str]) -> list[str]:
     """Return the components in the arguments of `find_package()`, including optional ones.
 
-    Components may follow `REQUIRED` directly. catkin requires optional components if it is itself required.
+    Components may follow `REQUIRED` directly. If catkin is required, its optional components are required,
+    too.
     """
     names: list[str] = []
     has_version = takes_names = False

@@ -27,7 +27,7 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class NativeTarget:
-    """A reason to build a package with genuine catkin and CMake. `what` completes "the package [x] …"."""
+    """A reason to build a package with genuine catkin. `what` completes "the package [x] …"."""
 
     what: str
     file: str
@@ -58,7 +58,7 @@ class TestEntry:
 
 @dataclass(frozen=True, slots=True)
 class Download:
-    """A file that tests download; `path` is the local file."""
+    """A file that is downloaded for tests; `path` is the local file."""
 
     url: str
     path: str
@@ -94,7 +94,7 @@ class Project:
         needs_cmake: reasons to build the package with genuine catkin; empty if pipros can build it.
         status_lines: output from `message(STATUS)` and similar commands.
         warnings: warnings with file and line.
-        cfg_extras: CMake files for the packages that find this one.
+        cfg_extras: CMake files for packages that find this package.
         targets: the names of targets that can be built individually.
     """
 

@@ -1,7 +1,7 @@
 """Read a package's `CMakeLists.txt`.
 
-The file is executed command by command, as by CMake, as far as packages without compiled code need it.
-Commands that only CMake itself can run are recorded, with file and line. The command handlers are in the
+The file is executed command by command, as by CMake. Only the commands that packages without compiled code
+need are supported; other commands are recorded, with file and line. The command handlers are in the
 tables of `*_commands.py`.
 """
 
@@ -77,7 +77,7 @@ def read_project(
 
 
 def _check_known(context: ReadContext, command: Command, _words: list[str]) -> None:
-    """Reject commands that CMake does not have, and record commands that only CMake can run."""
+    """Reject unknown commands, and record commands that only CMake can run."""
     name = command.name
     if name in BEYOND_COMMANDS:
         context.need_cmake(command, f"{command.written_name}()")

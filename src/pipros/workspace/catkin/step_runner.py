@@ -1,4 +1,4 @@
-"""Runs a package's outdated custom commands and targets, as make would."""
+"""Run a package's outdated custom commands and targets, as make would."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class StepRunner:
 
         Args:
             binary: the base folder for relative output paths.
-            variables: the environment of the commands. `ROS_DISTRO` and the like default to Noetic's
+            variables: the environment of the commands. `ROS_DISTRO` and similar variables default to Noetic's
                 values.
             say: called with a line for each step that runs.
         """
@@ -55,7 +55,7 @@ class StepRunner:
     def run(self, name: str) -> bool:
         """Run a target or make a file.
 
-        Return False if the package has neither a target nor a file of that name.
+        Return False if the package has neither a target nor a file with that name.
 
         Raises:
             CMakeError: a command failed, or no step creates a missing file.

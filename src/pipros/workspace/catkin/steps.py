@@ -25,7 +25,7 @@ class BuildStep:
     Attributes:
         name: the target, or the first output.
         file, line: the position in a CMake file.
-        outputs: the files that the commands make. A target has no outputs; its commands always run.
+        outputs: the files that the commands create. A target has no outputs; its commands always run.
         commands: command lines, each with its working folder.
         depends: files and targets that must be built first.
         is_wanted: whether the step belongs to the target `all`.
@@ -121,7 +121,7 @@ def _read(words: Sequence[str], scope: Scope, step: BuildStep) -> BuildStep:
 
 
 def _without_shell(words: Sequence[str], folder: str) -> Iterable[tuple[str, tuple[str, ...]]]:
-    """Yield the commands of a command line, each with its working folder.
+    """Yield the commands in a command line, each with its working folder.
 
     Of the shell's syntax, only `cd` and `&&` are supported.
     """

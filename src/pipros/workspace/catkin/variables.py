@@ -10,7 +10,7 @@ from pipros.workspace.catkin.project import PYTHON_DESTINATION
 
 
 def package_variables(name: str, folder: str) -> dict[str, str]:
-    """Return the variables for a package. Compiler variables are omitted, so they expand to nothing."""
+    """Return the variables for a package. Compiler variables are omitted, so they expand to empty strings."""
     system = {"darwin": "Darwin", "win32": "Windows"}.get(sys.platform, "Linux")
     return {
         "CATKIN_PACKAGE_BIN_DESTINATION": f"lib/{name}",

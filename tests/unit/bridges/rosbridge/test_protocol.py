@@ -115,7 +115,7 @@ def test_each_operation_has_its_effect() -> None:
         ),
         (
             '{"op": "set_level", "level": "loud"}',
-            "'set_level': level must be one of none, error, warning, info, got 'loud'",
+            "'set_level': level must be one of none, error, warning, info; got 'loud'",
         ),
     ],
 )

@@ -125,7 +125,7 @@ def test_the_level_of_everything() -> None:
             "Pluginlib exception loading analyzer",
             "unknown analyzer type my_pkg",
         ),
-        ({"path": "X"}, "No Analyzer type given", "no parameter 'type'"),
+        ({"path": "X"}, "No Analyzer type given", "missing required parameter 'type'"),
         ({"type": "GenericAnalyzer"}, "Analyzer init failed", "'path' must be a name, got None"),
         ({"type": "GenericAnalyzer", "path": "/"}, "Analyzer init failed", "must be a name"),
         ({"type": "GenericAnalyzer", "path": "X"}, "Analyzer init failed", "matches no status"),
@@ -191,7 +191,7 @@ def test_analyzers_are_removed_with_their_owner() -> None:
         aggregation.add("/node", added)
     with pytest.raises(BadAnalyzer, match="unknown analyzer type B"):
         aggregation.add("/other", {**added, "b": {"type": "B"}})
-    with pytest.raises(BadAnalyzer, match="has no parameter"):
+    with pytest.raises(BadAnalyzer, match="must set its private parameter"):
         aggregation.add("/other", {})
     feed(aggregation, 0.0, x=OK)
     assert list(reported(aggregation, 0.0)) == ["/Added", "/Added/x"]

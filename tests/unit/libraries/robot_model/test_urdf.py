@@ -60,7 +60,7 @@ def joint(parent: str = "base", child: str = "hand", name: str = "j", more: str 
             "type of joint j must be one of revolute, .*, got 'hinge'",
         ),
         (robot(LINKS + '<joint name="j" type="fixed"/>'), "joint j must have a <parent link=…> element"),
-        (robot(LINKS + '<joint type="fixed"/>'), "line 1: <joint> must have the attribute name"),
+        (robot(LINKS + '<joint type="fixed"/>'), "line 1: <joint> must have a non-empty attribute 'name'"),
         (robot(LINKS + joint(child="foot")), "joint j has the child foot, which does not"),
         (
             robot(LINKS + joint() + joint(name="k")),

@@ -1,4 +1,4 @@
-"""Queries of the buffer besides look-ups: possible transforms, common times, chains."""
+"""Queries of the buffer besides lookups: possible transforms, common times, chains."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ def test_a_robot_can_only_be_placed_where_it_fits() -> None:
         ("c", Pose(), r"robot \[c\] does not exist; the robots are a, b"),
         ("a", Pose(0.0, 0.0, 0.0), r"a wall is at x=0\.00, y=0\.00"),
         ("a", Pose(2.1, 2.0, 0.0), r"robot \[b\] is at x=2\.10, y=2\.00"),
-        ("a", Pose(math.nan, 2.0, 0.0), "must be finite"),
+        ("a", Pose(math.nan, 2.0, 0.0), "only finite numbers"),
     ):
         with pytest.raises(Rejected, match=why):
             simulated.place(name, pose)

@@ -94,8 +94,8 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        (ROBOT.replace("rover", "position"), "has no model with a bitmap"),
-        (WORLD, "has no robot"),
+        (ROBOT.replace("rover", "position"), "must contain a model with a bitmap"),
+        (WORLD, "must contain a robot"),
         (WORLD + "rover ( size [1 1", "ends in the middle of a model or a property"),
         (WORLD + "rover ( drive 1", r"a closing bracket '\)' is missing"),
         (WORLD + 'rover ( name "r )\n', r"my\.world:\d+: a closing quote is missing"),

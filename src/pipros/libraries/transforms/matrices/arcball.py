@@ -24,8 +24,8 @@ class Arcball:
     """A virtual trackball. Call `down` when a mouse button is pressed, and `drag` when the mouse moves.
 
     Attributes:
-        axes: unit vectors (each of shape (3,)) to one of which rotations can be constrained; None for no
-            axes.
+        axes: unit vectors (each of shape (3,)), one of which is the rotation axis while `is_constrained` is
+            true; None for no axes.
         is_constrained: whether the axes constrain rotations.
 
     >>> ball = Arcball()

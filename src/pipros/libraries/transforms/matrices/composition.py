@@ -140,17 +140,17 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
 
 def _kabsch(source: Array, target: Array) -> Array:
-    """Return the rotation, of shape (3, 3), that maps points of shape (3, n) closest to others."""
+    """Return the rotation (3, 3) that minimises the distances between two arrays of points (3, n)."""
     left, _, right = np.linalg.svd(target @ source.T)
     rotation: Array = left @ right
-    # a reflection fits best, so flip the axis with the smallest singular value
+    # a reflection would fit best, so flip the axis with the smallest singular value
     if np.linalg.det(rotation) < 0.0:
         rotation = rotation - 2.0 * np.outer(left[:, 2], right[2, :])
     return rotation
 
 
 def _horn(source: Array, target: Array) -> Array:
-    """Same as `_kabsch`, with quaternions."""
+    """Like `_kabsch`, but use quaternions."""
     s = source @ target.T
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = s.tolist()
     symmetric = np.array(
