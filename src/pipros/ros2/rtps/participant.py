@@ -39,7 +39,6 @@ _SLICE_S: Final = 0.05
 _BURST_PAUSE_S: Final = 0.0005
 _DATAGRAMS_AT_ONCE: Final = 64
 _READ_EVERY: Final = 4
-_BACKLOG_BYTES: Final = 16 << 20
 _JOIN_S: Final = 2.0
 
 
@@ -89,7 +88,7 @@ class Participant:
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
         self.failures = 0
-        self._backlog = Backlog(_BACKLOG_BYTES)
+        self._backlog = Backlog(self._limits.ros2_backlog_bytes)
         self._wake_from, self._wake_to = socket.socketpair()
         self._wake_from.setblocking(False)
         self._wake_to.setblocking(False)
@@ -275,7 +274,7 @@ class Participant:
             events = engine.take_events()
             watchers = list(self._watchers)
             due = engine.deadline
-        self._dispatch(events)
+            self._dispatch(events)
         if events or has_arrived:
             for watcher in watchers:
                 watcher.put(None)
