@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from queue import SimpleQueue
 from types import TracebackType
-from typing import Final, TypeVar
+from typing import Final, Generic, TypeVar
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import get_within_slice
@@ -34,6 +34,7 @@ from pipros.ros2.rtps.topics import TopicReader, TopicWriter
 
 DEFAULT_USER_DATA: Final = b"enclave=/;"
 _Answer = TypeVar("_Answer")
+_Reported = TypeVar("_Reported")
 _LOG = logging.getLogger("pipros.ros2")
 _SLICE_S: Final = 0.05
 _BURST_PAUSE_S: Final = 0.0005
@@ -295,7 +296,7 @@ class Participant:
                 if self._on_event is not None:
                     self._calls.put(_Report(self._on_event, event))
             elif (direct := self._direct.get(event.entity)) is not None:
-                direct(event.sample)
+                _Report(direct, event.sample)()  # an exception must not end the thread that reads the sockets
             elif (reader := self._readers.get(event.entity)) is not None and reader.push(event.sample):
                 self._calls.put(reader.call_back)
 
@@ -306,17 +307,17 @@ class Participant:
                 call()
 
 
-class _Report:
-    """Passes an event to a callback, and logs its exceptions."""
+class _Report(Generic[_Reported]):
+    """Passes an event or a sample to a callback, and logs its exceptions."""
 
-    __slots__ = ("_callback", "_event")
+    __slots__ = ("_callback", "_reported")
 
-    def __init__(self, callback: Callable[[Event], None], event: Event) -> None:
+    def __init__(self, callback: Callable[[_Reported], None], reported: _Reported) -> None:
         self._callback = callback
-        self._event = event
+        self._reported = reported
 
     def __call__(self) -> None:
         try:
-            self._callback(self._event)
+            self._callback(self._reported)
         except Exception:
             _LOG.exception("a callback for ROS 2 failed")
