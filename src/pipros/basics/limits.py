@@ -85,8 +85,7 @@ class Limits(NamedTuple):
         lookups: concurrent look-ups of host names.
         subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition from a peer or a bag.
-        definition_cache_bytes: definitions whose classes are kept for the next message; also those of a fleet
-            member.
+        definition_cache_bytes: definitions whose classes are kept for the next message.
         definition_types: types in one definition.
         definition_fields: fields and constants of all types in one definition, or of one type in a file.
             Fields of embedded types count each time.
@@ -133,6 +132,9 @@ class Limits(NamedTuple):
         fleet_message_bytes: a message, a request or a reply over a fleet link, also once it is decompressed.
         fleet_queue_bytes: messages that wait to be sent over a fleet link.
         fleet_latched_bytes: latched messages that a member keeps for others.
+        fleet_definition_bytes: definitions of other members' messages that a member keeps, for all of them; also
+            those that a router keeps for its history.
+        fleet_history_files: files of a router's history, for all members.
         fleet_calls: calls from other members that a member handles at a time, and waits for.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
@@ -242,6 +244,8 @@ class Limits(NamedTuple):
     fleet_message_bytes: int = 64 * _MIB
     fleet_queue_bytes: int = 32 * _MIB
     fleet_latched_bytes: int = 64 * _MIB
+    fleet_definition_bytes: int = 64 * _MIB
+    fleet_history_files: int = 10_000
     fleet_calls: int = 64
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
