@@ -126,14 +126,15 @@ class Limits(NamedTuple):
         ros2_incomplete_total_bytes: fragments and early messages of all participants together.
         ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
         ros2_inbox_bytes: ROS 2 messages that wait for one callback, or for a service's answer.
+        fleet_file_bytes: the file of a fleet member.
         fleet_members: other members of a fleet that a member shows.
         fleet_topics: topics and services of all these members that it shows.
         fleet_directory_bytes: a member's directory.
         fleet_message_bytes: a message, a request or a reply over a fleet link, also once it is decompressed.
         fleet_queue_bytes: messages that wait to be sent over a fleet link.
         fleet_latched_bytes: latched messages that a member keeps for others.
-        fleet_definition_bytes: definitions of other members' messages that a member keeps, for all of them; also
-            those that a router keeps for its history.
+        fleet_definition_bytes: message definitions of all other members that a member keeps, or a router
+            for its history.
         fleet_history_files: files of a router's history, for all members.
         fleet_calls: calls from other members that a member handles at a time, and waits for.
         message_values: values in a new message.
@@ -238,6 +239,7 @@ class Limits(NamedTuple):
     ros2_history_bytes: int = 256 * _MIB
     ros2_inbox_bytes: int = 256 * _MIB
     ros2_graph_bytes: int = 16 * _MIB
+    fleet_file_bytes: int = 256 * _KIB
     fleet_members: int = 1000
     fleet_topics: int = 5000
     fleet_directory_bytes: int = 4 * _MIB

@@ -229,7 +229,8 @@ class HistoryFiles:
     ) -> Sequence[_Stored]:
         """Delete files until their total weight is at most `most`. Return the others.
 
-        Each member's files keep their order. The member with the greatest total loses its oldest file. `files`: newest first.
+        The member with the greatest total loses its oldest file. Each member's files must be sorted, the
+        newest first, and keep this order.
         """
         kept: dict[Path, list[_Stored]] = {}
         totals: dict[Path, int] = {}
