@@ -394,7 +394,7 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
 
     with (
         running_router(claimed_port.number) as address,
-        Member("operator", address, limits={"definition_cache_bytes": 100}) as operator,
+        Member("operator", address, limits={"fleet_definition_bytes": 180}) as operator,
     ):
         other = connect(address)
         try:
@@ -408,7 +408,7 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
             ]
             operator.wait_for_topic("/robot1/topic0")
             operator.wait_for_topic("/robot1/topic1")
-            expected = "too many definitions of [robot1]"
+            expected = "too many definitions of other members"
             assert [each for each in operator.warnings if expected in each] == operator.warnings
             for revision, entries in enumerate([(), both[:1], (), both[:1]], 2):
                 other.put(keys.directory("robot1"), to_json(Directory("robot1", instance, revision, entries)))

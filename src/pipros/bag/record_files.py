@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import time
 from collections import deque
@@ -194,10 +195,14 @@ class RecordFiles:
             parts = [part for part in (options.prefix, time.strftime("%Y-%m-%d-%H-%M-%S")) if part]
         if options.split:
             parts.append(str(self._count))
-        name, number = "_".join(parts), 0
-        while self._avoids_existing and os.path.exists(name + (f"_{number}" if number else "") + suffix):
-            number += 1
-        return name + (f"_{number}" if number else "") + suffix
+        first = name = "_".join(parts)
+        numbers = itertools.count(1)
+        # a killed recorder leaves a file that ends in `.active`
+        while self._avoids_existing and any(
+            os.path.exists(f"{name}{suffix}{end}") for end in ("", ".active")
+        ):
+            name = f"{first}_{next(numbers)}"
+        return f"{name}{suffix}"
 
     def _active(self) -> Path:
         return self._path.with_name(self._path.name + ".active")

@@ -85,8 +85,7 @@ class Limits(NamedTuple):
         lookups: concurrent lookups of host names.
         subscriber_bytes: the bytes that a subscriber may send on a topic link after its header.
         definition_bytes: the text of a message definition from a peer or a bag.
-        definition_cache_bytes: definitions whose classes are kept for the next message; also those of a fleet
-            member.
+        definition_cache_bytes: definitions whose classes are kept for the next message.
         definition_types: types in one definition.
         definition_fields: fields and constants of all types in one definition, or of one type in a file.
             Fields of embedded types count each time.
@@ -128,12 +127,16 @@ class Limits(NamedTuple):
         ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
         ros2_backlog_bytes: datagrams from ROS 2 that a participant has read and not yet handled.
         ros2_inbox_bytes: ROS 2 messages that are queued for one callback, or for a service's answer.
+        fleet_file_bytes: the file of a fleet member.
         fleet_members: other members of a fleet that a member shows.
         fleet_topics: topics and services of these members, in total.
         fleet_directory_bytes: a member's directory.
         fleet_message_bytes: a message, a request or a reply on a fleet link, compressed or decompressed.
         fleet_queue_bytes: messages that wait to be sent over a fleet link.
         fleet_latched_bytes: latched messages that a member keeps for others.
+        fleet_definition_bytes: message definitions of all other members that a member keeps, or a router
+            for its history.
+        fleet_history_files: files of a router's history, for all members.
         fleet_calls: calls from other members that a member handles at a time.
         message_values: values in a new message.
         empty_elements: values in one message beyond the budget of eight values per byte.
@@ -238,12 +241,15 @@ class Limits(NamedTuple):
     ros2_backlog_bytes: int = 64 * _MIB
     ros2_inbox_bytes: int = 256 * _MIB
     ros2_graph_bytes: int = 16 * _MIB
+    fleet_file_bytes: int = 256 * _KIB
     fleet_members: int = 1000
     fleet_topics: int = 5000
     fleet_directory_bytes: int = 4 * _MIB
     fleet_message_bytes: int = 64 * _MIB
     fleet_queue_bytes: int = 32 * _MIB
     fleet_latched_bytes: int = 64 * _MIB
+    fleet_definition_bytes: int = 64 * _MIB
+    fleet_history_files: int = 10_000
     fleet_calls: int = 64
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536

@@ -100,7 +100,7 @@ class Agent:
         self._workers = Workers("requests of a fleet agent", 8)
         self._presence = Presence(self.member, self.instance, node.limits.fleet_members, self)
         self._calls = LocalCalls(node, file, self._log)
-        self._looks = LocalLooks(node, file)
+        self._looks = LocalLooks(node, self.member, file)
         wake = self._events.wake
         self._offers = Offers(
             node, link, self.sender, self.member, file, self._presence.present, self._warn, wake

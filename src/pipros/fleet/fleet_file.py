@@ -42,6 +42,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
+from pipros.basics.limits import process_limits
 from pipros.basics.printable import printable
 from pipros.safe import yaml
 
@@ -191,10 +192,11 @@ def read_fleet_file(path: str | Path) -> FleetFile:
     """Read a file.
 
     Raises:
-        BadFleetFile: the file cannot be read or has an invalid value.
+        BadFleetFile: the file cannot be read, is larger than `Limits.fleet_file_bytes`, or has an invalid
+            value.
     """
     try:
-        return parse_fleet_file(read_file(path), str(path))
+        return parse_fleet_file(read_file(path, process_limits().fleet_file_bytes), str(path))
     except OSError as error:
         raise BadFleetFile(f"cannot read {path}: {error.strerror or error}") from None
 

@@ -6,18 +6,22 @@ Needs the extra `mcap`.
 from __future__ import annotations
 
 import math
+import os
 import re
 import threading
 import time
-from collections.abc import Callable, Iterator, Set
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.errors import BagError
-from pipros.bag.mcap_files import McapReader, mcap_library
+from pipros.bag.mcap_files import McapReader, mcap_library, recover
 from pipros.bag.record_files import FileOptions, RecordFiles
+from pipros.bag.rewrite import replaced_file
+from pipros.basics.limits import Limits, process_limits
 
 FILE_BYTES: Final = 8 * 1024 * 1024
 """Size at which a new file is started. Larger messages are not recorded."""
@@ -44,15 +48,29 @@ class HistoryFile:
     end_ns: int
 
 
+@dataclass(frozen=True, slots=True)
+class _Stored:
+    """A file of a history, complete or not."""
+
+    path: Path
+    bytes: int
+    modified_ns: int
+
+
 class HistoryFiles:
     """Writer and reader of the histories of all members. Thread-safe; all methods block.
 
-    Each file begins with the last message of every latching publisher. To stay within the limit, the oldest
-    file of the member with the largest history is deleted.
+    Each file begins with the last message of every latching publisher. To stay within the limits, the oldest
+    file of the member with the largest history is deleted, or that of the member with the most files.
     """
 
     def __init__(
-        self, folder: str | Path, limit_bytes: int, *, clock: Callable[[], float] = time.monotonic
+        self,
+        folder: str | Path,
+        limit_bytes: int,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        limits: Limits | None = None,
     ) -> None:
         """Create the folder.
 
@@ -69,12 +87,45 @@ class HistoryFiles:
         self._folder = Path(folder)
         self._folder.mkdir(parents=True, exist_ok=True)
         self._limit_bytes = limit_bytes
+        self._limits = limits or process_limits()
         self._clock = clock
         self._completed_s: dict[str, float] = {}
         self._unchecked_bytes = FILE_BYTES
+        self._spare_bytes = 2 * FILE_BYTES
+        self._count = 0
         self._files: dict[str, RecordFiles] = {}
         self._open: set[str] = set()
         self._lock = threading.Lock()
+        self._left = sorted(self._folder.glob("*/*.mcap.active"))
+        for unfinished in self._folder.glob("*/*.mcap.active.active"):
+            unfinished.unlink(missing_ok=True)  # the router was killed during `recover`
+
+    def recover(self) -> None:
+        """Complete the files that a killed router left before this object was created.
+
+        They have all messages except the last ones, which the router had not written yet. Files without any
+        message are deleted. A file that cannot be recovered is kept, and counts toward the limits.
+        """
+        left, self._left = self._left, []
+        with self._lock:
+            self._spare_bytes += FILE_BYTES  # for the copy of one file
+            self._remove_oldest()
+        for path in left:
+            with suppress(BagError, OSError):
+                self._recover(path)
+        with self._lock:
+            self._spare_bytes -= FILE_BYTES
+
+    def _recover(self, path: Path) -> None:
+        modified_ns = path.stat().st_mtime_ns
+        with replaced_file(path) as file:
+            recover(path, file, self._limits, lambda _: None)
+        os.utime(path, ns=(modified_ns, modified_ns))
+        with self._lock:
+            if _described(path) is None:
+                self._delete(path)
+            else:
+                path.replace(path.with_suffix(""))
 
     def write(self, member: str, connection: Connection, time_ns: int, data: bytes) -> None:
         """Add a message.
@@ -84,7 +135,7 @@ class HistoryFiles:
         """
         with self._lock:
             self._unchecked_bytes += len(data)
-            if self._unchecked_bytes >= FILE_BYTES:
+            if self._unchecked_bytes >= FILE_BYTES or self._count > self._limits.fleet_history_files:
                 self._unchecked_bytes = 0
                 self._remove_oldest()
             files = self._files.get(member)
@@ -99,7 +150,9 @@ class HistoryFiles:
                     chunk_bytes=_CHUNK_BYTES,
                     repeat_latched=True,
                 )
-                self._files[member] = files = RecordFiles(options, lambda _: None, avoid_existing=True)
+                self._files[member] = files = RecordFiles(
+                    options, lambda _: None, self._count_file, avoid_existing=True
+                )
             self._open.add(member)
             files.write(StoredMessage(connection, time_ns, data))
 
@@ -154,22 +207,55 @@ class HistoryFiles:
             self._open.discard(member)
             self._files[member].close()
 
+    def _count_file(self, _: str) -> None:
+        self._count += 1
+
     def _remove_oldest(self) -> None:
-        sizes: dict[Path, int] = {}
+        """Delete files until the limits are met."""
+        found = []
         for path in self._folder.glob("*/*.mcap*"):  # a killed router leaves `.active` files
-            sizes[path] = path.stat().st_size
-        ages = {path: path.stat().st_mtime_ns for path in sizes}
-        while sum(sizes.values()) > self._limit_bytes - 2 * FILE_BYTES:
-            totals: dict[Path, int] = {}
-            for path, size in sizes.items():
-                totals[path.parent] = totals.get(path.parent, 0) + size
-            largest = max(totals, key=lambda folder: totals[folder])
-            oldest = min((path for path in sizes if path.parent == largest), key=lambda path: ages[path])
-            if largest.name in self._open and oldest == self._active(largest.name):
-                self._complete(largest.name)
-                self._files[largest.name].path.unlink(missing_ok=True)
-            oldest.unlink(missing_ok=True)
-            del sizes[oldest]
+            with suppress(OSError):
+                status = path.stat()
+                found.append(_Stored(path, status.st_size, status.st_mtime_ns))
+        found.sort(key=lambda each: each.modified_ns, reverse=True)
+        kept = self._thinned(found, lambda each: each.bytes, self._limit_bytes - self._spare_bytes)
+        if len(kept) > self._limits.fleet_history_files:
+            # more than necessary, because finding all files takes long
+            kept = self._thinned(kept, lambda _: 1, self._limits.fleet_history_files * 9 // 10)
+        self._count = len(kept)
+
+    def _thinned(
+        self, files: Iterable[_Stored], weight: Callable[[_Stored], int], most: int
+    ) -> Sequence[_Stored]:
+        """Delete files until their total weight is at most `most`. Return the others.
+
+        The member with the greatest total loses its oldest file. Each member's files must be sorted, the
+        newest first, and keep this order.
+        """
+        kept: dict[Path, list[_Stored]] = {}
+        totals: dict[Path, int] = {}
+        for each in files:
+            kept.setdefault(each.path.parent, []).append(each)
+            totals[each.path.parent] = totals.get(each.path.parent, 0) + weight(each)
+        surplus = sum(totals.values()) - most
+        while surplus > 0:
+            folder = max(totals, key=totals.__getitem__)
+            oldest = kept[folder].pop()
+            totals[folder] -= weight(oldest)
+            surplus -= weight(oldest)
+            self._delete(oldest.path)
+        return [each for group in kept.values() for each in group]
+
+    def _delete(self, path: Path) -> None:
+        """Delete a file, and its folder if it is empty and its member is absent."""
+        member = path.parent.name
+        if member in self._open and path == self._active(member):
+            self._complete(member)
+            self._files[member].path.unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
+        if member not in self._files:
+            with suppress(OSError):
+                path.parent.rmdir()
 
     def _active(self, member: str) -> Path:
         path = self._files[member].path

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -51,10 +51,33 @@ def not_agents(nodes: Iterable[str]) -> list[str]:
     return [node for node in nodes if not is_agent(node)]
 
 
+def is_returned(name: str, member: str, others: Iterable[str], local: Container[str]) -> bool:
+    """Return whether a name at a member may be one that a fleet has shown elsewhere.
+
+    A relay between masters, such as a gateway to ROS 2 for each of them, brings such names back. If they were
+    shared again, they would become longer with each round.
+
+    Args:
+        others: names of other members.
+        local: the names at the member. `/robot1/x` at `robot1` counts as returned only if `/x` exists too.
+
+    >>> is_returned("/b/x", "b", ["a"], {"/x", "/b/x"}), is_returned("/b/x", "b", ["a"], {"/b/x"})
+    (True, False)
+    >>> is_returned("/a/x", "b", ["a"], {"/a/x"}), is_returned("/b/a/x", "b", ["a"], {"/b/a/x"})
+    (True, True)
+    """
+    foreign, own = tuple(f"/{each}/" for each in others), f"/{member}/"
+    if name.startswith(foreign) or not name.startswith(own):
+        return name.startswith(foreign)
+    rest = name.removeprefix(f"/{member}")
+    return rest in local or rest.startswith((own, *foreign))
+
+
 def look(
     state: SystemState,
     types: dict[str, str],
     file: FleetFile,
+    member: str,
     others: Iterable[str],
     define: TopicDefinition,
     header: ServiceHeader,
@@ -63,15 +86,16 @@ def look(
 
     Args:
         types: the type of each topic.
+        member: name of this member.
         others: names of other members; names in their namespaces are omitted.
     """
-    foreign = tuple(f"/{name}/" for name in others)
+    members, topics = tuple(others), state.topics()
 
     def entries(nodes_by_topic: Registrations, is_offered: Callable[[str], object]) -> tuple[Entry, ...]:
         found = []
         for topic, nodes in nodes_by_topic.items():
             local = not_agents(nodes)
-            if not local or topic.startswith(foreign) or not is_offered(topic):
+            if not local or is_returned(topic, member, members, topics) or not is_offered(topic):
                 continue
             kind = types.get(topic, "*")
             definition = define(topic, kind, local) if "/" in kind else None
@@ -83,7 +107,9 @@ def look(
     for name, nodes in state.services.items():
         rule = file.accepted_service(name)
         local = not_agents(nodes)
-        if rule is not None and local and not name.startswith(foreign) and (found := header(name, local)):
+        if rule is None or not local or is_returned(name, member, members, state.services):
+            continue
+        if found := header(name, local):
             services.append(Entry(name, *found, timeout_s=rule.timeout_s))
     return LocalGraph(
         state,

@@ -24,8 +24,9 @@ _MOST_HEADERS: Final = 10_000
 class LocalLooks:
     """Reader of the local master's state. The methods may block for seconds, but not after `close`."""
 
-    def __init__(self, node: Node, file: FleetFile) -> None:
+    def __init__(self, node: Node, member: str, file: FleetFile) -> None:
         self._node = node
+        self._member = member
         self._file = file
         self._calls: OpenCalls = OpenCalls()
         self._loop = BackgroundLoop(f"definitions of {node.name}")
@@ -48,7 +49,9 @@ class LocalLooks:
         found = read_state(self._node.master)
         if found is None:
             return None
-        return look(*found, self._file, others, self._definitions.of_topic, self._service_header)
+        return look(
+            *found, self._file, self._member, others, self._definitions.of_topic, self._service_header
+        )
 
     def answer_definition(self, question: Question, local: LocalGraph) -> None:
         """Answer with the definition of a message type, if this member shares a topic of that type."""

@@ -21,6 +21,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.fleet import keys
 from pipros.fleet.access import ROUTER
+from pipros.fleet.definition_room import DefinitionRoom
 from pipros.fleet.directory import Directory, Entry, Wishes, from_json, to_json, wishes_to_json
 from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import matches_any
@@ -55,7 +56,9 @@ class _Topic:
         self.instance = instance
         self.latched = latched
         self.received = Received()
-        self.definition: str | None = None
+        self.definition: bytes | None = None
+        self.taken_bytes = 0  # of the room for definitions
+        self.is_forgotten = False
         self.connections: dict[tuple[int, bool], Connection] = {}
 
     def connection(self, source: int, *, is_latched: bool) -> Connection:
@@ -66,11 +69,11 @@ class _Topic:
             header = {
                 "type": self.entry.type,
                 "md5sum": self.entry.md5sum,
-                "message_definition": self.definition or "",
                 "callerid": f"/{self.member}/{source}",
                 "latching": "1" if is_latched else "0",
             }
             fields = {name: value.encode() for name, value in header.items()}
+            fields["message_definition"] = self.definition or b""
             name = f"/{self.member}{self.entry.name}"
             self.connections[source, is_latched] = Connection(len(self.connections), name, fields)
         return self.connections[source, is_latched]
@@ -111,6 +114,7 @@ class Recorder:
         self._topics: dict[tuple[str, str], _Topic] = {}
         self._wishes: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
+        self._room = DefinitionRoom(self._limits.fleet_definition_bytes)
         self._latched_bytes: Counter[str] = Counter()
         self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
         self._waiting_bytes = 0
@@ -123,6 +127,7 @@ class Recorder:
         """Start recording."""
         link, own = self._link, to_json(Directory(ROUTER, self._instance, 1))
         self._thread.start()
+        self._workers.run(self._files.recover)
         self._declared = [
             link.serve(keys.directory(ROUTER), lambda question: _answer(question, own)),
             link.serve(keys.wanted(ROUTER, "*"), self._answer_wishes),
@@ -215,13 +220,25 @@ class Recorder:
                     text = (
                         read_definition(answer.payload, entry.md5sum, self._limits.definition_bytes) or text
                     )
-            topic.definition = text
+            self._keep_definition(topic, text.encode())
             key = keys.topic(topic.member, entry.name)
             for answer in self._link.get(key, timeout_s=_REQUEST_S):
                 self._on_message(key, answer.payload, answer.attachment, is_replay=True)
         except LinkFailed as error:
             self._warn(str(error))
         self._events.post("wishes", topic.member, lambda: self._publish_wishes(topic.member))
+
+    def _keep_definition(self, topic: _Topic, definition: bytes) -> None:
+        with self._lock:
+            if topic.is_forgotten:
+                return
+            if self._room.take(len(definition)):
+                topic.taken_bytes = len(definition)
+            else:
+                definition = b""
+                limit = limit_text("fleet_definition_bytes", self._limits.fleet_definition_bytes)
+                self._warn(f"there are too many definitions of members; {limit}")
+            topic.definition = definition
 
     # -- the thread ---------------------------------------------------------------------------------
 
@@ -274,9 +291,16 @@ class Recorder:
         """Forget all topics of a member except those in `kept`."""
         gone = [key for key in self._topics if key[0] == member and key[1] not in kept]
         for key in gone:
-            self._latched_bytes[member] -= sum(self._topics.pop(key).latched.values())
+            topic = self._topics.pop(key)
+            self._latched_bytes[member] -= sum(topic.latched.values())
+            self._forget_definition(topic)
         if gone:
             self._files.forget_latched(member, {f"/{member}{name}" for _, name in gone})
+
+    def _forget_definition(self, topic: _Topic) -> None:
+        with self._lock:
+            topic.is_forgotten = True
+            self._room.give_back(topic.taken_bytes)
 
     def _take_directory(self, member: str, payload: bytes) -> None:
         token = self._members.present().get(member)
@@ -311,6 +335,8 @@ class Recorder:
                 self._warn(f"too many topics; {limit_text('fleet_topics', self._limits.fleet_topics)}")
                 return None
             latched = topic.latched if topic is not None else {}
+            if topic is not None:
+                self._forget_definition(topic)
             self._topics[member, name] = topic = _Topic(member, entry, directory.instance, latched)
             self._workers.run(self._prepare, topic)
         return topic
@@ -353,7 +379,7 @@ class Recorder:
 
     def _may_keep(self, topic: _Topic, source: int, body_bytes: int) -> bool:
         """Return whether there is room to keep a latched message, which begins each subsequent file."""
-        size = body_bytes + len((topic.definition or "").encode()) + _HEADER_BYTES
+        size = body_bytes + len(topic.definition or b"") + _HEADER_BYTES
         if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
             return False
         added = size - topic.latched.get(source, 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 from pipros.fleet import keys
 from pipros.fleet.calls import RemoteService
+from pipros.fleet.definition_room import DefinitionRoom
 from pipros.fleet.directory import Directory, Entry, read_json
 from pipros.fleet.fleet_file import Priority, Rule
 from pipros.fleet.local_graph import outcome_topics
@@ -45,9 +47,15 @@ class ShownMember:
         me: str,
         directory: Directory,
         workers: Workers,
+        room: DefinitionRoom,
         wake: Callable[[], object],
     ) -> None:
-        """`wake`: called from any thread if `settle` has something to do."""
+        """Store the settings.
+
+        Args:
+            room: for the definitions of all members.
+            wake: called from any thread if `settle` has something to do.
+        """
         self.directory = directory
         self.sinks: dict[str, Sink] = {}
         self.inputs: dict[str, Source] = {}
@@ -59,7 +67,9 @@ class ShownMember:
         self._workers = workers
         self._wake = wake
         self._warn = WarningsOnce(node.log)
+        self._room = room
         self._definitions: dict[tuple[str, str], str | None] = {}
+        self._taken_bytes: dict[tuple[str, str], int] = {}
         self._lock = threading.Lock()
         self._received: dict[str, Ends] = {}
         self._refused: set[Entry] = set()
@@ -108,6 +118,7 @@ class ShownMember:
     def close(self) -> None:
         """Remove everything from the local master."""
         self._is_closed = True
+        self._forget(set())
         self._settle_sinks({})
         self._settle_inputs({})
         self._settle_services({})
@@ -118,6 +129,7 @@ class ShownMember:
         with self._lock:
             for key in self._definitions.keys() - {(entry.type, entry.md5sum) for entry in offered}:
                 del self._definitions[key]
+                self._room.give_back(self._taken_bytes.pop(key, 0))
 
     def _local(self, entry: Entry) -> Entry:
         return Entry(f"/{self.directory.member}{entry.name}", entry.type, entry.md5sum, entry.timeout_s)
@@ -225,13 +237,15 @@ class ShownMember:
         except PiprosError as error:
             self._node.log.debug("%s", error)
         with self._lock:
-            used_bytes = sum(len(each or "") for each in self._definitions.values())
-            has_room = used_bytes + len(text) <= limits.definition_cache_bytes
-            if key in self._definitions:
-                self._definitions[key] = text if has_room else ""
-        if not has_room:
-            limit = limit_text("definition_cache_bytes", limits.definition_cache_bytes)
-            self._warn(f"too many definitions of [{self.directory.member}]; {limit}")
+            if key in self._definitions and self._definitions[key] is None:
+                size_bytes = sys.getsizeof(text)
+                if self._room.take(size_bytes):
+                    self._taken_bytes[key] = size_bytes
+                else:
+                    text = ""
+                    limit = limit_text("fleet_definition_bytes", limits.fleet_definition_bytes)
+                    self._warn(f"there are too many definitions of other members; {limit}")
+                self._definitions[key] = text
         self._wake()
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 from pipros.fleet import keys
+from pipros.fleet.definition_room import DefinitionRoom
 from pipros.fleet.directory import Wishes, from_json, wishes_to_json
 from pipros.fleet.local_graph import occupied
 from pipros.fleet.members import Token
@@ -47,6 +48,7 @@ class ShownMembers:
         self._workers = workers
         self._warn = warn
         self._wake = wake
+        self._room = DefinitionRoom(node.limits.fleet_definition_bytes)
         self._wishes_sent: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
 
@@ -78,7 +80,7 @@ class ShownMembers:
             return
         self._node.log.info("[%s] has joined", member)
         self.members[member] = ShownMember(
-            self._node, self._link, self._sender, self._me, directory, self._workers, self._wake
+            self._node, self._link, self._sender, self._me, directory, self._workers, self._room, self._wake
         )
 
     def forget(self, member: str) -> None:

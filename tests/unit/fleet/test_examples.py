@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import json
+import os
 import shlex
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from pipros.fleet.fleet_file import read_fleet_file
 from tests.support.environments import REPOSITORY
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 EXAMPLES = REPOSITORY / "examples" / "fleet"
 UNITS = sorted(EXAMPLES.glob("*.service"))
@@ -43,3 +51,41 @@ def test_units_run_a_pipros_command(unit: Path, tmp_path: Path) -> None:
             timeout=60,
         )
         assert ended.returncode == 0, ended.stderr
+
+
+def test_the_container_runs_a_pipros_command(tmp_path: Path) -> None:
+    """The image is not built: no test has containers or their registry."""
+    lines = (EXAMPLES / "Containerfile").read_text().splitlines()
+    instructions = dict(line.split(" ", 1) for line in lines if not line.startswith("#"))
+    assert list(instructions) == ["FROM", "RUN", "USER", "EXPOSE", "ENTRYPOINT", "CMD"]
+    assert instructions["USER"] == "nobody"
+    assert f"-p {instructions['EXPOSE']}:{instructions['EXPOSE']}" in lines[3]
+
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
+    (requirement,) = [word for word in shlex.split(instructions["RUN"]) if "[" in word]
+    assert requirement == f"{project['name']}[fleet]"
+    assert "fleet" in project["optional-dependencies"]
+
+    program, *arguments = json.loads(instructions["ENTRYPOINT"])
+    module, _, function = project["scripts"][program].partition(":")
+    address, *keys = json.loads(instructions["CMD"])
+    assert address == f"tls/0.0.0.0:{instructions['EXPOSE']}"
+    ended = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            f"import sys; from {module} import {function}; sys.exit({function}(sys.argv[1:]))",
+            *arguments,
+            address,
+            *keys,
+        ],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        cwd=tmp_path,
+        env={**os.environ, "HOME": "/nonexistent"},
+    )
+    assert (ended.returncode, ended.stderr) == (
+        1,
+        "ERROR: [/fleet] has no authority; `pipros fleet keys create /fleet` creates one\n",
+    )

@@ -153,6 +153,13 @@ def test_unreadable_files_raise(tmp_path: Path) -> None:
         read_fleet_file(tmp_path)
 
 
+def test_large_files_are_refused_before_they_are_parsed(tmp_path: Path) -> None:
+    file = tmp_path / "large.yaml"
+    file.write_text(f"share: {{topics: [{2_000_000 * 'a,'}]}}")
+    with pytest.raises(BadFleetFile, match=r"large\.yaml: it is larger than 262144 bytes"):
+        read_fleet_file(file)
+
+
 def test_the_example_of_the_module_is_valid() -> None:
     from pipros.fleet import fleet_file
 

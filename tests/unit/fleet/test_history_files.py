@@ -13,6 +13,7 @@ import pytest
 from pipros.bag.connection import Connection
 from pipros.bag.mcap_files import McapReader
 from pipros.bag.opening import open_bag
+from pipros.basics.limits import process_limits
 from pipros.fleet.history_files import (
     COMPLETION_S,
     FILE_BYTES,
@@ -127,6 +128,73 @@ def test_the_current_file_may_be_deleted(tmp_path: Path) -> None:
     (lost, *_) = [number for number in range(12) if not files.list(f"robot{number}")]
     files.write(f"robot{lost}", connection("/image"), 12 * S, b"")
     assert files.list(f"robot{lost}")[0].messages == 1
+
+
+def killed(folder: Path, member: str, *lines: str) -> Path:
+    """Play a router that writes messages and is killed. Return the file that it leaves."""
+    files = HistoryFiles(folder, SMALLEST_LIMIT_BYTES)
+    for number, line in enumerate(lines):
+        files.write(member, connection(f"/{member}/odom"), number * S, body(line))
+    (left,) = (folder / member).glob("*.active")
+    content = left.read_bytes()
+    files.close()
+    (complete,) = (folder / member).iterdir()
+    complete.unlink()
+    left.write_bytes(content)
+    return left
+
+
+def test_files_of_a_killed_router_are_completed(tmp_path: Path) -> None:
+    large = os.urandom(50_000).hex()  # does not fit into a chunk with others
+    left = killed(tmp_path, "robot1", f"first {large}", f"second {large}", "in memory")
+    os.utime(left, ns=(5 * S, 5 * S))
+    empty = killed(tmp_path, "robot2", "in memory")
+    strange = left.with_name("strange.mcap.active")
+    strange.mkdir()
+    unfinished = left.with_name(f"{left.name}.active")
+    unfinished.write_bytes(b"from an interrupted recovery")
+
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    files.write("robot1", connection("/robot1/odom"), 9 * S, body("after the restart"))
+    assert not unfinished.exists()
+    files.recover()
+
+    (found,) = files.list("robot1")[:1]
+    assert (found.name, found.messages, found.begin_ns, found.end_ns) == (left.stem, 2, 0, 1 * S)
+    path = left.with_suffix("")
+    assert [text.partition(" ")[0] for _, text in texts(path)] == ["first", "second"]
+    assert path.stat().st_mtime_ns == 5 * S
+    assert not empty.parent.exists()
+    assert strange.exists()
+    assert [text for each in files.list("robot1")[1:] for _, text in texts(path.with_name(each.name))] == [
+        "after the restart"
+    ]
+
+
+def test_files_of_a_killed_router_count_toward_the_limit(tmp_path: Path) -> None:
+    left = killed(tmp_path, "robot1", "in memory")
+    os.truncate(left, SMALLEST_LIMIT_BYTES)
+    os.utime(left, ns=(5 * S, 5 * S))
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
+    files.write("robot2", connection("/robot2/odom"), 9 * S, body("new"))
+    assert not left.parent.exists()
+    files.close()
+
+
+def test_the_member_with_the_most_files_loses_its_oldest_ones(tmp_path: Path) -> None:
+    limits = process_limits()._replace(fleet_history_files=10)
+    files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES, limits=limits)
+    files.write("robot1", connection("/robot1/odom"), 0, body("few"))
+    for number in range(30):
+        files.write("robot2", connection("/robot2/odom"), number * S, body("many"))
+        files.forget("robot2")
+        for each in (tmp_path / "robot2").iterdir():
+            if each.stat().st_mtime_ns > number * S:  # one that was just written
+                os.utime(each, ns=(number * S, number * S))
+        assert len(list(tmp_path.glob("*/*"))) <= 11
+    assert [each.messages for each in files.list("robot1")] == [1]
+    assert files.list("robot2")[-1].end_ns == 29 * S
+    files.close()
 
 
 def test_too_small_a_limit_raises(tmp_path: Path) -> None:

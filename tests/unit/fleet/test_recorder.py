@@ -147,7 +147,7 @@ def files(tmp_path: Path) -> Files:
 
 @pytest.fixture
 def recorder(link: FakeLink, files: Files) -> Iterator[Recorder]:
-    limits = process_limits()._replace(fleet_members=2, fleet_topics=6)
+    limits = process_limits()._replace(fleet_members=2, fleet_topics=6, fleet_definition_bytes=5000)
     log = logging.getLogger("test")
     found = Recorder(link, files, "11" * 8, ["/**"], log=log, limits=limits)  # type: ignore[arg-type]
     found.start()
@@ -302,3 +302,35 @@ def test_surplus_members_are_reported(
     recorder.close()
     assert link.wanted.keys() == {"robot0", "robot1"}
     assert [each.partition(";")[0] for each in caplog.messages] == ["too many members"]
+
+
+def test_definitions_of_all_members_together_are_limited(
+    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    strange, text = Entry("/strange", "a/Strange", MD5), "string data # " + 3000 * "x"
+    content = json.dumps([MD5, text]).encode()
+
+    def definition_of(member: str) -> str:
+        """Let a member share the topic. Return the recorded definition."""
+        link.answers[keys.definition(member, "a/Strange")] = content
+        link.join(member, strange)
+        wait_until(lambda: link.wanted.get(member) == ["/strange"], DEADLINE_S, "a request")
+        before = files.written
+        link.send(member, strange, 1, b"x")
+        wait_until(lambda: files.written == before + 1, DEADLINE_S, "the message")
+        files.can_list.set()
+        wait_until(lambda: files.list(member), DEADLINE_S, "the file")
+        (path,) = (tmp_path / member).glob("*.mcap")
+        with open_bag(path) as bag:
+            (connection,) = bag.connections
+            return connection.header["message_definition"].decode()
+
+    assert definition_of("robot1") == text
+    assert definition_of("robot2") == ""
+    assert [each.partition(";")[0] for each in caplog.messages] == [
+        "there are too many definitions of members"
+    ]
+    link.send_directory("robot1")
+    link.leave("robot2")
+    wait_until(lambda: link.wanted["robot1"] == [], DEADLINE_S, "the withdrawal")
+    assert definition_of("robot3") == text
