@@ -15,6 +15,14 @@ export function viewOf(config, scene) {
   return new Kind(new Properties(VIEWS[kind] ?? VIEWS["rviz/Orbit"], config), scene);
 }
 
+// Moves the camera of a view as rviz does for these buttons of the mouse.
+export function moveByMouse(view, { clientWidth: width, clientHeight: height }, { buttons, shiftKey }, dx, dy) {
+  if (buttons & 4 || (buttons & 1 && shiftKey)) view.pan(dx, dy, width, height);
+  else if (buttons & 1) view.rotate(dx, dy);
+  else if (buttons & 2 && shiftKey) view.dolly(dy * 0.1);
+  else if (buttons & 2) view.zoom(-dy * 0.01);
+}
+
 class View {
   constructor(properties, scene) {
     this.properties = properties;
