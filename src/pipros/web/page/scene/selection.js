@@ -51,7 +51,7 @@ export class Selection {
       object.visible = false;
       undo.push(() => { object.visible = was; });
     };
-    [tools, this.boxes].forEach(hide);
+    [tools, this.boxes, this.scene.focus].filter(Boolean).forEach(hide);
     for (const display of this.scene.all()) {
       if (!display.isOn || display.displays) continue;
       const own = display.selectables();

@@ -293,8 +293,9 @@ export class Tools {
   }
 
   publishPoint(point) {
-    this.publish("rviz/PublishPoint", { point: { x: point.x, y: point.y, z: point.z } });
-    this.choose(this.first);
+    const kind = "rviz/PublishPoint";
+    this.publish(kind, { point: { x: point.x, y: point.y, z: point.z } });
+    if (new Properties(POSE, this.configs.get(kind) ?? {}).get("Single click")) this.choose(this.first);
   }
 
   publish(kind, content) {
