@@ -5,21 +5,27 @@
 
 Needs Chromium and Playwright, which draw in software (SwiftShader) at 1000 x 600 pixels. A publisher sends 50
 frames, a robot of 30 links, a scan, and clouds of 50,000 and 200,000 points of 32 bytes ten times a second.
-In the last row, a forwarder between server and browser is a link of 10 Mbit/s with a delay.
-Nothing else should be running.
+The first picture includes loading three.js, whose time is in the second column. In the row of 10 Mbit/s,
+a forwarder between server and browser is such a link, with a delay. Then come pictures of lines and cubes
+alone, and viewers without a browser, which receive data and do not draw: the messages of the slowest of
+them, and the server's processor time. Nothing else should be running.
 """
 
 import argparse
+import asyncio
 import contextlib
+import json
 import os
 import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import psutil
 from playwright.sync_api import sync_playwright
 from slow_link import SlowLink
+from websockets.asyncio.client import connect
 
 SCRIPTS = os.path.dirname(sys.executable)
 PORT = 13971
@@ -84,6 +90,45 @@ SCENES = {
 }
 SLOW = 1_250_000, 0.05
 """Bytes per second and delay of the last row."""
+THREE = """() => {
+  const own = performance.getEntriesByType("resource").filter(({ name }) => name.includes("/vendor/three/"));
+  return Math.max(...own.map((each) => each.responseEnd)) - Math.min(...own.map((each) => each.startTime));
+}"""
+ALONE = {"5,000 wide lines": "lines", "20,000 cubes": "cubes"}
+CLOUD_VIEW = "scene_cloud", {"name": "/cloud200", "limit": 200_000, "fields": ["intensity"]}
+SMALL_VIEWS = (
+    ("scene_cloud", {"name": "/cloud50", "limit": 5000, "fields": ["intensity"]}),
+    ("scene_messages", {"name": "/tf", "queue": 1000}),
+)
+VIEWERS = {
+    "a viewer of 200,000 points at 10 Hz": (1, (CLOUD_VIEW,), False),
+    "2 viewers of 200,000 points": (2, (CLOUD_VIEW,), False),
+    "20 viewers of 5,000 points, 50 frames": (20, SMALL_VIEWS, False),
+    "20 viewers, one stuck": (20, SMALL_VIEWS, True),
+}
+"""Number of viewers, what each watches, and whether one more has stopped reading."""
+DRAW_ALONE = """async (kind) => {
+  const { scene } = document.querySelector(".tab-scene");
+  Object.assign(scene.canvas.style, { width: "1000px", height: "600px" });
+  const { wideLines } = await import("/scene/shapes.js");
+  const { points } = await import("/scene/points.js");
+  const count = kind === "lines" ? 10000 : 20000;
+  const places = Float32Array.from({ length: count * 3 }, (_, i) => Math.sin(i * 12.9898) * 4);
+  const made = kind === "lines"
+    ? wideLines([...places], 0.03, [1, 0, 0, 1])
+    : points("Boxes", places, new Uint8Array(count * 4).fill(200), 0.05);
+  scene.objects.add(made);
+  const gl = scene.renderer.getContext();
+  const times = [];
+  for (let i = 0; i < 20; i += 1) {
+    const begin = performance.now();
+    scene.draw();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    times.push(performance.now() - begin);
+    await new Promise(requestAnimationFrame);
+  }
+  return times.sort((a, b) => a - b)[10];
+}"""
 IS_DRAWN = """(name) => {
   const scene = document.querySelector(".tab-scene")?.scene;
   const display = scene?.all().find((each) => each.name === name);
@@ -138,17 +183,20 @@ def main():
         def launch(more):
             return chromium.launch(executable_path=program, args=["--no-sandbox", *more])
 
-        print(f"{'scene':42} first picture  a picture  pictures/s  messages/s  server")
-        for label, (displays, name) in SCENES.items():
-            if only not in label:
-                continue
+        def serve(displays):
+            """Start a server with a scene; return it and its address."""
             file = os.path.join(folder, "scene.rviz")
             with open(file, "w") as out:
                 out.write(FILE.format(displays=displays))
-            server = start(
-                os.path.join(SCRIPTS, "rviz"), "--no-browser", "-d", file, stderr=subprocess.PIPE, text=True
-            )
-            address = server.stderr.readline().split(": ", 1)[1].strip()
+            rviz = os.path.join(SCRIPTS, "rviz")
+            server = start(rviz, "--no-browser", "-d", file, stderr=subprocess.PIPE, text=True)
+            return server, server.stderr.readline().split(": ", 1)[1].strip()
+
+        print(f"{'scene':42} first picture    three  a picture  pictures/s  messages/s  server")
+        for label, (displays, name) in SCENES.items():
+            if only not in label:
+                continue
+            server, address = serve(displays)
             link, browser = None, None
             if "Mbit" in label:
                 port = address.split("/")[2].rpartition(":")[2]
@@ -161,18 +209,76 @@ def main():
             tab.goto(address, wait_until="commit")
             tab.wait_for_function(IS_DRAWN, arg=name, timeout=120_000)
             first = time.monotonic() - begin
+            three = tab.evaluate(THREE)
             usage = psutil.Process(server.pid)
             before, since = sum(usage.cpu_times()[:2]), time.monotonic()
             picture, rate, received = tab.evaluate(MEASURE, [seconds, name])
             share = (sum(usage.cpu_times()[:2]) - before) / (time.monotonic() - since)
-            print(
-                f"{label:42} {first:11.2f} s {picture:7.0f} ms {rate:11.1f} {received:11.1f} {share:7.0%}",
-                flush=True,
-            )
+            times = f"{first:11.2f} s {three:5.0f} ms {picture:7.0f} ms"
+            print(f"{label:42} {times} {rate:11.1f} {received:11.1f} {share:7.0%}", flush=True)
             browser.close()
             server.terminate()
             if link:
                 link.close()
+        for label, kind in ALONE.items():
+            if only not in label:
+                continue
+            server, address = serve("{Class: rviz/Grid, Name: Grid}")
+            browser = launch([])
+            tab = browser.new_page(viewport={"width": 1200, "height": 900})
+            tab.goto(address, wait_until="commit")
+            tab.wait_for_function(IS_DRAWN, arg="Grid", timeout=120_000)
+            print(f"{label:42} {'':22} {tab.evaluate(DRAW_ALONE, kind):7.0f} ms", flush=True)
+            browser.close()
+            server.terminate()
+        for label, (count, views, has_stuck) in VIEWERS.items():
+            if only not in label:
+                continue
+            server, address = serve("")
+            # Playwright runs an event loop in this thread.
+            with ThreadPoolExecutor(1) as pool:
+                usage = psutil.Process(server.pid)
+                watching = watch(address, usage, count, views, has_stuck, seconds)
+                received, share = pool.submit(asyncio.run, watching).result()
+            print(f"{label:42} {'':45} {received:11.1f} {share:7.0%}", flush=True)
+            server.terminate()
+
+
+async def watch(address, usage, count, views, has_stuck, seconds):
+    """Return the clouds per second of the slowest viewer, and the server's share of a processor."""
+    clouds = [0] * count
+    tasks = [asyncio.create_task(view(address, views, clouds, index)) for index in range(count)]
+    if has_stuck:
+        tasks.append(asyncio.create_task(view(address, views, clouds, None)))
+    while min(clouds) < 3:
+        await asyncio.sleep(0.1)
+        for task in tasks:
+            if task.done():
+                task.result()
+    clouds[:] = [0] * count
+    before, since = sum(usage.cpu_times()[:2]), time.monotonic()
+    await asyncio.sleep(seconds)
+    spent = time.monotonic() - since
+    found = min(clouds) / spent, (sum(usage.cpu_times()[:2]) - before) / spent
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    return found
+
+
+async def view(address, views, clouds, index):
+    """Watch the views; count the messages of the first. Without an index, stop reading."""
+    host, token = address.split("/")[2], address.split("#token=")[1].split("/")[0]
+    more = {"origin": f"http://{host}", "proxy": None, "max_size": None}
+    async with connect(f"ws://{host}/live", **more) as socket:
+        await socket.send(json.dumps({"token": token}))
+        for number, (name, arguments) in enumerate(views):
+            await socket.send(json.dumps({"id": number, "view": name, "args": arguments}))
+        if index is None:
+            await asyncio.Event().wait()
+        async for data in socket:
+            if isinstance(data, bytes):
+                clouds[index] += int.from_bytes(data[:4], "big") == 0
 
 
 if __name__ == "__main__":

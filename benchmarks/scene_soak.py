@@ -19,6 +19,7 @@ import time
 from pathlib import Path
 
 import psutil
+from playwright.sync_api import TimeoutError as NeverShown
 from playwright.sync_api import sync_playwright
 
 from pipros.bag import BagWriter
@@ -136,7 +137,14 @@ def main():
             args=["--no-sandbox"],
         )
         tab = browser.new_page(viewport={"width": 1000, "height": 700})
+        tab.on("pageerror", lambda error: print(error, flush=True))
+        tab.on("requestfailed", lambda request: print(request.url, request.failure, flush=True))
         tab.goto(address, wait_until="commit")
+        try:
+            tab.wait_for_function(STATE, timeout=120_000)
+        except NeverShown:
+            print(tab.evaluate("document.body.innerText"))
+            return 1
         good = watch(tab, psutil.Process(server.pid), time.monotonic() + 60 * minutes)
         browser.close()
     return 0 if good else 1

@@ -68,3 +68,4 @@ def test_without_control_no_goal_can_be_set(ros: RosSystem, open_tab: OpenTab) -
     ros.pipros.start_master()
     tab = open_tab(Page(ros, "-d", EXAMPLE / "navigation.rviz", command="rviz"), "scene", SIZES["phone"])
     expect(tab.get_by_role("button", name="2D Nav Goal")).to_be_disabled()
+    keep_screenshots(tab, "navigation-read-only")

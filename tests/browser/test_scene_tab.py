@@ -278,6 +278,95 @@ def test_links_and_namespaces_are_switched_one_by_one(
     wait_for_colours(tab, {(4, 2): GREY, (2, 4): GREY, (2, 2): (204, 102, 51)}, tolerance=1)
 
 
+def drag(tab: Tab, begin: tuple[float, float], end: tuple[float, float], key: str = "") -> None:
+    """Drag the mouse between two places in metres, with a key held."""
+    if key:
+        tab.keyboard.down(key)
+    tab.mouse.move(*place_on(tab, *begin))
+    tab.mouse.down()
+    tab.mouse.move(*place_on(tab, *end))
+    tab.mouse.up()
+    if key:
+        tab.keyboard.up(key)
+
+
+def test_a_rectangle_selects_points_markers_and_links(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    cloud = "{Class: rviz/PointCloud2, Name: Cloud, Topic: /cloud, Size (m): 0.6, Decay Time: 1000}"
+    markers = "{Class: rviz/MarkerArray, Name: Markers, Marker Topic: /markers}"
+    tab = scene_of(system, open_tab, tmp_path, f"{cloud}, {markers}, {ROBOT}")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51), (2, 4): (255, 0, 0), (-4, 0): (255, 0, 0)}, tolerance=1)
+    tab.locator(".scene-canvas").focus()
+    tab.keyboard.press("s")
+    panel = tab.get_by_role("region", name="Selection")
+    drag(tab, (-3.5, 0.5), (-1.5, -0.5))
+    expect(panel).to_contain_text("2 selected")
+    expect(panel).to_contain_text(re.compile(r"Cloud: Point 1Position-3; 0; 0intensity50Cloud: Point 2"))
+    drag(tab, (1, 3), (3.5, 4.5), "Shift")
+    expect(panel).to_contain_text(re.compile("3 selected.*Markers: Marker spheres/1Framemap"))
+    drag(tab, (1.7, 2.3), (2.3, 1.7), "Shift")
+    expect(panel).to_contain_text(re.compile("4 selected.*Robot: Link base_linkPosition2; 2; 0"))
+    drag(tab, (-2.2, 0.2), (-1.8, -0.2), "Control")
+    expect(panel).to_contain_text("3 selected")
+    keep_screenshots(tab, "selection")
+    tab.keyboard.press("f")
+    wait_for_colours(tab, {(0, 0): GREY}, tolerance=0)
+    tab.get_by_role("button", name="Clear").click()
+    expect(panel).to_be_hidden()
+
+
+def test_displays_are_dragged_into_groups(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    group = "{Class: rviz/Group, Name: Group, Enabled: false, Displays: []}"
+    tab = scene_of(system, open_tab, tmp_path, f"{ROBOT}, {{Class: rviz/Grid, Name: Grid}}, {group}")
+    wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    tab.get_by_role("button", name="Displays").click()
+    names = "document.querySelector('.tab-scene').scene.all().map(({ name }) => name)"
+    rows = {name: tab.locator(".scene-row > summary", has_text=name) for name in ("Robot", "Grid", "Group")}
+    rows["Grid"].drag_to(rows["Robot"], target_position={"x": 60, "y": 2})
+    assert tab.evaluate(names) == ["Grid", "Robot", "Group"]
+    rows["Robot"].drag_to(rows["Group"])
+    wait_for_colours(tab, {(2, 2): GREY})  # the group is off
+    saved = tab.evaluate("document.querySelector('.tab-scene').scene.config.Displays")
+    assert [each["Name"] for each in saved] == ["Grid", "Group"]
+    assert [each["Name"] for each in saved[1]["Displays"]] == ["Robot"]
+    rows["Group"].drag_to(rows["Grid"], target_position={"x": 60, "y": 2})
+    assert tab.evaluate(names) == ["Group", "Robot", "Grid"]
+
+
+def test_clashing_ids_lost_messages_and_old_topics_are_reported(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    markers = "{Class: rviz/MarkerArray, Name: Markers, Marker Topic: /markers}"
+    tab = scene_of(system, open_tab, tmp_path, markers)
+    wait_for_colours(tab, {(2, 4): (255, 0, 0)}, tolerance=1)
+    found = tab.evaluate(
+        """async () => {
+          const { scene } = document.querySelector(".tab-scene");
+          const { Subscription } = await import("/scene/subscription.js");
+          const [markers] = scene.all();
+          const [{ message }] = markers.shown.values();
+          markers.sender = "/other";
+          markers.take(message);
+          markers.received = 0;
+          for (let count = 0; count < 5; count += 1) markers.countMessage();
+          markers.arrivals = [1, 2, 3, 4, 5].map((tick) => performance.now() - 60000 + 100 * tick);
+          markers.noteAge();
+          let lost = 0;
+          const noted = new Subscription(scene, () => {}, () => {}, (count) => { lost = count; });
+          noted.note({ lost: 7 });
+          return [...["Id clash", "Age"].map((name) => markers.statuses.get(name).text), lost];
+        }"""
+    )
+    assert found[0] == (
+        "[spheres/1] is sent by [/scene_program] and by [/other], which overwrite each other."
+    )
+    assert re.fullmatch(
+        r"The last message of \[/other\] is \d+ s old; before, there was one every 0\.1 s\.", found[1]
+    )
+    assert found[2] == 7
+
+
 def test_an_inertial_sensor_and_a_depth_image_are_drawn(
     system: RosSystem, open_tab: OpenTab, tmp_path: Path
 ) -> None:
@@ -345,20 +434,13 @@ def test_interactive_markers_are_moved_turned_and_clicked(
     tab.locator(".scene-canvas").focus()
     tab.keyboard.press("i")
 
-    def drag(*places: tuple[float, float]) -> None:
-        tab.mouse.move(*place_on(tab, *places[0]))
-        tab.mouse.down()
-        for place in places[1:]:
-            tab.mouse.move(*place_on(tab, *place))
-        tab.mouse.up()
-
     def feedback() -> list[str]:
         return [line for line in echo.stdout if not line.startswith("%")]
 
-    drag((-0.3, -1), (0.7, -1))
+    drag(tab, (-0.3, -1), (0.7, -1))
     wait_for_colours(tab, {(-2, -1): (0, 0, 255)}, tolerance=1)
-    drag((-2, -1))
-    drag((-2.27, 3.5), (-4, 5.23))
+    drag(tab, (-2, -1), (-2, -1))
+    drag(tab, (-2.27, 3.5), (-4, 5.23))
     tab.mouse.click(*place_on(tab, -2, -1), button="right")
     tab.get_by_role("menuitem", name="Second").click()
     wait_until(lambda: any(feedback_of(line)[2] == 2 for line in feedback()), 30.0)

@@ -9,7 +9,7 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_service_class
 from pipros.node import Node
-from pipros.web.views.scene import SceneFile
+from pipros.web.scene_file import SceneFile
 
 logger = logging.getLogger("pipros.web")
 

@@ -23,6 +23,7 @@ from pipros.web.bag_recording import BagRecording
 from pipros.web.bag_views import ShownBags
 from pipros.web.desktop import open_in_browser
 from pipros.web.open_bags import OpenBags
+from pipros.web.scene_file import SceneFile
 from pipros.web.scene_services import serve_scene_file
 from pipros.web.secret import Secret
 from pipros.web.server import Action, PageServer, Services, View
@@ -41,7 +42,7 @@ from pipros.web.views.plot import PlotViews
 from pipros.web.views.processes import ProcessViews
 from pipros.web.views.reconfigure import ReconfigureViews
 from pipros.web.views.recording import RecordingViews
-from pipros.web.views.scene import SceneFile, SceneViews
+from pipros.web.views.scene import SceneViews
 from pipros.web.views.teleop import TeleopViews
 from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem

@@ -13,16 +13,11 @@ from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
 from pipros.web.cloud_columns import cloud_columns, point_columns, strided, thinning_step
 from pipros.web.message_layout import message_layout
+from pipros.web.scene_file import SceneFile
 from pipros.web.scene_services import permitted_path
+from pipros.web.scene_topic import MOST_LATCHED, SceneTopic
 from pipros.web.server import RequestRefused
-from pipros.web.views.scene import (
-    LEAST_POINTS,
-    MOST_LATCHED,
-    SceneFile,
-    SceneTopic,
-    fitting_points,
-    read_named_file,
-)
+from pipros.web.views.scene import LEAST_POINTS, fitting_points, read_named_file
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
 

@@ -10,11 +10,7 @@ import contextlib
 import dataclasses
 import json
 import os
-import struct
-import threading
 import time
-import zlib
-from collections import deque
 from collections.abc import AsyncIterator, Collection, Iterator, Mapping
 from concurrent.futures import Future
 from pathlib import Path
@@ -24,7 +20,7 @@ from urllib.parse import unquote
 from pipros.basics import names
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.input_file import read_file
-from pipros.basics.limits import limit_text, process_limits
+from pipros.basics.limits import process_limits
 from pipros.graph import params
 from pipros.graph.message_from_yaml import message_from_yaml
 from pipros.libraries.robot_model.urdf import UrdfError
@@ -34,8 +30,8 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
 from pipros.packages.assets import NAMES, PREFIX, read_asset
 from pipros.web.cloud_columns import cloud_columns, point_columns
-from pipros.web.message_layout import message_layout
-from pipros.web.rviz_file import RvizFileError, read_rviz, write_rviz
+from pipros.web.scene_file import SceneFile
+from pipros.web.scene_topic import LONGEST_QUEUE, SceneTopic, add_senders, batch, sender_of
 from pipros.web.server import RequestRefused
 from pipros.web.shared import Shared
 from pipros.web.topic_watch import TopicWatch
@@ -46,9 +42,6 @@ from pipros.workspace.index import PackageIndex
 SEND_INTERVAL_S: Final = 0.033
 CLOUD_INTERVAL_S: Final = 0.1
 LOOK_INTERVAL_S: Final = 1.0
-LONGEST_QUEUE: Final = 10_000
-MOST_LATCHED: Final = 1000
-"""Maximum number of latching publishers of a topic whose newest messages are kept."""
 MOST_FEEDBACK_TOPICS: Final = 100
 FEEDBACK_QUEUE: Final = 100
 MOST_POINTS: Final = 2_000_000
@@ -58,68 +51,10 @@ LONGEST_SEND_S: Final = 0.4
 MOST_FIELDS: Final = 8
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
-TF_HISTORY_S: Final = 10.0
 LONGEST_DESCRIPTION: Final = 16_000_000
-MOST_SENDERS: Final = 200
-"""Maximum number of publishers of a topic whose names one browser learns."""
-LONGEST_SENDER: Final = 300
-_MESSAGE: Final = struct.Struct("<dIH")
 FILE: Final = "file://"
-TF_TOPICS: Final = ("/tf", "/tf_static")
-
-
-class SceneFile:
-    """The configuration of the scene, which all browsers and the node's services share.
-
-    Attributes:
-        path: the file to save to; None if no file was opened.
-        fixed_frame: overrides the file's fixed frame, if not empty.
-        version: increases with each change by a service or a browser.
-    """
-
-    def __init__(self, path: Path | None = None, fixed_frame: str = "") -> None:
-        self.path = path
-        self.fixed_frame = fixed_frame
-        self.version = 0
-        self.config: dict[str, Any] = {}
-        if path is not None:
-            self.load(path)
-
-    def load(self, path: Path) -> None:
-        """Read a file, to which `save` then writes.
-
-        Raises:
-            RvizFileError: the file is not an rviz configuration.
-            OSError: the file cannot be read.
-        """
-        most = process_limits().page_view_bytes
-        with path.open("rb") as file:
-            content = file.read(most + 1)
-        if len(content) > most:
-            raise RvizFileError(f"{path} is too large; {limit_text('page_view_bytes', most)}")
-        self.config = read_rviz(content, str(path))
-        self.path = path
-        self.version += 1
-
-    def save(self, config: Any) -> Path:
-        """Write the file, atomically.
-
-        Raises:
-            RvizFileError: the configuration cannot be written as a file, or no file was opened.
-            OSError: the file cannot be written.
-        """
-        text = write_rviz(config)
-        if self.path is None:
-            raise RvizFileError("no file was opened; start rviz with -d FILE")
-        self.path.parent.mkdir(exist_ok=True)
-        part = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
-        try:
-            part.write_text(text, encoding="utf-8")
-            part.replace(self.path)
-        finally:
-            part.unlink(missing_ok=True)
-        self.config = config
-        return self.path
+_TF_TOPICS: Final = ("/tf", "/tf_static")
+_TF_HISTORY_S: Final = 10.0
 
 
 class SceneViews:
@@ -207,7 +142,7 @@ class SceneViews:
                 if dropped:
                     yield {"lost": lost}
                 if messages:
-                    if _add_senders(senders, messages):
+                    if add_senders(senders, messages):
                         yield {"senders": list(senders)}
                     yield await self._packed(messages, senders, is_compressed=bool(arguments.get("deflate")))
                 await asyncio.sleep(SEND_INTERVAL_S)
@@ -317,7 +252,7 @@ class SceneViews:
     @contextlib.contextmanager
     def _open(self, name: str) -> Iterator[SceneTopic]:
         with self._system.topics.watch(name) as watch:
-            topic = SceneTopic(TF_HISTORY_S if name in TF_TOPICS else 0.0)
+            topic = SceneTopic(_TF_HISTORY_S if name in _TF_TOPICS else 0.0)
             with watch.listening(topic.add, from_newest=True):
                 yield topic
 
@@ -326,114 +261,10 @@ class SceneViews:
     ) -> bytes:
         size = sum(len(message.body) for message, _ in messages)
         if size <= LARGE_BYTES:
-            return _batch(messages, senders, is_compressed=False)
+            return batch(messages, senders, is_compressed=False)
         return await self._system.computations.run(
-            lambda: _batch(messages, senders, is_compressed=is_compressed)
+            lambda: batch(messages, senders, is_compressed=is_compressed)
         )
-
-
-class SceneTopic:
-    """A topic that browsers show.
-
-    A new browser first receives the newest message of each latching publisher, and on `/tf` the messages of
-    the last seconds. Messages are added by the threads that receive them.
-
-    Attributes:
-        layout: the layout of the publishers' type, or `{"error": text}`; None before the first message.
-    """
-
-    def __init__(self, history_s: float) -> None:
-        self.layout: Mapping[str, Any] | None = None
-        self._history_s = history_s
-        self._md5 = ""
-        self._lock = threading.Lock()
-        self._queues: list[PendingMessages] = []
-        self._latched: dict[str, tuple[AnyMsg, float]] = {}
-        self._recent = PendingMessages(LONGEST_QUEUE)
-        self._most_bytes = process_limits().page_message_bytes
-
-    def add(self, message: AnyMsg, wall_s: float) -> None:
-        """Pass a message to all browsers."""
-        header = message.header
-        with self._lock:
-            if header.get("md5sum", "") != self._md5 or self.layout is None:
-                self._md5 = header.get("md5sum", "")
-                self.layout = _layout_of(header)
-            if header.get("latching") == "1":
-                self._keep_latched(header.get("callerid", ""), message, wall_s)
-            elif self._history_s:
-                self._recent.add(message, wall_s)
-                self._recent.drop_before(wall_s - self._history_s)
-            for queue in self._queues:
-                queue.add(message, wall_s)
-
-    def _keep_latched(self, sender: str, message: AnyMsg, wall_s: float) -> None:
-        """Keep a publisher's newest message. Beyond `page_message_bytes`, the oldest messages are dropped."""
-        self._latched.pop(sender, None)
-        self._latched[sender] = message, wall_s
-        size = sum(len(kept.body) for kept, _ in self._latched.values())
-        while len(self._latched) > 1 and (size > self._most_bytes or len(self._latched) > MOST_LATCHED):
-            oldest, _ = self._latched.pop(next(iter(self._latched)))
-            size -= len(oldest.body)
-
-    @contextlib.contextmanager
-    def queued(self, limit: int) -> Iterator[PendingMessages]:
-        """Provide a queue of at most `limit` messages, beginning with those kept for new browsers."""
-        queue = PendingMessages(limit)
-        with self._lock:
-            for message, wall_s in (*self._latched.values(), *self._recent.messages()):
-                queue.add(message, wall_s)
-            self._queues.append(queue)
-        try:
-            yield queue
-        finally:
-            with self._lock:
-                self._queues.remove(queue)
-
-
-class PendingMessages:
-    """Messages for one browser, limited in number and in bytes. The oldest are dropped."""
-
-    def __init__(self, limit: int) -> None:
-        self._lock = threading.Lock()
-        self._messages: deque[tuple[AnyMsg, float]] = deque()
-        self._limit = limit
-        self._most_bytes = process_limits().page_view_bytes
-        self._size_bytes = 0
-        self._lost = 0
-
-    def add(self, message: AnyMsg, wall_s: float) -> None:
-        with self._lock:
-            self._messages.append((message, wall_s))
-            self._size_bytes += len(message.body)
-            while len(self._messages) > self._limit or (
-                self._size_bytes > self._most_bytes and len(self._messages) > 1
-            ):
-                self._drop()
-                self._lost += self._limit > 1
-
-    def drop_before(self, wall_s: float) -> None:
-        """Drop messages that arrived before a time."""
-        with self._lock:
-            while self._messages and self._messages[0][1] < wall_s:
-                self._drop()
-
-    def messages(self) -> list[tuple[AnyMsg, float]]:
-        """Return all messages, without removing them."""
-        with self._lock:
-            return list(self._messages)
-
-    def pop_all(self) -> tuple[list[tuple[AnyMsg, float]], int]:
-        """Return the messages added since the last call, and the number of lost messages."""
-        with self._lock:
-            found, lost = list(self._messages), self._lost
-            self._messages.clear()
-            self._size_bytes = self._lost = 0
-        return found, lost
-
-    def _drop(self) -> None:
-        message, _ = self._messages.popleft()
-        self._size_bytes -= len(message.body)
 
 
 def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes:
@@ -463,38 +294,6 @@ def fitting_points(points: int, most: int, sent_s: float) -> int:
     return points if sent_s > LONGEST_SEND_S / 4 else min(most, points + points // 4 + 1)
 
 
-def _layout_of(header: Mapping[str, str]) -> Mapping[str, Any]:
-    kind = header.get("type", "")
-    try:
-        types = message_layout(kind, header.get("message_definition", ""))
-    except PiprosError as error:
-        return {"type": kind, "error": str(error)}
-    return {"type": kind, "types": types}
-
-
-def _sender_of(message: AnyMsg) -> str:
-    return message.header.get("callerid", "")[:LONGEST_SENDER]
-
-
-def _add_senders(known: dict[str, int], messages: list[tuple[AnyMsg, float]]) -> bool:
-    """Number the senders that are not known yet. Return whether there were any."""
-    before = len(known)
-    for message, _ in messages:
-        sender = _sender_of(message)
-        if sender not in known and len(known) < MOST_SENDERS:
-            known[sender] = len(known) + 1
-    return len(known) > before
-
-
-def _batch(messages: list[tuple[AnyMsg, float]], senders: Mapping[str, int], *, is_compressed: bool) -> bytes:
-    parts = []
-    for message, wall_s in messages:
-        number = senders.get(_sender_of(message), 0)
-        parts += [_MESSAGE.pack(wall_s, len(message.body), number), message.body]
-    data = b"".join(parts)
-    return b"\1" + zlib.compress(data, 1) if is_compressed else b"\0" + data
-
-
 def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: int, turn: int) -> bytes:
     is_old = message.header.get("type") == "sensor_msgs/PointCloud"
     kind = "sensor_msgs/PointCloud" if is_old else "sensor_msgs/PointCloud2"
@@ -509,7 +308,7 @@ def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: 
         "step": found.step,
         "problem": found.problem,
         "columns": [[column.name, column.datatype, len(column.data)] for column in found.columns],
-        "from": _sender_of(message),
+        "from": sender_of(message),
     }
     return b"".join([json.dumps(head).encode(), b"\n", *(column.data for column in found.columns)])
 

@@ -1,7 +1,7 @@
 // Ellipsoids of covariances, as rviz draws them.
 
 import * as THREE from "three";
-import { SPHERE, lit } from "./shapes.js";
+import { CYLINDER, SPHERE, lit } from "./shapes.js";
 
 const WIDEST = (89 * Math.PI) / 180;
 
@@ -47,13 +47,39 @@ export function covarianceShapes(covariance, get) {
     mesh.scale.set(...size);
     fixed.add(mesh);
   }
-  if (get("Orientation") && isFlat && covariance[35] > 0) {
+  if (!get("Orientation")) return { fixed, turning };
+  const holder = get("Orientation", "Frame") === "Fixed" ? fixed : turning;
+  if (!isFlat) addDiscs(holder, covariance, get);
+  else if (covariance[35] > 0) {
     const offset = get("Orientation", "Offset");
     const half = offset * Math.tan(Math.min(WIDEST, Math.sqrt(covariance[35]) * get("Orientation", "Scale")));
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array([0, 0, 0, offset, -half, 0, offset, half, 0]), 3));
     geometry.computeVertexNormals();
-    turning.add(new THREE.Mesh(geometry, lit(get("Orientation", "Color"), get("Orientation", "Alpha"), { side: THREE.DoubleSide })));
+    holder.add(new THREE.Mesh(geometry, lit(get("Orientation", "Color"), get("Orientation", "Alpha"), { side: THREE.DoubleSide })));
   }
   return { fixed, turning };
+}
+
+const AXES = [0, 1, 2];
+const THIN = 0.001; // metres
+
+// Adds a disc at the tip of each axis, as wide as the other two rotations may move it.
+function addDiscs(holder, covariance, get) {
+  const read = (name) => get("Orientation", name);
+  const offset = read("Offset");
+  const wide = (deviation) => 2 * offset * Math.tan(Math.min(WIDEST, deviation * read("Scale"))) || THIN;
+  for (const axis of AXES) {
+    const [p, q] = AXES.filter((each) => each !== axis);
+    const cell = (row, column) => covariance[(row + 3) * 6 + column + 3];
+    const { values, vectors } = eigen([[cell(p, p), cell(p, q), 0], [cell(q, p), cell(q, q), 0], [0, 0, 0]]);
+    const direction = (at) => new THREE.Vector3().setComponent(p, vectors[0][at]).setComponent(q, vectors[1][at]);
+    const basis = new THREE.Matrix4().makeBasis(direction(0), direction(1), direction(0).cross(direction(1)));
+    const colour = read("Color Style") === "RGB" ? AXES.map((each) => (each === axis ? 255 : 0)) : read("Color");
+    const disc = new THREE.Mesh(CYLINDER, lit(colour, read("Alpha")));
+    disc.quaternion.setFromRotationMatrix(basis);
+    disc.scale.set(wide(Math.sqrt(Math.max(0, values[0]))), wide(Math.sqrt(Math.max(0, values[1]))), THIN);
+    disc.position.setComponent(axis, offset);
+    holder.add(disc);
+  }
 }

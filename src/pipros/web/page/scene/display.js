@@ -8,6 +8,8 @@ import { Properties, truth } from "./properties.js";
 const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
 const MOST_SENDERS = 20; // with a status each
 const LONGEST_TEXT = 1000; // of a status
+const REGULAR = 5; // messages, after which a topic is one of regular messages
+const STALE = { intervals: 10, ms: 3000 }; // without a message, at least
 export const LEVELS = ["ok", "warning", "error"];
 
 export class Display {
@@ -22,7 +24,9 @@ export class Display {
     this.waiting = []; // messages without a transform
     this.received = 0;
     this.sender = ""; // of the newest message
+    this.arrivals = []; // times of the newest messages, in ms
     this.isOn = false;
+    this.updatedAt = -Infinity; // in ms; see isDue
   }
 
   get name() {
@@ -59,6 +63,7 @@ export class Display {
   turnOn() {
     if (this.isOn) return;
     this.isOn = true;
+    this.arrivals = [];
     this.scene.objects.add(this.root);
     this.begin();
   }
@@ -121,8 +126,22 @@ export class Display {
     else all[name] = { ...(typeof all[name] === "object" ? all[name] : {}), Value: String(isShown) };
   }
 
+  // Returns what the tool Select finds: {label, object, describe(index)}, where `describe` returns names and texts. An
+  // object that draws `count` points has each of them selected by its index.
+  selectables() {
+    return [];
+  }
+
   // Called before each picture.
   frame() {}
+
+  // Returns whether the property Update Interval lets the display follow its frames again.
+  isDue() {
+    const now = performance.now();
+    if (now - this.updatedAt < this.get("Update Interval") * 1000) return false;
+    this.updatedAt = now;
+    return true;
+  }
 
   close() {
     this.turnOff();
@@ -144,7 +163,7 @@ export class Display {
       this.sender = sender;
       this.countMessage();
       take(message, arrival);
-    }, (text) => this.setStatus("Topic", "error", text)));
+    }, (text) => this.setStatus("Topic", "error", text), (count) => this.setStatus("Queue", "warning", `${count} messages were dropped: more than the Queue Size came at once.`)));
   }
 
   queueSize() {
@@ -152,8 +171,20 @@ export class Display {
   }
 
   countMessage() {
+    this.arrivals = [...this.arrivals.slice(1 - REGULAR), performance.now()];
+    this.dropStatus("Age");
     this.received += 1;
     this.setStatus("Topic", "ok", `${this.received} messages received`);
+  }
+
+  // Reports a topic whose regular messages have ended. In simulated time, whatever sends them may pause.
+  noteAge() {
+    if (this.arrivals.length < REGULAR || this.scene.simulatedNs !== null) return;
+    const interval = (this.arrivals.at(-1) - this.arrivals[0]) / (REGULAR - 1);
+    const age = performance.now() - this.arrivals.at(-1);
+    if (age < Math.max(STALE.ms, STALE.intervals * interval)) return;
+    const sender = this.sender ? ` of [${this.sender}]` : "";
+    this.setStatus("Age", "warning", `The last message${sender} is ${(age / 1000).toFixed(0)} s old; before, there was one every ${(interval / 1000).toFixed(1)} s.`);
   }
 
   // Calls `put(message, pose)` as soon as the pose of the message's frame in the fixed frame is known at its stamp.

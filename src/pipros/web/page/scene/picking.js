@@ -1,4 +1,4 @@
-// The point of the scene at a pixel, from the depth that is drawn there, and the display that drew it.
+// The point of the scene at a pixel, from the depth that is drawn there.
 
 import * as THREE from "three";
 
@@ -28,22 +28,6 @@ export class Picker {
     const { camera } = this.scene.view;
     const { clientWidth: width, clientHeight: height } = this.scene.canvas;
     return new THREE.Vector3(((x + 0.5) / width) * 2 - 1, 1 - ((y + 0.5) / height) * 2, depth * 2 - 1).unproject(camera);
-  }
-
-  // Returns the display whose point is at a pixel, or null.
-  display(x, y) {
-    const nearest = this.depth(x, y);
-    if (nearest >= 1) return null;
-    const shown = this.scene.all().filter((display) => display.isOn && !display.displays);
-    const were = shown.map((display) => display.root.visible);
-    let found = null;
-    for (const display of shown) {
-      shown.forEach((each) => { each.root.visible = each === display; });
-      if (Math.abs(this.depth(x, y) - nearest) < 1e-6) found = display;
-      if (found) break;
-    }
-    shown.forEach((display, index) => { display.root.visible = were[index]; });
-    return found;
   }
 
   depth(x, y) {

@@ -67,3 +67,9 @@ export const yawOf = ([, , , x, y, z, w]) => Math.atan2(2 * (w * z + x * y), 1 -
 
 // Returns the quaternion of a turn about z.
 export const ofYaw = (yaw) => [0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)];
+
+/** @type {(values: number[]) => string} */
+export const vectorText = (values) => values.map((value) => String(Number(value.toFixed(4)))).join("; ");
+
+// Returns the two parts of a pose of seven numbers, named and as texts.
+export const poseTexts = (pose) => [["Position", vectorText(pose.slice(0, 3))], ["Orientation", vectorText(pose.slice(3))]];

@@ -2,15 +2,14 @@
 
 import * as THREE from "three";
 import { playback } from "../bags/playback.js";
-import { messagesOf, unpacked } from "./batches.js";
 import { Frames } from "./frames.js";
 import { Headlight } from "./headlight.js";
-import { decoderOf } from "./layout.js";
 import { Meshes, resourceOf } from "./meshes.js";
 import { poseOf } from "./pose.js";
 import { Properties } from "./properties.js";
 import { GLOBAL } from "./schema.js";
 import { colourOf } from "./shapes.js";
+import { Subscription } from "./subscription.js";
 import { viewOf } from "./views.js";
 import { makeDisplay } from "./registry.js";
 import { explanation, fixedFrameStatus, otherRoots, whyNot } from "./transform_texts.js";
@@ -20,7 +19,6 @@ THREE.ColorManagement.enabled = false;
 const TF_QUEUE = 1000;
 const SETTLING_MS = 5000; // after time has jumped back
 const AHEAD_NS = 1000000000n; // of simulated time
-const isLocal = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
 
 export class Scene {
   // `context` is the tab's; `onStatus()` is called when a status has changed.
@@ -208,41 +206,9 @@ export class Scene {
   }
 
   // Calls `take(message, arrival, sender)` with each message of a topic, decoded. Returns a function that ends it.
-  subscribe(name, queue, take, onError = (_text) => {}) {
-    let decode = null;
-    let isOver = false;
-    let senders = [];
-    const receive = async (data, frames) => {
-      if (!(data instanceof DataView)) {
-        senders = data.senders ?? senders;
-        if (data.layout?.error) onError(data.layout.error);
-        if (data.layout?.types) decode = decoderOf(data.layout.types, data.layout.type);
-        return;
-      }
-      this.figures.bytes += data.byteLength;
-      const batch = await unpacked(data);
-      if (isOver || !decode || frames !== this.frames) return; // messages of another source or moment
-      for (const { body, arrival, sender } of messagesOf(batch, senders)) {
-        try {
-          const message = decode(body);
-          for (const key of ["markers", "transforms"]) if (key in message) message[key] = message[key].filter((each) => !this.isLate(each));
-          if (!this.isLate(message)) take(message, arrival, sender);
-        } catch (error) {
-          onError(error.message);
-        }
-      }
-      this.invalidate();
-    };
-    // One after the other: a compressed batch must not be passed by the next one.
-    let turn = Promise.resolve();
-    const stop = this.context.watch("scene_messages", { name, queue, deflate: !isLocal }, (data) => {
-      const { frames } = this;
-      turn = turn.then(() => receive(data, frames)).catch((error) => onError(error.message));
-    }, (text) => text && onError(text));
-    return () => {
-      isOver = true;
-      stop();
-    };
+  // `onLost(count)` gets the number of messages that this browser was too slow for.
+  subscribe(name, queue, take, onError = (_text) => {}, onLost = (_count) => {}) {
+    return new Subscription(this, take, onError, onLost).begin(name, queue);
   }
 
   // Divides the points of this viewer among its clouds.
@@ -294,6 +260,7 @@ export class Scene {
       try {
         if (display.waiting.length) display.placeWaiting();
         display.frame();
+        display.noteAge();
       } catch (error) {
         display.setStatus("Display", "error", error.message);
       }

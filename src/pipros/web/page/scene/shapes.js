@@ -88,9 +88,15 @@ void main() {
   gl_Position = projectionMatrix * vec4(here + side * position.y * width, 1.0);
 }`;
 
+// The colour of a number, with which Selection finds out what is drawn at a pixel. Where the uniform `number` is not 0, it is
+// drawn instead of the object: if it is positive, it is that of the first point; if negative, that of all points together.
+export const NUMBER_TINT = "vec4 tintOf(float value) { return vec4(mod(floor(value / vec3(65536.0, 256.0, 1.0)), 256.0) / 255.0, 1.0); }";
+
 const TINT_FRAGMENT = `
+uniform float number;
 varying vec4 tint;
-void main() { gl_FragColor = tint; }`;
+${NUMBER_TINT}
+void main() { gl_FragColor = number != 0.0 ? tintOf(abs(number)) : tint; }`;
 
 // Lines with a width in metres that face the camera. `points` has x, y, z of each point, two per line; `colours` RGBA
 // of each (0 to 1), or of all.
@@ -112,7 +118,7 @@ export function wideLines(points, width, colours, isTransparent = false) {
   const material = new THREE.ShaderMaterial({
     vertexShader: WIDE_VERTEX,
     fragmentShader: TINT_FRAGMENT,
-    uniforms: { width: { value: width } },
+    uniforms: { width: { value: width }, number: { value: 0 } },
     side: THREE.DoubleSide,
     transparent: isTransparent,
     depthWrite: !isTransparent,

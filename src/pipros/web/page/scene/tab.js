@@ -48,7 +48,7 @@ export function open(view, argument, context) {
       h("button", { onclick: () => picture() }, "Save PNG"),
       copyButton("Link", address, (text) => replace(error, text)), save),
     error,
-    h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, images, lost, status, budgetLine(scene, context.signal)))));
+    h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, tools.rectangle.element, images, tools.selection.element, lost, status, budgetLine(scene, context.signal)))));
   if (innerWidth < 700) dock.click();
 
   function picture() {

@@ -10,9 +10,11 @@ export const TOOLS = {
   "rviz/SetGoal": { title: "2D Nav Goal", key: "g", topic: "/move_base_simple/goal", type: "geometry_msgs/PoseStamped", colour: [255, 0, 255] },
   "rviz/PublishPoint": { title: "Publish Point", key: "c", topic: "/clicked_point", type: "geometry_msgs/PointStamped" },
 };
-// The properties of the tools that publish poses.
+
+// The properties of the tools that publish.
 export const POSE = [
   ["Topic", "topic", ""],
+  ["Single click", "bool", true],
   ["X std deviation", "float", 0.5],
   ["Y std deviation", "float", 0.5],
   ["Theta std deviation", "float", 0.261799],

@@ -3,12 +3,15 @@
 import { h, replace } from "../dom.js";
 import { Measuring } from "./measuring.js";
 import { Picker } from "./picking.js";
+import { headerOf, publishOnce } from "./publishing.js";
+import { Rectangle } from "./rectangle.js";
+import { Selection } from "./selection.js";
 import { Properties, className } from "./properties.js";
 import { arrow, clear, lit } from "./shapes.js";
 import { ofYaw } from "./pose.js";
 import { POSE, TOOLS, covarianceOf } from "./tool_kinds.js";
+import { moveByMouse } from "./views.js";
 
-const SENT_MS = 3000; // how long a message stays advertised, for subscribers that connect later
 const SAID_MS = 4000;
 
 const DEFAULTS = Object.keys(TOOLS);
@@ -24,6 +27,8 @@ export class Tools {
     this.confirm = h("span", { class: "scene-confirm", hidden: true });
     this.fingers = new Map(); // pointers that are down, by id
     this.mouse = [0, 0];
+    this.selection = new Selection(scene, context.signal);
+    this.rectangle = new Rectangle(canvas);
     this.grabbed = null; // the display whose control is held
     this.measuring = new Measuring(scene, status);
     this.current = "rviz/MoveCamera";
@@ -59,6 +64,7 @@ export class Tools {
     }
     this.current = kind;
     this.drag = null;
+    this.rectangle.drop();
     this.letGo(this.mouse);
     this.scene.isInteracting = kind === "rviz/Interact";
     this.measuring.points = [];
@@ -89,6 +95,7 @@ export class Tools {
     if (this.fingers.size > 1) {
       this.letGo([x, y]);
       this.drag = null;
+      this.rectangle.drop();
       clear(this.scene.tools);
       return;
     }
@@ -130,7 +137,7 @@ export class Tools {
       const start = this.picker.ground(x, y);
       if (start) this.drag = { start, yaw: 0 };
     } else if (kind === "rviz/Select") {
-      if (!isCamera) this.select(x, y);
+      if (!isCamera) this.rectangle.begin([x, y]);
     } else if (["rviz/Measure", "rviz/PublishPoint", "rviz/FocusCamera"].includes(kind)) {
       const point = this.picker.point(x, y);
       if (!point) return;
@@ -167,15 +174,19 @@ export class Tools {
     if (this.fingers.size > 1) {
       const after = this.spread();
       if (before && after) this.scene.view.zoom(1 - before / after);
-      this.moveCamera({ buttons: 4, shiftKey: false }, dx / this.fingers.size, dy / this.fingers.size);
+      moveByMouse(this.scene.view, this.canvas, { buttons: 4, shiftKey: false }, dx / this.fingers.size, dy / this.fingers.size);
       return;
     }
     if (this.drag) {
       this.aim(x, y);
       return;
     }
-    if (TOOLS[this.current].colour || (this.current === "rviz/Select" && !event.altKey)) return;
-    this.moveCamera(event, dx, dy);
+    if (this.rectangle.corner) {
+      this.rectangle.extend([x, y]);
+      return;
+    }
+    if (TOOLS[this.current].colour) return;
+    moveByMouse(this.scene.view, this.canvas, event, dx, dy);
   }
 
   // Highlights the control under the mouse.
@@ -186,17 +197,10 @@ export class Tools {
     }
   }
 
-  moveCamera({ buttons, shiftKey }, dx, dy) {
-    const { view } = this.scene;
-    if (buttons & 4 || (buttons & 1 && shiftKey)) view.pan(dx, dy, this.canvas.clientWidth, this.canvas.clientHeight);
-    else if (buttons & 1) view.rotate(dx, dy);
-    else if (buttons & 2 && shiftKey) view.dolly(dy * 0.1);
-    else if (buttons & 2) view.zoom(-dy * 0.01);
-  }
-
   release(event) {
     this.fingers.delete(event.pointerId);
     this.letGo(this.at(event));
+    if (this.rectangle.corner) this.select(this.rectangle.end(this.at(event)), event);
     if (!this.drag) return;
     const { start, yaw } = this.drag;
     this.drag = null;
@@ -209,6 +213,7 @@ export class Tools {
     this.fingers.delete(event.pointerId);
     this.letGo(this.at(event));
     this.drag = null;
+    this.rectangle.drop();
     clear(this.scene.tools);
     this.scene.invalidate();
   }
@@ -225,7 +230,8 @@ export class Tools {
     const [x, y] = this.mouse;
     if (event.key === "z") this.scene.view.home();
     else if (event.key === "f") {
-      const point = this.picker.point(x, y);
+      const selected = this.current === "rviz/Select" ? this.selection.centre() : null;
+      const point = selected ?? this.picker.point(x, y);
       if (point) this.scene.view.lookAt(point);
     } else if (event.key === "Escape") this.choose(this.first);
     else {
@@ -287,20 +293,15 @@ export class Tools {
   }
 
   publishPoint(point) {
-    this.publish("rviz/PublishPoint", { point: { x: point.x, y: point.y, z: point.z } });
-    this.choose(this.first);
+    const kind = "rviz/PublishPoint";
+    this.publish(kind, { point: { x: point.x, y: point.y, z: point.z } });
+    if (new Properties(POSE, this.configs.get(kind) ?? {}).get("Single click")) this.choose(this.first);
   }
 
   publish(kind, content) {
     const { type, topic, title } = TOOLS[kind];
     const name = this.scene.topicName(new Properties(POSE, this.configs.get(kind) ?? {}).get("Topic") || topic);
-    const now = this.scene.now();
-    const stamp = { secs: Number(now / 1000000000n), nsecs: Number(now % 1000000000n) };
-    const message = { header: { seq: 0, stamp, frame_id: this.scene.fixedFrame }, ...content };
-    const done = () => this.say(`${title} published on ${name}`);
-    const request = { name, type, message: JSON.stringify(message), rate: 0 };
-    const stop = this.context.watch("publishing", request, done, (text) => text && this.say(text));
-    setTimeout(stop, SENT_MS);
+    publishOnce(this.context, { name, type }, { header: headerOf(this.scene), ...content }, (problem) => this.say(problem || `${title} published on ${name}`));
   }
 
   // -- looking ------------------------------------------------------------------------------------------------------------
@@ -310,10 +311,9 @@ export class Tools {
     this.say(point ? `[${shown(point)}]` : "");
   }
 
-  select(x, y) {
-    const display = this.picker.display(x, y);
-    const point = display && this.picker.point(x, y);
-    this.say(point ? `${display.name}: [${shown(point)}] in ${this.scene.fixedFrame}` : "Nothing is selected.");
+  select(rectangle, { shiftKey, ctrlKey }) {
+    this.selection.pick(rectangle, shiftKey ? "add" : ctrlKey ? "remove" : "");
+    if (!this.selection.selected.size) this.say("Nothing is selected.");
   }
 }
 

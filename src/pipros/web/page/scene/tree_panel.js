@@ -20,6 +20,7 @@ export class TreePanel {
     this.rows = new Map(); // display to {sign, details, statuses}
     this.topics = [];
     this.open = new WeakSet(); // configurations with open details
+    this.dragged = null; // {display, parent} while a row is dragged
     context.watch("topics", {}, ({ topics }) => {
       this.topics = topics;
       this.offerKinds();
@@ -103,6 +104,7 @@ export class TreePanel {
     const children = display.displays ? h("div", { class: "scene-children" }, display.displays.map((each) => this.row(each, display))) : null;
     this.rows.set(display, { sign, statuses });
     const element = this.details(display.config, [sign, box, name, h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, children, body, parts]);
+    this.makeDraggable(element.querySelector("summary"), display, parent);
     const offerParts = () => element.open && this.offerParts(display, parts);
     element.addEventListener("toggle", offerParts);
     parts.addEventListener("scene-refresh", offerParts);
@@ -191,6 +193,51 @@ export class TreePanel {
     this.scene.invalidate();
   }
 
+  // Lets a row be dragged before or after another one, or into a group.
+  makeDraggable(summary, display, parent) {
+    summary.draggable = true;
+    const place = (event) => {
+      const { top, height } = summary.getBoundingClientRect();
+      const part = (event.clientY - top) / height;
+      return display.displays && part > 0.25 && part < 0.75 ? "into" : part < 0.5 ? "before" : "after";
+    };
+    const mark = (text) => (text ? summary.setAttribute("data-drop", text) : summary.removeAttribute("data-drop"));
+    const isAllowed = () => this.dragged && this.dragged.display !== display && !within(this.dragged.display, display);
+    summary.addEventListener("dragstart", (event) => {
+      this.dragged = { display, parent };
+      event.dataTransfer.effectAllowed = "move";
+      event.dataTransfer.setData("text/plain", display.name);
+    });
+    summary.addEventListener("dragend", () => { this.dragged = null; });
+    summary.addEventListener("dragleave", () => mark(""));
+    summary.addEventListener("dragover", (event) => {
+      if (!isAllowed()) return;
+      event.preventDefault();
+      mark(place(event));
+    });
+    summary.addEventListener("drop", (event) => {
+      mark("");
+      if (!isAllowed()) return;
+      event.preventDefault();
+      const where = place(event);
+      if (where === "into") this.moveTo(this.dragged, display, display.displays.length);
+      else this.moveTo(this.dragged, parent, parent.displays.indexOf(display) + (where === "after" ? 1 : 0));
+    });
+  }
+
+  // Moves a display to a place among the displays of the scene or a group.
+  moveTo({ display, parent }, target, at) {
+    const from = parent.displays.indexOf(display);
+    const to = parent === target && from < at ? at - 1 : at;
+    const listsOf = (owner) => [owner.displays, owner.config.Displays];
+    listsOf(parent).forEach((list, index) => listsOf(target)[index].splice(to, 0, ...list.splice(from, 1)));
+    if (display.isEnabled && (target === this.scene || target.isOn)) display.turnOn();
+    else display.turnOff();
+    this.dragged = null;
+    this.load();
+    this.scene.invalidate();
+  }
+
   move(display, parent, by) {
     const at = parent.displays.indexOf(display);
     const to = at + by;
@@ -248,6 +295,8 @@ export class TreePanel {
   }
 }
 
+// Returns whether a display is in a group, or in one of its groups.
+const within = (group, display) => Boolean(group.displays?.some((each) => each === display || within(each, display)));
 const shortName = (kind) => kind.split("/").at(-1);
 const topicProperty = (kind) => DISPLAYS[kind]?.find((each) => each[1] === "topic");
 

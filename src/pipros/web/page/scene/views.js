@@ -4,15 +4,26 @@ import * as THREE from "three";
 import { Properties, className } from "./properties.js";
 import { VIEWS } from "./schema.js";
 import { yawOf } from "./pose.js";
+import { SPHERE, lit } from "./shapes.js";
 
 const PITCH_LIMIT = Math.PI / 2 - 0.001;
 const FAR = 10000;
+const FOCUS_MS = 400; // how long the focal point stays visible after a movement
 
 // Returns the controller for the map `Current` of a file.
 export function viewOf(config, scene) {
   const kind = className(config.Class ?? "rviz/Orbit");
   const Kind = { "rviz/XYOrbit": XYOrbit, "rviz/ThirdPersonFollower": Follower, "rviz/TopDownOrtho": TopDownOrtho, "rviz/FPS": Fps }[kind] ?? Orbit;
   return new Kind(new Properties(VIEWS[kind] ?? VIEWS["rviz/Orbit"], config), scene);
+}
+
+// Moves the camera of a view as rviz does for these buttons of the mouse.
+export function moveByMouse(view, { clientWidth: width, clientHeight: height }, { buttons, shiftKey }, dx, dy) {
+  if (buttons & 4 || (buttons & 1 && shiftKey)) view.pan(dx, dy, width, height);
+  else if (buttons & 1) view.rotate(dx, dy);
+  else if (buttons & 2 && shiftKey) view.dolly(dy * 0.1);
+  else if (buttons & 2) view.zoom(-dy * 0.01);
+  view.showFocus();
 }
 
 class View {
@@ -50,6 +61,9 @@ class View {
     this.aim(width, height);
     this.camera.updateMatrixWorld();
   }
+
+  // Shows the point that the camera turns about, for a moment. Overridden by the views that have one.
+  showFocus() {}
 
   // Places the camera in the target frame. Overridden by each view.
   aim(_width, _height) {}
@@ -91,6 +105,20 @@ class Orbit extends View {
   }
 
   raise(_distance) {}
+
+  showFocus() {
+    const { scene } = this;
+    scene.focus ??= new THREE.Mesh(SPHERE, lit([255, 255, 0], 0.5));
+    const size = this.get("Focal Shape Size") * (this.get("Focal Shape Fixed Size") ? 1 : this.get("Distance"));
+    scene.focus.scale.set(size || 1e-6, size || 1e-6, size / 5 || 1e-6);
+    scene.focus.position.copy(this.focus());
+    scene.world.add(scene.focus);
+    clearTimeout(scene.hidingFocus);
+    scene.hidingFocus = setTimeout(() => {
+      scene.world.remove(scene.focus);
+      scene.invalidate();
+    }, FOCUS_MS);
+  }
 
   rotate(dx, dy) {
     this.add("Yaw", -dx * 0.005);

@@ -77,7 +77,8 @@ function headOf(data) {
 }
 
 // Draws an image that the server sent, a JSON header and pixels, and returns the header.
-export async function drawImage(canvas, data) {
+// `boundsOf(values)` returns the values of black and white of 16-bit and float images.
+export async function drawImage(canvas, data, boundsOf = extremes) {
   const head = headOf(data);
   const all = new Uint8Array(data.buffer, data.byteOffset);
   const pixels = all.subarray(all.indexOf(10) + 1);
@@ -85,7 +86,7 @@ export async function drawImage(canvas, data) {
   if (head.compressed === "depth") {
     const depth = await depthOf(pixels, head.quantised);
     Object.assign(canvas, { width: depth.width, height: depth.height });
-    drawing.putImageData(new ImageData(shaded(depth.values), depth.width, depth.height), 0, 0);
+    drawing.putImageData(new ImageData(shaded(depth.values, boundsOf), depth.width, depth.height), 0, 0);
     head.full = [depth.width, depth.height];
   } else if (head.compressed) {
     const image = await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` }));
@@ -95,14 +96,14 @@ export async function drawImage(canvas, data) {
     head.encoding = head.format;
   } else if (head.width && head.height) {
     Object.assign(canvas, { width: head.width, height: head.height });
-    drawing.putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
+    drawing.putImageData(new ImageData(colours(head, pixels, boundsOf), head.width, head.height), 0, 0);
   }
   return head;
 }
 
 // Converts pixels to RGBA.
 // `color` and `depth` are those of pipros.pictures.encodings: "bgr", "gray", the pattern "rggb", the bytes "uyvy" of two pixels.
-export function colours({ color, depth, big, width, height }, pixels) {
+export function colours({ color, depth, big, width, height }, pixels, boundsOf = extremes) {
   const count = width * height;
   const out = new Uint8ClampedArray(count * 4).fill(255);
   if (/^(rgb|bgr)a?$/.test(color)) {
@@ -116,19 +117,21 @@ export function colours({ color, depth, big, width, height }, pixels) {
   }
   if (color.includes("y") && color !== "gray") return fromYuv(color, count, pixels, out);
   if (color !== "gray") return fromBayer(color, width, height, pixels, out);
-  const grey = depth === "8U" ? pixels : stretched(depth, big, count, pixels);
+  const grey = depth === "8U" ? pixels : stretched(depth, big, count, pixels, boundsOf);
   for (let i = 0; i < count; i += 1) out[i * 4] = out[i * 4 + 1] = out[i * 4 + 2] = grey[i];
   return out;
 }
 
-// Scales 16-bit and float pixels from black (minimum) to white (maximum). NaN and infinity are black.
-function stretched(depth, big, count, pixels) {
+// Scales 16-bit and float pixels from black to white. NaN and infinity are black.
+function stretched(depth, big, count, pixels, boundsOf) {
   const view = new DataView(pixels.buffer, pixels.byteOffset, pixels.byteLength);
   const read = depth === "32F" ? (i) => view.getFloat32(i * 4, !big) : (i) => view.getUint16(i * 2, !big);
-  return scaled(Float64Array.from({ length: count }, (_, i) => read(i)));
+  return scaled(Float64Array.from({ length: count }, (_, i) => read(i)), boundsOf);
 }
 
-function scaled(values) {
+// Returns the least and the largest finite value.
+/** @type {(values: Iterable<number>) => number[]} */
+export function extremes(values) {
   let low = Infinity;
   let high = -Infinity;
   for (const value of values) {
@@ -136,12 +139,17 @@ function scaled(values) {
     low = Math.min(low, value);
     high = Math.max(high, value);
   }
+  return [low, high];
+}
+
+function scaled(values, boundsOf) {
+  const [low, high] = boundsOf(values);
   return values.map((value) => (Number.isFinite(value) && high > low ? ((value - low) * 255) / (high - low) : 0));
 }
 
-// Converts depths to RGBA, from black (minimum) to white (maximum).
-function shaded(depths) {
-  const shades = scaled(depths);
+// Converts depths to RGBA, from black to white.
+function shaded(depths, boundsOf) {
+  const shades = scaled(depths, boundsOf);
   const out = new Uint8ClampedArray(depths.length * 4).fill(255);
   shades.forEach((shade, i) => out.fill(shade, i * 4, i * 4 + 3));
   return out;

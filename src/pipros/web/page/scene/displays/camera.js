@@ -83,7 +83,7 @@ export class Camera extends Image {
   // Returns the scene from the camera, on a transparent ground, as a canvas.
   picture(width, height) {
     const { renderer, world, displays, tools } = this.scene;
-    const hidden = displays.filter((each) => each.root.visible && !this.isPartShown(each.name, true));
+    const hidden = this.hiddenOf(displays, this.config.Visibility);
     const background = renderer.getClearAlpha();
     const { target } = this;
     target.setSize(width, height);
@@ -108,8 +108,16 @@ export class Camera extends Image {
     return canvas;
   }
 
-  isPartShown(name, fallback) {
-    return name === this.name ? false : super.isPartShown(name, fallback) && truth(this.config.Visibility?.Value, true);
+  // Returns the displays that this one does not show, by the property Visibility; a group has a map of its displays there.
+  hiddenOf(displays, switches) {
+    const isMap = typeof switches === "object" && switches;
+    const isOff = isMap && !truth(switches.Value, true);
+    return displays.flatMap((each) => {
+      const own = isMap ? switches[each.name] : undefined;
+      const isShown = each !== this && !isOff && truth(typeof own === "object" && own ? own.Value : own, true);
+      if (each.displays) return this.hiddenOf(each.displays, isShown ? own : { Value: "false" });
+      return isShown || !each.root.visible ? [] : [each];
+    });
   }
 }
 

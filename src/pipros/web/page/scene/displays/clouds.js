@@ -4,7 +4,7 @@ import { cloudColours, columnsOf, fieldsFor, finiteOnly, usableTransformer } fro
 import { Display, withoutSlash } from "../display.js";
 import { TransformError } from "../frames.js";
 import { points } from "../points.js";
-import { interpolated, transformed } from "../pose.js";
+import { interpolated, transformed, vectorText } from "../pose.js";
 import { clear, dispose, place } from "../shapes.js";
 
 const MOST_KEPT = 2000000; // of all clouds of a display with a decay time
@@ -12,7 +12,7 @@ const TEXT = new TextDecoder();
 
 export class Cloud extends Display {
   begin() {
-    this.kept = []; // {object, arrival (ns), count}
+    this.kept = []; // {object, arrival (ns), count, columns, pose}
   }
 
   reset() {
@@ -51,8 +51,17 @@ export class Cloud extends Display {
       this.kept = [];
     }
     this.root.add(object);
-    this.kept.push({ object, arrival: this.scene.now(), count });
+    this.kept.push({ object, arrival: this.scene.now(), count, columns: finite, pose });
     this.scene.invalidate();
+  }
+
+  selectables() {
+    if (!this.get("Selectable")) return [];
+    return (this.kept ?? []).map(({ object, count, columns, pose }) => ({ label: "Point", object, count, describe: (index) => {
+      const at = transformed(pose, ["x", "y", "z"].map((axis) => columns.get(axis)[index]));
+      const others = [...columns].filter(([name]) => !["x", "y", "z"].includes(name));
+      return [["Position", vectorText(at)], ...others.map(([name, values]) => [name, valueText(name, values[index])])];
+    } }));
   }
 
   // Returns the size of points per metre of their z, or 0 if all have the same size.
@@ -89,6 +98,8 @@ export class Cloud extends Display {
     }
   }
 }
+
+const valueText = (name, value) => (name === "rgb" || name === "rgba" ? [value >> 16, value >> 8, value].map((part) => part & 255).join("; ") : String(value));
 
 export class PointCloud2 extends Cloud {
   begin() {

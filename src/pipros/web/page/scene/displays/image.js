@@ -1,10 +1,8 @@
 // Images: not in the scene, but beside it.
 
 import { h } from "../../dom.js";
-import { colours } from "../../tabs/images.js";
+import { drawImage, extremes } from "../../tabs/images.js";
 import { Display } from "../display.js";
-
-const TEXT = new TextDecoder();
 
 export class Image extends Display {
   begin() {
@@ -13,6 +11,7 @@ export class Image extends Display {
       this.setStatus("Image", "error", "Error subscribing: Empty topic name");
       return;
     }
+    this.bounds = []; // of the newest images
     const hint = this.get("Transport Hint");
     const name = hint && hint !== "raw" ? `${base}/${hint}` : base;
     this.setStatus("Image", "warning", "No image received");
@@ -29,17 +28,11 @@ export class Image extends Display {
   reset() {}
 
   async show(data) {
-    const all = new Uint8Array(data.buffer, data.byteOffset);
-    const end = all.indexOf(10);
-    const head = JSON.parse(TEXT.decode(all.subarray(0, end)));
-    const pixels = all.subarray(end + 1);
+    const image = new OffscreenCanvas(2, 2);
     try {
-      if (head.compressed) this.present(await createImageBitmap(new Blob([pixels], { type: `image/${head.compressed}` })));
-      else if (head.width && head.height) {
-        const image = new OffscreenCanvas(head.width, head.height);
-        image.getContext("2d").putImageData(new ImageData(colours(head, pixels), head.width, head.height), 0, 0);
-        this.present(image);
-      }
+      await drawImage(image, data, (values) => this.boundsOf(values));
+      if (!this.isOn) return;
+      this.present(image);
       this.received += 1;
       this.setStatus("Image", "ok", `${this.received} images received`);
     } catch (problem) {
@@ -47,9 +40,21 @@ export class Image extends Display {
     }
   }
 
-  // Shows a canvas or bitmap.
+  // Returns the values of black and white: those of the properties, or the medians of the extremes of the newest images.
+  boundsOf(values) {
+    const schema = this.properties.find(["Normalize Range"])[0];
+    if (schema && !this.get("Normalize Range")) return [this.get("Min Value"), this.get("Max Value")];
+    this.bounds.push(extremes(values));
+    const most = schema ? Math.max(1, this.get("Median window")) : 1;
+    this.bounds.splice(0, this.bounds.length - most);
+    return [0, 1].map((end) => median(this.bounds.map((each) => each[end])));
+  }
+
+  // Shows a canvas.
   present(image) {
     Object.assign(this.canvas, { width: image.width, height: image.height });
     this.canvas.getContext("2d").drawImage(image, 0, 0);
   }
 }
+
+const median = (values) => values.sort((one, other) => one - other)[Math.floor(values.length / 2)];

@@ -8,9 +8,10 @@ import { withoutSlash } from "../display.js";
 import { TransformError } from "../frames.js";
 import { InteractiveClient } from "../interactive_client.js";
 import { menuOf } from "../interactive_menu.js";
+import { problemOf } from "../marker_checks.js";
 import { composed, inverted, isFinitePose, normalized, poseOf } from "../pose.js";
 import { axes, dispose, place } from "../shapes.js";
-import { Markers, problemOf } from "./markers.js";
+import { Markers } from "./markers.js";
 
 const MOST = 2000; // interactive markers of a display
 const MOST_CONTROLS = 200; // of one of them
@@ -40,8 +41,7 @@ export class InteractiveMarkers extends Markers {
       resubscribe: () => this.listenForStates(),
     });
     this.setStatus("Topic", "warning", "Waiting for the state of a server");
-    const failed = (text) => this.setStatus("Topic", "error", text);
-    this.stops.push(this.scene.subscribe(topic, QUEUE, (update) => this.client.update(update, performance.now()), failed));
+    this.stops.push(this.scene.subscribe(topic, QUEUE, (update) => this.client.update(update, performance.now()), (text) => this.setStatus("Topic", "error", text)));
     this.listenForStates();
     if (this.canAct) this.send(null);
   }

@@ -3,14 +3,15 @@
 import * as THREE from "three";
 import { Display, withoutSlash } from "../display.js";
 import { TransformError } from "../frames.js";
+import { problemOf, warningOf } from "../marker_checks.js";
 import { points } from "../points.js";
-import { isFinitePose, normalized, poseOf } from "../pose.js";
+import { normalized, poseOf, poseTexts } from "../pose.js";
 import { BOX, CYLINDER, SPHERE, arrow, blended, dispose, lit, place, segments, textSprite, unlit, wideLines } from "../shapes.js";
 
 const [ADD, DELETE, DELETE_ALL] = [0, 2, 3];
 const MOST_MARKERS = 20000;
 const TYPES = [null, cube, sphere, cylinder, strip, list, cubes, spheres, squares, label, null, triangles];
-const [ARROW, LINE_STRIP, LINE_LIST, POINTS, TEXT, MESH] = [0, 4, 5, 8, 9, 10];
+const [ARROW, MESH] = [0, 10];
 
 export class Markers extends Display {
   begin() {
@@ -44,6 +45,8 @@ export class Markers extends Display {
     const warning = warningOf(marker);
     if (warning) this.setStatus(key, "warning", warning);
     else this.dropStatus(key);
+    const before = this.shown.get(key)?.sender;
+    if (before && this.sender && before !== this.sender) this.setStatus("Id clash", "warning", `[${key}] is sent by [${before}] and by [${this.sender}], which overwrite each other.`);
     if (!this.shown.has(key) && this.shown.size >= MOST_MARKERS) {
       this.setStatus("Markers", "error", `More than ${MOST_MARKERS} markers are not shown.`);
       return;
@@ -55,7 +58,8 @@ export class Markers extends Display {
       place(object, normalized(poseOf(marker.pose)));
       holder.add(object);
     }
-    const entry = { holder, message: marker, until: marker.lifetime > 0n ? this.scene.now() + marker.lifetime : null, isPlaced: false };
+    const until = marker.lifetime > 0n ? this.scene.now() + marker.lifetime : null;
+    const entry = { holder, sender: this.sender, message: marker, until, isPlaced: false };
     this.shown.set(key, entry);
     this.root.add(holder);
     this.locate(key, entry);
@@ -77,6 +81,12 @@ export class Markers extends Display {
 
   parts() {
     return { key: "Namespaces", names: [...this.namespaces?.keys() ?? []] };
+  }
+
+  selectables() {
+    const describe = ({ header, pose }) => [["Frame", header.frame_id], ...poseTexts(poseOf(pose))];
+    const all = [...this.shown ?? []];
+    return all.map(([key, { holder, message }]) => ({ label: `Marker ${key}`, object: holder, describe: () => describe(message) }));
   }
 
   // The markers of a hidden namespace are dropped; they come back with the next message.
@@ -159,35 +169,6 @@ export class MarkerArray extends Markers {
     super.begin();
     this.subscribe("Marker Topic", ({ markers }) => markers.forEach((marker) => this.take(marker)));
   }
-}
-
-// -- checks --------------------------------------------------------------------------------------------------------------
-
-// Returns why a marker cannot be drawn, or an empty text.
-export function problemOf({ pose, scale, color, points: places, colors, type }) {
-  const numbers = [scale.x, scale.y, scale.z, color.r, color.g, color.b, color.a];
-  const isValid = numbers.every(Number.isFinite) && isFinitePose(poseOf(pose)) && places.every(({ x, y, z }) => Number.isFinite(x + y + z));
-  if (!isValid || !colors.every(({ r, g, b, a }) => Number.isFinite(r + g + b + a))) return "Contains invalid floating point values (nans or infs)";
-  if (type === LINE_LIST && places.length % 2) return "Number of points is not even.";
-  return "";
-}
-
-// Returns rviz's warning on a marker, or an empty text.
-function warningOf({ pose: { orientation: q }, scale, color, colors, type, text }) {
-  const found = [];
-  const norm = q.x ** 2 + q.y ** 2 + q.z ** 2 + q.w ** 2;
-  if (norm === 0) found.push("Uninitialized quaternion, assuming identity.");
-  else if (Math.abs(norm - 1) > 0.01) found.push("Unnormalized quaternion in marker message.");
-  found.push(...sizeWarnings(type, scale, text));
-  if (color.a === 0 && !colors.length && type !== MESH) found.push("Marker is fully transparent (color.a is 0.0).");
-  return found.join("\n");
-}
-
-function sizeWarnings(type, scale, text) {
-  if (type === LINE_STRIP || type === LINE_LIST) return scale.x === 0 ? ["Width LINE_LIST or LINE_STRIP is 0.0 (scale.x)."] : [];
-  if (type === TEXT) return [...(scale.z === 0 ? ["Text height of TEXT_VIEW_FACING is 0.0 (scale.z)."] : []), ...(text ? [] : ["Empty text."])];
-  if (type === ARROW) return [];
-  return scale.x === 0 || scale.y === 0 || (scale.z === 0 && type !== POINTS) ? ["Scale contains 0.0 in x, y or z."] : [];
 }
 
 // -- shapes --------------------------------------------------------------------------------------------------------------

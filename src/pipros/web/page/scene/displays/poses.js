@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { covarianceShapes } from "../covariance.js";
 import { Display } from "../display.js";
-import { composed, isFinitePose, normalized, poseOf } from "../pose.js";
+import { composed, isFinitePose, normalized, poseOf, poseTexts } from "../pose.js";
 import { CONE, SPHERE, arrow, axes, dispose, lit, place, segments, thinLines, unlit, wideLines } from "../shapes.js";
 
 const INVALID = "Message contained invalid floating point values (nans or infs)";
@@ -26,6 +26,7 @@ export class Placed extends Display {
     const holder = new THREE.Group();
     place(holder, pose);
     holder.add(object);
+    holder.userData.texts = [["Frame", message.header.frame_id], ...poseTexts(composed(pose, [...object.position.toArray(), ...object.quaternion.toArray()]))];
     this.root.add(holder);
     const most = this.most || MOST_POSES;
     while (this.root.children.length > most) {
@@ -34,6 +35,10 @@ export class Placed extends Display {
       dispose(first);
     }
     this.scene.invalidate();
+  }
+
+  selectables() {
+    return this.root.children.map((object) => ({ label: this.name, object, describe: () => object.userData.texts }));
   }
 
   // Returns the object for a message in its frame, or null. Overridden by each display.

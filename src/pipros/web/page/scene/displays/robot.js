@@ -2,7 +2,9 @@
 
 import * as THREE from "three";
 import { Display } from "../display.js";
-import { BOX, CYLINDER, SPHERE, blended, place } from "../shapes.js";
+import { poseTexts } from "../pose.js";
+import { truth } from "../properties.js";
+import { BOX, CYLINDER, SPHERE, axes, blended, place } from "../shapes.js";
 
 const RED = [1, 0, 0, 1]; // of shapes without a material
 
@@ -33,6 +35,10 @@ export class RobotModel extends Display {
 
   parts() {
     return { key: "Links", names: [...this.links?.keys() ?? []] };
+  }
+
+  selectables() {
+    return [...this.links ?? []].map(([name, { group }]) => ({ label: `Link ${name}`, object: group, describe: () => poseTexts([...group.position.toArray(), ...group.quaternion.toArray()]) }));
   }
 
   switchPart(name, isShown) {
@@ -114,6 +120,7 @@ export class RobotModel extends Display {
     for (const [name, entry] of this.links) {
       const own = this.config.Links?.[name];
       entry.isShown = this.isPartShown(name, this.get("Links", "All Links Enabled"));
+      if (truth(own?.["Show Axes"], false) && !entry.axes) entry.group.add(entry.axes = axes(0.1, 0.01));
       entry.alpha = this.get("Alpha") * (Number.isFinite(Number(own?.Alpha)) ? Number(own.Alpha) : 1);
       entry.visuals.visible = this.get("Visual Enabled");
       entry.collisions.visible = this.get("Collision Enabled");
@@ -123,6 +130,7 @@ export class RobotModel extends Display {
   }
 
   frame() {
+    if (!this.isDue()) return;
     const prefix = this.get("TF Prefix").replace(/\/$/, "");
     let lost = "";
     for (const [name, entry] of this.links) {

@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { Display } from "../display.js";
+import { poseTexts } from "../pose.js";
 import { arrow, axes, clear, lit, place, textSprite } from "../shapes.js";
 
 const MOST_DRAWN = 1000;
@@ -20,6 +21,10 @@ export class Tf extends Display {
     return { key: "Frames", names: this.scene.frames.names() };
   }
 
+  selectables() {
+    return [...this.drawn ?? []].map(([name, { group }]) => ({ label: `Frame ${name}`, object: group, describe: () => [["Parent", this.scene.frames.parent(name) ?? ""], ...poseTexts([...group.position.toArray(), ...group.quaternion.toArray()])] }));
+  }
+
   isShown(name) {
     return this.isPartShown(name, this.get("Frames", "All Enabled"));
   }
@@ -35,6 +40,7 @@ export class Tf extends Display {
   }
 
   frame() {
+    if (!this.isDue()) return;
     const { frames } = this.scene;
     const now = this.scene.now();
     const [scale, alpha, timeout] = [this.get("Marker Scale"), this.get("Marker Alpha"), this.get("Frame Timeout")];
