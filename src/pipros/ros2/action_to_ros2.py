@@ -163,7 +163,9 @@ class ActionToRos2:
     def close(self) -> None:
         """End the action in ROS 1. Goals that have not ended are aborted there, and continue in ROS 2."""
         self._is_closed.set()
-        for goal in self._goals:
+        with self._lock:
+            goals = list(self._goals)
+        for goal in goals:
             self._end(goal, Status.ABORTED, None, "the action server has disappeared")
         self._executing.close()
         self._cancelling.close()
@@ -269,16 +271,17 @@ class ActionToRos2:
         return None
 
     def _end(self, goal: _Goal, status: Status, result: Any, text: str) -> None:
-        with self._lock:
-            if goal.ended_s:
-                return
-            goal.status, goal.text, goal.ended_s = status, text, time.monotonic()
+        """End a goal and publish its result, unless it has ended."""
         message = self.pair.result(
             status=self._status_of(goal.id, goal.stamp, status, text),
             result=result or self.pair.empty_result(),
         )
         message.header.stamp = self._now()
-        self._result_out.publish(message)
+        with self._lock:
+            if goal.ended_s:
+                return
+            goal.status, goal.text, goal.ended_s = status, text, time.monotonic()
+            self._result_out.publish(message)  # before `close` can see that the goal has ended
         self._publish_status()
 
     # -- from ROS 2 ----------------------------------------------------------------------------
