@@ -145,9 +145,9 @@ class Client:
 
     def start(self, goal_id: str) -> None:
         """Send a goal, and wait until the gateway has received it."""
-        calls = self.action.calls
+        calls = self.action.counts.passed
         self._goals.publish(PAIR.goal(goal_id=GoalID(id=goal_id), goal=Goal(3)))
-        wait_until(lambda: self.action.calls > calls, what=goal_id)
+        wait_until(lambda: self.action.counts.passed > calls, what=goal_id)
 
     def request_cancel(self, *goal_ids: str) -> None:
         for each in goal_ids:

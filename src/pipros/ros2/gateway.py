@@ -171,7 +171,7 @@ class Gateway:
             if isinstance(each, ToRos2):
                 topic = graph.topics.get(name)
                 each.update(topic.publishers if topic else ())
-            elif isinstance(each, ActionToRos1 | ActionToRos2):
+            elif isinstance(each, Ros1Service | ActionToRos1 | ActionToRos2):
                 each.update()
             elif isinstance(each, ToRos1):
                 of_type = each.route.pair.plan.ros2_type
@@ -243,7 +243,7 @@ class Gateway:
         ros2_type = pair.plan.ros2_type
         for each in publishers or ():
             if each.type == ros2_type:
-                self._pairs.check_hash(pair, each.type_hash)
+                self._pairs.check_hash(ros2_type, {pair.type_hash}, each.type_hash)
         there = graph.topics.get(target)
         if there is not None and there.definition.type != pair.plan.ros1_type:
             raise PiprosError(f"the type is {there.definition.type} in ROS 1, but {ros2_type} in ROS 2")
@@ -268,7 +268,9 @@ class Gateway:
     def _called(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
         if name in graph.services:
             return None
-        pair = self._pairs.of_ros2_service(found.services[name])
+        server = _callable(found.services[name])
+        pair = self._pairs.of_ros2_service(server.type)
+        self._pairs.check_hash(pair.plan.ros2_type, {pair.type_hash, pair.parts.request}, server.type_hash)
         return pair.plan.ros2_type, lambda: Ros2Service(self._node, self._engine, name, pair)
 
     def _action_of_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
@@ -279,7 +281,10 @@ class Gateway:
     def _action_of_ros2(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
         if name in graph.actions:
             return None
-        pair = self._pairs.of_ros2_action(found.actions[name])
+        server = _callable(found.actions[name])
+        pair = self._pairs.of_ros2_action(action_of_service(server.type))
+        hashes = {pair.hashes.send_goal, pair.hashes.send_goal_parts[0]}
+        self._pairs.check_hash(pair.plan.ros2_type, hashes, server.type_hash)
         return pair, lambda: ActionToRos2(self._node, self._engine, name, pair, self.identity)
 
     def _check_rivals(self, kind: EndpointKind, name: str) -> None:
@@ -331,10 +336,7 @@ class Gateway:
         if passed_s < DIAGNOSTICS_S:
             return
         self._counted_s = now_s
-        counts = {
-            key: each.counts.messages if isinstance(each, ToRos1 | ToRos2) else each.calls
-            for key, (_, each) in self._open.items()
-        }
+        counts = {key: each.counts.passed for key, (_, each) in self._open.items()}
         self._rates = {key: (count - self._before.get(key, 0)) / passed_s for key, count in counts.items()}
         self._before = counts
         if self._diagnostics is not None and self._diagnostics.is_wanted:
@@ -348,17 +350,17 @@ class Gateway:
                 self._open.copy().items(), key=lambda item: [str(part) for part in item[0]]
             )
         ]
-        return GatewayStatus(self.identity, rows, dict(self._skipped))
+        problems = {what: LeftOut(reason) for what, reason in self._engine.problems().items()}
+        return GatewayStatus(self.identity, rows, self._skipped | problems)
 
 
 def _row(key: Key, each: Open, rate: float) -> Row:
     kind, direction, name = key
-    words = kind.value, direction.value, name
-    if isinstance(each, ToRos1 | ToRos2):
-        plan, counts = each.route.pair.plan, each.counts
-        types = plan.ros1_type, plan.ros2_type
-        return Row(*words, types, each.is_active, counts.messages, rate, counts.dropped, counts.reason)
-    return Row(*words, each.types, count=each.calls, rate=rate, dropped=each.failures)
+    counts, is_active = each.counts, each.is_active if isinstance(each, ToRos1 | ToRos2) else True
+    return Row(
+        *(kind.value, direction.value, name, each.types, is_active),
+        *(counts.passed, rate, counts.dropped, counts.reason),
+    )
 
 
 class _ByRule(PiprosError):
@@ -386,19 +388,31 @@ def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Rou
     return Route(ros1, ros2, pair, rule.rate, rule.qos)
 
 
+def _callable(servers: Sequence[Endpoint]) -> Endpoint:
+    """Return a server that can be called.
+
+    Raises:
+        PiprosError: there is none.
+    """
+    found = next((each for each in servers if not each.problem), None)
+    if found is None:
+        raise PiprosError(servers[0].problem)
+    return found
+
+
 class _Found:
-    """ROS 2 publishers, services and actions by name."""
+    """ROS 2 publishers, and servers of services and actions, by name."""
 
     def __init__(self, endpoints: Iterable[Endpoint]) -> None:
         self.publishers: dict[str, list[Endpoint]] = defaultdict(list)
-        self.services: dict[str, str] = {}
-        self.actions: dict[str, str] = {}
+        self.services: dict[str, list[Endpoint]] = defaultdict(list)
+        self.actions: dict[str, list[Endpoint]] = defaultdict(list)
         for each in endpoints:
             if each.kind is EndpointKind.PUBLISHER:
                 self.publishers[each.name].append(each)
             elif each.kind is EndpointKind.SERVER:
                 name = each.name.removesuffix("/_action/send_goal")
                 if name == each.name:
-                    self.services[name] = each.type
-                elif each.type.endswith("_SendGoal"):
-                    self.actions[name] = action_of_service(each.type)
+                    self.services[name].append(each)
+                else:
+                    self.actions[name].append(each)

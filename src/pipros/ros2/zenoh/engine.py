@@ -12,7 +12,7 @@ import itertools
 import json
 import logging
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -38,6 +38,7 @@ from pipros.ros2.engine import (
 from pipros.ros2.names import zenoh_key
 from pipros.ros2.zenoh.tokens import (
     NO_HASH,
+    Arrivals,
     NodeIdentity,
     endpoint_token,
     gid_of_hash,
@@ -159,6 +160,9 @@ class ZenohEngine:
         with self._lock:
             return list(self._known.values())
 
+    def problems(self) -> Mapping[str, str]:
+        return {}
+
     def close(self) -> None:
         with self._lock:
             if self._is_closed:
@@ -266,6 +270,10 @@ class _Publisher:
     def subscriber_count(self) -> int:
         return self._engine.count(EndpointKind.SUBSCRIBER, *self._names)
 
+    @property
+    def dropped(self) -> int:
+        return 0  # eclipse-zenoh does not report them
+
     def close(self) -> None:
         _undeclare(self._engine.library, self._token, self._publisher)
 
@@ -283,6 +291,7 @@ class _Subscriber:
         zenoh, ext = engine.library, engine.library.ext
         self._engine = engine
         self._callback = callback
+        self._arrivals = Arrivals()
         # Publishers of Lyrical use the plain key only while a token of a subscriber is known.
         key, _, token = engine.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
         channel = zenoh.handlers.RingChannel(max(1, qos.depth))
@@ -304,10 +313,15 @@ class _Subscriber:
             attached = None if sample.attachment is None else parse_attachment(sample.attachment.to_bytes())
             if sample.kind != self._engine.library.SampleKind.PUT or attached is None:
                 continue
+            self._arrivals.add(attached.gid, attached.sequence)
             try:
                 self._callback(Sample(sample.payload.to_bytes(), attached.gid))
             except Exception:
                 _LOG.exception("a callback for ROS 2 failed")
+
+    @property
+    def dropped(self) -> int:
+        return self._arrivals.missing
 
     def close(self) -> None:
         _undeclare(self._engine.library, self._token, self._subscriber)
@@ -330,6 +344,7 @@ class _Server:
         self._workers = Workers("zenoh service", _WORKERS)
         self._lock = threading.Lock()
         self._open = 0
+        self.dropped = 0
         # A full FIFO would block the whole session. A full ring drops the oldest request.
         channel = engine.library.handlers.RingChannel(_REQUESTS)
         self._queryable = engine.session.declare_queryable(self._key, channel, complete=True)
@@ -341,6 +356,7 @@ class _Server:
             with self._lock:
                 self._open += 1
                 is_admitted = self._open <= _REQUESTS
+                self.dropped += not is_admitted
             if is_admitted:
                 self._workers.run(self._handle, query)
             else:
