@@ -73,8 +73,8 @@ class ReaderProxy:
         wanted: the last sample that it should have.
         acked: the last sample up to which it has acknowledged all.
         asked: number of its questions for a heartbeat.
-        is_greeted: it has answered a heartbeat.
         given_up: the last sample that it has requested in vain, or the one before the first.
+        is_greeted: it has answered a heartbeat.
         due: time of the next heartbeat.
     """
 
@@ -88,12 +88,12 @@ class ReaderProxy:
     wanted: int
     acked: int
     asked: int = 0
+    given_up: int = 0
     is_greeted: bool = False
     due: float = math.inf
     interval_s: float = FIRST_HEARTBEAT_S
     last_acknack: int = -1
     last_nack_frag: int = -1
-    given_up: int = 0
 
     @property
     def entity(self) -> bytes:
