@@ -13,7 +13,6 @@ import logging
 import os
 import threading
 import time
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
@@ -31,6 +30,7 @@ from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row
 from pipros.ros2.interfaces.action_types import action_of_service
 from pipros.ros2.names import action_names
 from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, is_part_of_action
+from pipros.ros2.ros2_graph import Ros2Graph, callable_server
 from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
 from pipros.ros2.type_pairs import TypePair, TypePairs
 
@@ -159,7 +159,7 @@ class Gateway:
     def _update(self, graph: Ros1Graph, endpoints: Sequence[Endpoint]) -> None:
         """Open, update and close topics, services and actions, to match both sides."""
         self._known = {each.key: each for each in endpoints if not self._is_own(each)}
-        found = _Found(self._known.values())
+        found = Ros2Graph(self._known.values())
         now_s = time.monotonic()
         if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:
             self._seen, self._compare_at_s = (graph, endpoints), now_s + COMPARE_S
@@ -179,7 +179,7 @@ class Gateway:
                     [endpoint for endpoint in found.publishers.get(name, ()) if endpoint.type == of_type]
                 )
 
-    def _wanted(self, graph: Ros1Graph, found: _Found, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
+    def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
         """Return the topics, services and actions to pass, and add the others to `skipped`."""
         wanted: dict[Key, _Wanted] = {}
         kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
@@ -234,7 +234,7 @@ class Gateway:
         version = route.ros2, route.pair.plan.ros2_type, is_latched
         return version, lambda: ToRos2(self._node, self._engine, route, is_latched=is_latched)
 
-    def _inward(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted:
+    def _inward(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted:
         rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers.get(name)
         target = rule.ros1 if rule else name
         pair = (
@@ -265,10 +265,10 @@ class Gateway:
         pair = self._pairs.of_service(graph.services[name])
         return pair.plan.ros1_type, lambda: Ros1Service(self._node, self._engine, name, pair)
 
-    def _called(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
+    def _called(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.services:
             return None
-        server = _callable(found.services[name])
+        server = callable_server(found.services[name])
         pair = self._pairs.of_ros2_service(server.type)
         self._pairs.check_hash(pair.plan.ros2_type, {pair.type_hash, pair.parts.request}, server.type_hash)
         return pair.plan.ros2_type, lambda: Ros2Service(self._node, self._engine, name, pair)
@@ -278,10 +278,10 @@ class Gateway:
         pair = self._pairs.of_action(graph.actions[name])
         return pair, lambda: ActionToRos1(self._node, self._engine, name, pair, self.identity)
 
-    def _action_of_ros2(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
+    def _action_of_ros2(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.actions:
             return None
-        server = _callable(found.actions[name])
+        server = callable_server(found.actions[name])
         pair = self._pairs.of_ros2_action(action_of_service(server.type))
         hashes = {pair.hashes.send_goal, pair.hashes.send_goal_parts[0]}
         self._pairs.check_hash(pair.plan.ros2_type, hashes, server.type_hash)
@@ -386,33 +386,3 @@ def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Rou
         if given and given != found:
             raise PiprosError(f"the rule requires the type {given}, got {found}")
     return Route(ros1, ros2, pair, rule.rate, rule.qos)
-
-
-def _callable(servers: Sequence[Endpoint]) -> Endpoint:
-    """Return a server that can be called.
-
-    Raises:
-        PiprosError: there is none.
-    """
-    found = next((each for each in servers if not each.problem), None)
-    if found is None:
-        raise PiprosError(servers[0].problem)
-    return found
-
-
-class _Found:
-    """ROS 2 publishers, and servers of services and actions, by name."""
-
-    def __init__(self, endpoints: Iterable[Endpoint]) -> None:
-        self.publishers: dict[str, list[Endpoint]] = defaultdict(list)
-        self.services: dict[str, list[Endpoint]] = defaultdict(list)
-        self.actions: dict[str, list[Endpoint]] = defaultdict(list)
-        for each in endpoints:
-            if each.kind is EndpointKind.PUBLISHER:
-                self.publishers[each.name].append(each)
-            elif each.kind is EndpointKind.SERVER:
-                name = each.name.removesuffix("/_action/send_goal")
-                if name == each.name:
-                    self.services[name].append(each)
-                else:
-                    self.actions[name].append(each)
