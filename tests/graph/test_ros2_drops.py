@@ -11,6 +11,10 @@ import pytest
 from pipros.msg import load_message_class, load_service_class
 from pipros.ros2.bridged_topics import Route, ToRos2
 from pipros.ros2.engine import CallFailed, Durability, PartHashes, TopicQos
+from pipros.ros2.rtps import qos as dds
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.qos import Qos
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until
@@ -66,6 +70,29 @@ def test_services_with_the_name_of_an_action_do_not_stop_the_gateway(system: Sys
 
     reason = gateway.status().left_out["actions: to_ros2: /odd"].reason
     assert reason == "std_srvs/srv/SetBool is not the type of an action's send_goal service"
+
+
+def test_names_that_are_illegal_in_ros2_do_not_stop_the_gateway(system: System) -> None:
+    gateway = system.gateway()
+    kind = "std_msgs::msg::dds_::String_"
+    with Participant(Discovery(system.domain)) as stranger:
+        stranger.add_writer("rt/a/1b", kind, Qos(durability=dds.Durability.TRANSIENT_LOCAL))
+        system.announce("/chatter", STRING, PAIR.type_hash, TopicQos(durability=Durability.TRANSIENT_LOCAL))
+
+        wait_until(lambda: any(row.active for row in gateway.status().passed), what="the other topic")
+        wait_until(lambda: gateway.status().left_out, what="the reason")
+
+        assert "is not a ROS 2 name" in gateway.status().left_out["topics: to_ros1: /a/1b"].reason
+
+
+def test_a_publisher_of_an_unknown_type_does_not_hide_the_others(system: System) -> None:
+    gateway = system.gateway()
+    system.announce("/chatter", "a_msgs/msg/Unknown", "", TopicQos())
+    system.announce("/chatter", STRING, PAIR.type_hash, TopicQos())
+
+    wait_until(lambda: gateway.status().passed, what="the topic")
+
+    assert gateway.status().passed[0].types == ("std_msgs/String", STRING)
 
 
 def test_failed_calls_are_counted_with_the_reason(system: System) -> None:

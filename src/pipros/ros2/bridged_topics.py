@@ -248,8 +248,10 @@ class ToRos1:
         self._pace = Pace(route.rate)
         self._merge = _merge(node, route)
         self._readers: dict[Durability, tuple[TopicQos, Subscription]] = {}
+        self._lock = threading.Lock()
         self._latched: dict[bytes, tuple[Any, int]] = {}
         self._latched_bytes = 0
+        self._absent: set[bytes] = set()
         self._newest: Any = None
         self._headers = {MARK: identity}
         existing = node.endpoints.publication(route.ros1)
@@ -281,6 +283,11 @@ class ToRos1:
         for durability, (_, reader) in self._readers.items():
             self.counts.overflow(durability, reader.dropped, f"{self.route.ros2}: the gateway is too slow")
         durability_of = {each.key: each.qos.durability for each in publishers}
+        with self._lock:
+            absent = self._latched.keys() - durability_of.keys()
+            for key in absent & self._absent:  # not at once: `publishers` may lack a new one
+                self._forget(key)
+            self._absent = absent
         desired: dict[Durability, TopicQos] = {}
         is_wanted = self._is_wanted
         for choice in requested_qos(publishers, override=self.route.override):
@@ -330,11 +337,16 @@ class ToRos1:
         self._publishers[0].publish(message)
 
     def _keep(self, publisher: bytes, message: Any, size: int) -> None:
+        with self._lock:
+            self._forget(publisher)
+            has_room = self._latched_bytes + size <= self._node.limits.ros2_history_bytes
+            if has_room and len(self._latched) < _KEPT:
+                self._latched_bytes += size
+                self._latched[publisher] = message, size
+
+    def _forget(self, publisher: bytes) -> None:
+        """Remove the last message of a publisher. The caller holds the lock."""
         self._latched_bytes -= self._latched.pop(publisher, (None, 0))[1]
-        has_room = self._latched_bytes + size <= self._node.limits.ros2_history_bytes
-        if has_room and len(self._latched) < _KEPT:
-            self._latched_bytes += size
-            self._latched[publisher] = message, size
 
     def close(self) -> None:
         """End the topic in ROS 1, and the subscribers in ROS 2."""
@@ -351,7 +363,9 @@ class ToRos1:
     ) -> None:
         """Send the last message of each latching publisher. The publication has sent the newest one."""
         del topic_name, topic_publish
-        for message, _ in list(self._latched.values()):
+        with self._lock:
+            latched = list(self._latched.values())
+        for message, _ in latched:
             if message is not self._newest:
                 peer_publish(message)
         self._on_change()

@@ -13,7 +13,7 @@ import logging
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
@@ -28,8 +28,8 @@ from pipros.ros2.bridged_topics import Route, ToRos1, ToRos2
 from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row
 from pipros.ros2.interfaces.action_types import action_of_service
-from pipros.ros2.names import action_names
-from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, is_part_of_action
+from pipros.ros2.names import action_names, checked_name
+from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, Ros1Topic, is_part_of_action
 from pipros.ros2.ros2_graph import Ros2Graph, callable_server
 from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
 from pipros.ros2.type_pairs import TypePair, TypePairs
@@ -92,6 +92,7 @@ class Gateway:
         self._limit = node.limits.bridge_topics
         self._graph: Ros1Graph | None = None
         self._known: Mapping[bytes, Endpoint] = {}
+        self._unknown: set[bytes] = set()
         self._open: dict[Key, tuple[object, Open]] = {}
         self._skipped: dict[str, LeftOut] = {}
         self._reported: set[str] = set()
@@ -159,6 +160,7 @@ class Gateway:
     def _update(self, graph: Ros1Graph, endpoints: Sequence[Endpoint]) -> None:
         """Open, update and close topics, services and actions, to match both sides."""
         self._known = {each.key: each for each in endpoints if not self._is_own(each)}
+        self._unknown.clear()
         found = Ros2Graph(self._known.values())
         now_s = time.monotonic()
         if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:
@@ -168,16 +170,10 @@ class Gateway:
             self._skipped = skipped
             self._report(skipped)
         for (_, _, name), (_, each) in list(self._open.items()):
-            if isinstance(each, ToRos2):
-                topic = graph.topics.get(name)
-                each.update(topic.publishers if topic else ())
-            elif isinstance(each, Ros1Service | ActionToRos1 | ActionToRos2):
-                each.update()
-            elif isinstance(each, ToRos1):
-                of_type = each.route.pair.plan.ros2_type
-                each.update(
-                    [endpoint for endpoint in found.publishers.get(name, ()) if endpoint.type == of_type]
-                )
+            try:
+                _update(each, graph.topics.get(name), found.publishers.get(name, ()))
+            except PiprosError as error:  # it does not stop the others
+                each.counts.fail(f"{name}: {error}")
 
     def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
         """Return the topics, services and actions to pass, and add the others to `skipped`."""
@@ -236,10 +232,8 @@ class Gateway:
 
     def _inward(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted:
         rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers.get(name)
-        target = rule.ros1 if rule else name
-        pair = (
-            self._pairs.of_ros2(min(each.type for each in publishers)) if publishers else self._pair_of(rule)
-        )
+        target = rule.ros1 if rule else checked_name(name)
+        pair = self._pair_of_any({each.type for each in publishers}) if publishers else self._pair_of(rule)
         ros2_type = pair.plan.ros2_type
         for each in publishers or ():
             if each.type == ros2_type:
@@ -253,6 +247,16 @@ class Gateway:
         return (target, ros2_type), lambda: ToRos1(
             self._node, self._engine, route, self.identity, self._publisher, self._changed.set
         )
+
+    def _pair_of_any(self, types: Collection[str]) -> TypePair:
+        """Return the pair for the first type that has one. Raises the error of the first type otherwise."""
+        errors = []
+        for each in sorted(types):
+            try:
+                return self._pairs.of_ros2(each)
+            except PiprosError as error:
+                errors.append(error)
+        raise errors[0]
 
     def _pair_of(self, rule: StaticRule | None) -> TypePair:
         """Return the type pair that a rule names for a topic without publishers."""
@@ -315,7 +319,8 @@ class Gateway:
     def _publisher(self, key: bytes) -> Endpoint | None:
         """Return the ROS 2 publisher with a key, or None if its messages must not pass."""
         found = self._known.get(key)
-        if found is None:
+        if found is None and key not in self._unknown:
+            self._unknown.add(key)  # until the next update, so that its messages cost little
             self._known = {each.key: each for each in self._engine.endpoints() if not self._is_own(each)}
             found = self._known.get(key)
         return found
@@ -361,6 +366,17 @@ def _row(key: Key, each: Open, rate: float) -> Row:
         *(kind.value, direction.value, name, each.types, is_active),
         *(counts.passed, rate, counts.dropped, counts.reason),
     )
+
+
+def _update(each: Open, topic: Ros1Topic | None, publishers: Sequence[Endpoint]) -> None:
+    """Match an open topic, service or action to both sides."""
+    if isinstance(each, ToRos2):
+        each.update(topic.publishers if topic else ())
+    elif isinstance(each, ToRos1):
+        of_type = each.route.pair.plan.ros2_type
+        each.update([endpoint for endpoint in publishers if endpoint.type == of_type])
+    elif not isinstance(each, Ros2Service):
+        each.update()
 
 
 class _ByRule(PiprosError):

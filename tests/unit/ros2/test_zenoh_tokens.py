@@ -110,10 +110,11 @@ def test_attachments_have_33_bytes() -> None:
 def test_gaps_in_the_sequences_of_a_publisher_are_counted() -> None:
     arrivals = Arrivals()
 
-    for gid, sequence in ((b"a", 5), (b"b", 1), (b"a", 6), (b"a", 9), (b"b", 2), (b"a", 7), (b"a", 10)):
-        arrivals.add(gid, sequence)
+    received = ((b"a", 5), (b"b", 1), (b"a", 6), (b"a", 9), (b"b", 2), (b"a", 7), (b"a", 10))
+    firsts = [arrivals.add(*each) for each in received]
 
     assert arrivals.missing == 2
+    assert firsts == [True, True, False, False, False, False, False]
 
 
 def test_arrivals_of_many_publishers_take_little_memory() -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import logging
 import threading
+import time
 from collections.abc import Callable
 from typing import Any, Final, Protocol
 
@@ -23,6 +24,9 @@ _REQUESTS: Final = 64
 """Requests that a service handles, and those that wait for it."""
 _WORKERS: Final = 16
 """Requests that a service handles at a time."""
+_TOKEN_S: Final = 0.5
+_NO_TOKEN_S: Final = 10.0
+"""How long new publishers are not waited for after one that has no token."""
 _SERVICE_QOS: Final = TopicQos(depth=10)
 
 
@@ -49,6 +53,9 @@ class ZenohConnection(Protocol):
 
     def declare(self, token: str) -> Any:
         """Declare a token. Peers may use the endpoint at once, so it must already exist."""
+
+    def wait_for_endpoint(self, gid: bytes, timeout_s: float) -> bool:
+        """Wait until an endpoint is known; return False after the timeout, or if the engine is closed."""
 
     def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
         """Return the number of other sessions' endpoints of a kind, for a name and type."""
@@ -106,6 +113,7 @@ class Subscriber:
         self._engine = engine
         self._callback = callback
         self._arrivals = Arrivals()
+        self._wait_from_s = 0.0
         # Publishers of Lyrical use the plain key only while a token of a subscriber is known.
         key, _, token = engine.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
         channel = zenoh.handlers.RingChannel(max(1, qos.depth))
@@ -127,11 +135,17 @@ class Subscriber:
             attached = None if sample.attachment is None else parse_attachment(sample.attachment.to_bytes())
             if sample.kind != self._engine.library.SampleKind.PUT or attached is None:
                 continue
-            self._arrivals.add(attached.gid, attached.sequence)
+            if self._arrivals.add(attached.gid, attached.sequence) and time.monotonic() >= self._wait_from_s:
+                self._await_token(attached.gid)
             try:
                 self._callback(Sample(sample.payload.to_bytes(), attached.gid))
             except Exception:
                 _LOG.exception("a callback for ROS 2 failed")
+
+    def _await_token(self, gid: bytes) -> None:
+        """Wait until a new publisher is known: its token may arrive after its first message."""
+        if not self._engine.wait_for_endpoint(gid, _TOKEN_S):
+            self._wait_from_s = time.monotonic() + _NO_TOKEN_S
 
     @property
     def dropped(self) -> int:

@@ -88,6 +88,7 @@ class ZenohEngine:
     ) -> None:
         self._zenoh, self._xxhash = zenoh_libraries()
         self._lock = threading.Lock()
+        self._changed = threading.Condition(self._lock)
         self._numbers = itertools.count(1)
         self._known: dict[str, Endpoint] = {}
         self._known_bytes = 0
@@ -151,6 +152,7 @@ class ZenohEngine:
             if self._is_closed:
                 return
             self._is_closed = True
+            self._changed.notify_all()
         atexit.unregister(self.close)
         self._session.close()
         for thread in self._threads:
@@ -188,6 +190,13 @@ class ZenohEngine:
     def _gid(self, token: str) -> bytes:
         return gid_of_hash(self._xxhash.xxh3_128_intdigest(token.encode()))
 
+    def wait_for_endpoint(self, gid: bytes, timeout_s: float) -> bool:
+        def is_over() -> bool:
+            return self._is_closed or any(each.key == gid for each in self._known.values())
+
+        with self._changed:
+            return self._changed.wait_for(is_over, timeout_s) and not self._is_closed
+
     def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
         return sum((each.kind, each.name, each.type) == (kind, name, type_name) for each in self.endpoints())
 
@@ -199,8 +208,9 @@ class ZenohEngine:
             if parsed is None or parsed[0] == self._zid:
                 continue
             endpoint = replace(parsed[1], key=self._gid(token)) if is_new else None
-            with self._lock:
+            with self._changed:
                 self._change(token, endpoint)
+                self._changed.notify_all()
 
     def _change(self, token: str, endpoint: Endpoint | None) -> None:
         cost = 2 * len(token) + _TOKEN_BYTES

@@ -89,13 +89,18 @@ class Arrivals:
         self.missing = 0
         self._last: dict[bytes, int] = {}
 
-    def add(self, gid: bytes, sequence: int) -> None:
-        """Note a message. An older one of the same publisher, repeated for late subscribers, is ignored."""
+    def add(self, gid: bytes, sequence: int) -> bool:
+        """Note a message, and return whether it is the first one of its publisher.
+
+        An older one of the same publisher, repeated for late subscribers, is ignored.
+        """
+        is_first = gid not in self._last
         last = self._last.pop(gid, sequence - 1)
         self.missing += max(0, sequence - last - 1)
         self._last[gid] = max(last, sequence)
         if len(self._last) > _PUBLISHERS:
             del self._last[next(iter(self._last))]
+        return is_first
 
 
 def graph_key(domain: int) -> str:
