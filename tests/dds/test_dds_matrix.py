@@ -1,4 +1,4 @@
-"""pipros with Fast DDS and Cyclone DDS: topics, latched topics and services, both ways, and restarts.
+"""pipros with Fast DDS and Cyclone DDS: topics, services and actions, both ways, restarts and loss.
 
 Each cell of the table in docs/rtps.md has a quick test here. Those with lost datagrams are for two kinds of
 peers; `long_matrix.py` has all of them, and the longer runs.
@@ -103,6 +103,22 @@ def test_a_peer_calls_a_service_of_pipros(peers: Peers, kind: str) -> None:
 def test_pipros_calls_a_service_of_a_peer(peers: Peers, kind: str) -> None:
     peers.start(kind, "server", "/add").wait_for("ready")
     peers.start("SUBNET", "client", "/add", 100).wait_for("^right 100$")
+
+
+@pytest.mark.parametrize("kind", BOTH)
+@pytest.mark.parametrize("role", ["server", "client"])
+def test_goals_of_actions_succeed_and_are_cancelled_and_rejected(peers: Peers, kind: str, role: str) -> None:
+    server, client = ("SUBNET", kind) if role == "server" else (kind, "SUBNET")
+    peers.start(server, "action-server", "/fibonacci").wait_for("ready")
+    ends = {
+        (8, "finish"): ["accepted 1", "feedback 8", "status 4", "result 4: 0 1 1 2 3 5 8 13"],
+        (40, "cancel"): ["accepted 1", "cancelling 0 of 1", "status 5", "result 5:"],
+        (-1, "finish"): ["accepted 0"],
+    }
+    callers = [peers.start(client, "action-client", "/fibonacci", *words) for words in ends]
+    for caller, lines in zip(callers, ends.values(), strict=True):
+        for line in lines:
+            caller.wait_for(f"^{line}$", timeout_s=30)
 
 
 def test_one_server_answers_clients_of_all_kinds_at_once(peers: Peers) -> None:

@@ -87,6 +87,26 @@ def test_a_callback_that_fails_does_not_stop_the_others(pair: tuple[Participant,
     wait_until(lambda: received == [b"one.", b"two."])
 
 
+def test_a_direct_callback_that_fails_does_not_end_the_participant(
+    pair: tuple[Participant, Participant],
+) -> None:
+    received: list[bytes] = []
+
+    def fail_once(sample: Sample) -> None:
+        received.append(sample.payload)
+        if len(received) == 1:
+            raise RuntimeError("can't start new thread")
+
+    pair[1].add_reader("rt/a", TYPE, QOS, fail_once, is_direct=True)
+    writer = pair[0].add_writer("rt/a", TYPE, QOS)
+    assert writer.wait_for_readers()
+    writer.write(b"one.")
+    wait_until(lambda: received)
+    writer.write(b"two.")
+
+    wait_until(lambda: received == [b"one.", b"two."])
+
+
 def test_a_slow_callback_loses_the_oldest_samples(pair: tuple[Participant, Participant]) -> None:
     going_on: SimpleQueue[None] = SimpleQueue()
     received: list[bytes] = []

@@ -26,6 +26,7 @@ WHEEL = "cyclonedds==11.0.1" if sys.version_info < (3, 14) and platform.machine(
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 MESSAGE = "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
+ACTION = "example_interfaces::action::dds_::Fibonacci"
 DOMAIN = "1"
 
 _LOCALHOST = (
@@ -91,15 +92,14 @@ class Peers:
             subprocess.run(self._network.command(*words), check=True)
 
     def start(self, kind: str, mode: str, name: str, *words: object) -> Process:
-        """Start a peer: `pub` and `sub` on a topic, `server` and `client` of a service.
+        """Start a peer: `pub` and `sub` on a topic, `server` and `client` of a service or action.
 
         Args:
             kind: `fast-udp`, `fast-shm`, `cyclone` (0.10), `cyclone-localhost` (the same without multicast,
                 as rmw_cyclonedds sets it up for LOCALHOST), `cyclone-wheel` (11), or for pipros the range of
                 discovery, such as `SUBNET`.
         """
-        is_service = mode in ("server", "client")
-        dds_type = SERVICE if is_service else MESSAGE
+        dds_type = {"pub": MESSAGE, "sub": MESSAGE, "server": SERVICE, "client": SERVICE}.get(mode, ACTION)
         if kind.startswith("fast"):
             argv = [str(fast_peer()), DOMAIN, kind.partition("-")[2], mode, name, dds_type, *words]
         elif kind == "cyclone-wheel":

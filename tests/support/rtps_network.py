@@ -20,6 +20,7 @@ from pipros.ros2.rtps.events import (
     Received,
     Settings,
 )
+from pipros.ros2.rtps.identity import OWN_VENDOR
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import Policy
 
@@ -67,11 +68,11 @@ class SimulatedNetwork:
         self._random = random.Random(seed)  # noqa: S311
         self._on_the_way: deque[tuple[Address, bytes, Address]] = deque()
 
-    def host(self, limits: Limits | None = None, lease_s: float = 10.0) -> Host:
+    def host(self, limits: Limits | None = None, lease_s: float = 10.0, vendor: bytes = OWN_VENDOR) -> Host:
         """Add a participant."""
         address = ADDRESSES[len(self.hosts)]
         prefix = bytes([0, 0, 0, 0, *bytes(7), len(self.hosts) + 1])
-        me = ParticipantData(prefix, lease_s=lease_s, discovery=(address,), data=(address,))
+        me = ParticipantData(prefix, vendor, lease_s, discovery=(address,), data=(address,))
         others = tuple(each for each in ADDRESSES if each != address)
         engine = Engine(Settings(me, others, frozenset()), limits or Limits(), self.now)
         host = self.hosts[address] = Host(engine, address)

@@ -126,6 +126,7 @@ class Limits(NamedTuple):
         ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
         ros2_incomplete_total_bytes: fragments and early messages of all participants together.
         ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
+        ros2_backlog_bytes: datagrams from ROS 2 that a participant has read and not yet handled.
         ros2_inbox_bytes: ROS 2 messages that wait for one callback, or for a service's answer.
         fleet_members: other members of a fleet that a member shows.
         fleet_topics: topics and services of all these members that it shows.
@@ -234,6 +235,7 @@ class Limits(NamedTuple):
     ros2_incomplete_bytes: int = 256 * _MIB
     ros2_incomplete_total_bytes: int = 512 * _MIB
     ros2_history_bytes: int = 256 * _MIB
+    ros2_backlog_bytes: int = 64 * _MIB
     ros2_inbox_bytes: int = 256 * _MIB
     ros2_graph_bytes: int = 16 * _MIB
     fleet_members: int = 1000

@@ -4,9 +4,13 @@
 //   fast_peer DOMAIN udp|shm sub TOPIC TYPE reliable|latched
 //   fast_peer DOMAIN udp|shm server SERVICE TYPE
 //   fast_peer DOMAIN udp|shm client SERVICE TYPE COUNT
+//   fast_peer DOMAIN udp|shm action-server ACTION TYPE
+//   fast_peer DOMAIN udp|shm action-client ACTION TYPE ORDER finish|cancel
 //
 // Messages are CDR: a number, and a sequence of octets, each equal to the number modulo 256. Services add two
-// 64-bit numbers. The peer ends when its standard input ends.
+// 64-bit numbers. Actions compute as many Fibonacci numbers as the order says; they reject negative orders, and
+// orders from 40 on run until they are cancelled. The peer ends when its standard input ends.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -17,6 +21,9 @@
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include <poll.h>
+#include <unistd.h>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
@@ -33,6 +40,7 @@
 using namespace eprosima::fastdds::dds;
 using eprosima::fastrtps::rtps::GUID_t;
 using eprosima::fastrtps::rtps::InstanceHandle_t;
+using eprosima::fastrtps::rtps::SampleIdentity;
 using eprosima::fastrtps::rtps::SerializedPayload_t;
 using eprosima::fastrtps::rtps::WriteParams;
 using Bytes = std::vector<unsigned char>;
@@ -165,6 +173,222 @@ void wait_for_end() {
   }
 }
 
+bool has_input_ended(int timeout_ms) {
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  char byte;
+  return poll(&input, 1, timeout_ms) > 0 && read(STDIN_FILENO, &byte, 1) <= 0;
+}
+
+bool take(DataReader* reader, Bytes& bytes, SampleInfo& info) {
+  return reader->take_next_sample(&bytes, &info) == ReturnCode_t::RETCODE_OK && info.valid_data;
+}
+
+// A service of an action, on the side of the server or of the client.
+struct Service {
+  DataReader* reader;
+  DataWriter* writer;
+
+  Service(Peer& peer, const std::string& name, const std::string& type, bool is_server) {
+    std::string requests = "rq" + name + "Request", replies = "rr" + name + "Reply";
+    reader = peer.reader(is_server ? requests : replies, type + (is_server ? "_Request_" : "_Response_"), {false, 10}, nullptr);
+    writer = peer.writer(is_server ? replies : requests, type + (is_server ? "_Response_" : "_Request_"), {false, 10});
+  }
+  void wait_for_server() {
+    SubscriptionMatchedStatus status;
+    wait_for_reader(writer);
+    for (; status.current_count == 0; reader->get_subscription_matched_status(status))
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  void call(Bytes request) {
+    WriteParams from;
+    from.related_sample_identity().writer_guid() = reader->guid();
+    writer->write(&request, from);
+  }
+  bool take_reply(Bytes& bytes) {
+    SampleInfo info;
+    return take(reader, bytes, info) && info.related_sample_identity.writer_guid() == reader->guid();
+  }
+  bool take_request(Bytes& bytes, SampleIdentity& client) {
+    SampleInfo info;
+    if (!take(reader, bytes, info)) return false;
+    client = info.sample_identity;
+    if (info.related_sample_identity.writer_guid() != GUID_t::unknown())
+      client.writer_guid() = info.related_sample_identity.writer_guid();
+    return true;
+  }
+  void reply(Bytes bytes, const SampleIdentity& client) {
+    WriteParams to;
+    to.related_sample_identity() = client;
+    writer->write(&bytes, to);
+  }
+};
+
+enum Status { EXECUTING = 2, SUCCEEDED = 4, CANCELED = 5 };
+constexpr int32_t ENDLESS = 40;
+constexpr size_t HEADER = 4, ID = 16;
+using Id = std::vector<unsigned char>;
+
+struct Goal {
+  Id id;
+  int32_t order;
+  unsigned char status = EXECUTING;
+  bool is_asked = false;
+  SampleIdentity client{};
+};
+
+Id id_at(const Bytes& bytes) {
+  return bytes.size() < HEADER + ID ? Id(ID) : Id(bytes.begin() + HEADER, bytes.begin() + HEADER + ID);
+}
+
+void append_numbers(Bytes& bytes, int32_t order) {
+  std::vector<int32_t> numbers;
+  for (int32_t each = 0; each < std::min(order, ENDLESS); ++each)
+    numbers.push_back(each < 2 ? each : numbers[each - 1] + numbers[each - 2]);
+  append<uint32_t>(bytes, static_cast<uint32_t>(numbers.size()));
+  for (int32_t number : numbers) append(bytes, number);
+}
+
+Bytes with_id(const Id& id) {
+  Bytes bytes{0, 1, 0, 0};
+  bytes.insert(bytes.end(), id.begin(), id.end());
+  return bytes;
+}
+
+struct Action {
+  Service send_goal, cancel_goal, get_result;
+  Action(Peer& peer, const std::string& name, const std::string& type, bool is_server)
+      : send_goal(peer, name + "/_action/send_goal", type + "_SendGoal", is_server),
+        cancel_goal(peer, name + "/_action/cancel_goal", "action_msgs::srv::dds_::CancelGoal", is_server),
+        get_result(peer, name + "/_action/get_result", type + "_GetResult", is_server) {}
+};
+
+const char* const STATUSES = "action_msgs::msg::dds_::GoalStatusArray_";
+
+void serve_action(Peer& peer, const std::string& name, const std::string& type) {
+  DataWriter* feedback = peer.writer("rt" + name + "/_action/feedback", type + "_FeedbackMessage_", {false, 2000});
+  DataWriter* status = peer.writer("rt" + name + "/_action/status", STATUSES, {true, 1});
+  Action action(peer, name, type, true);
+  std::vector<Goal> goals;
+  auto publish_statuses = [&] {
+    Bytes bytes{0, 1, 0, 0};
+    append<uint32_t>(bytes, static_cast<uint32_t>(goals.size()));
+    for (const Goal& goal : goals) {
+      bytes.insert(bytes.end(), goal.id.begin(), goal.id.end());
+      while (bytes.size() % 4) bytes.push_back(0);
+      append<int64_t>(bytes, 0);
+      bytes.push_back(goal.status);
+    }
+    status->write(&bytes);
+  };
+  auto answer_if_ended = [&](Goal& goal) {
+    if (!goal.is_asked || goal.status < SUCCEEDED) return;
+    Bytes bytes{0, 1, 0, 0, goal.status, 0, 0, 0};
+    append_numbers(bytes, goal.status == SUCCEEDED ? goal.order : 0);
+    action.get_result.reply(bytes, goal.client);
+    goal.is_asked = false;
+  };
+  auto goal_of = [&](const Id& id) {
+    return std::find_if(goals.begin(), goals.end(), [&](const Goal& each) { return each.id == id; });
+  };
+  std::puts("ready");
+  Bytes bytes;
+  SampleIdentity client;
+  while (!has_input_ended(1)) {
+    if (action.send_goal.take_request(bytes, client)) {
+      auto order = number_at<int32_t>(bytes, HEADER + ID);
+      Bytes reply{0, 1, 0, 0, order >= 0, 0, 0, 0};
+      append<int64_t>(reply, 0);
+      action.send_goal.reply(reply, client);
+      std::printf("goal %d\n", order);
+      if (order >= 0) {
+        goals.push_back({id_at(bytes), order});
+        publish_statuses();
+        for (int32_t length = 1; length <= std::min(order, ENDLESS); ++length) {
+          Bytes partial = with_id(goals.back().id);
+          append_numbers(partial, length);
+          feedback->write(&partial);
+        }
+        if (order < ENDLESS) {
+          goals.back().status = SUCCEEDED;
+          publish_statuses();
+        }
+      }
+    }
+    if (action.cancel_goal.take_request(bytes, client)) {
+      auto goal = goal_of(id_at(bytes));
+      bool is_running = goal != goals.end() && goal->status == EXECUTING;
+      Bytes reply{0, 1, 0, 0, static_cast<unsigned char>(is_running ? 0 : 2), 0, 0, 0};
+      append<uint32_t>(reply, is_running);
+      if (is_running) {
+        reply.insert(reply.end(), goal->id.begin(), goal->id.end());
+        append<int64_t>(reply, 0);
+        goal->status = CANCELED;
+      }
+      action.cancel_goal.reply(reply, client);
+      if (is_running) {
+        publish_statuses();
+        answer_if_ended(*goal);
+      }
+    }
+    if (action.get_result.take_request(bytes, client)) {
+      auto goal = goal_of(id_at(bytes));
+      if (goal != goals.end()) {
+        goal->is_asked = true;
+        goal->client = client;
+        answer_if_ended(*goal);
+      }
+    }
+  }
+}
+
+void call_action(Peer& peer, const std::string& name, const std::string& type, int32_t order, bool is_cancelled) {
+  DataReader* feedback = peer.reader("rt" + name + "/_action/feedback", type + "_FeedbackMessage_", {false, 2000}, nullptr);
+  DataReader* status = peer.reader("rt" + name + "/_action/status", STATUSES, {true, 1}, nullptr);
+  Action action(peer, name, type, false);
+  for (Service* each : {&action.send_goal, &action.cancel_goal, &action.get_result}) each->wait_for_server();
+  for (DataReader* each : {feedback, status})
+    for (SubscriptionMatchedStatus found; found.current_count == 0; each->get_subscription_matched_status(found))
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  Id id(ID);
+  auto process = static_cast<int32_t>(getpid());
+  std::memcpy(id.data(), &process, sizeof process);
+  Bytes goal = with_id(id);
+  append(goal, order);
+  action.send_goal.call(goal);
+  Bytes bytes;
+  SampleInfo info;
+  int last = 0;
+  while (!has_input_ended(1)) {
+    if (take(feedback, bytes, info) && id_at(bytes) == id) std::printf("feedback %u\n", number_at<uint32_t>(bytes, HEADER + ID));
+    if (take(status, bytes, info)) {
+      size_t start = HEADER + 4;
+      for (auto left = number_at<uint32_t>(bytes, HEADER); left && start + ID + 9 <= bytes.size(); --left) {
+        size_t time = (start + ID + 3) / 4 * 4;
+        int found = number_at<unsigned char>(bytes, time + 8);
+        if (std::equal(id.begin(), id.end(), bytes.begin() + start) && found != last)
+          std::printf("status %d\n", last = found);
+        start = time + 9;
+      }
+    }
+    if (action.send_goal.take_reply(bytes)) {
+      bool is_accepted = number_at<unsigned char>(bytes, HEADER);
+      std::printf("accepted %d\n", is_accepted);
+      if (is_accepted) action.get_result.call(with_id(id));
+      Bytes cancelling = with_id(id);
+      append<int64_t>(cancelling, 0);
+      if (is_accepted && is_cancelled) action.cancel_goal.call(cancelling);
+    }
+    if (action.cancel_goal.take_reply(bytes))
+      std::printf("cancelling %d of %u\n", number_at<unsigned char>(bytes, HEADER), number_at<uint32_t>(bytes, HEADER + 4));
+    if (action.get_result.take_reply(bytes)) {
+      std::printf("result %d:", number_at<unsigned char>(bytes, HEADER));
+      for (uint32_t each = 0; each < number_at<uint32_t>(bytes, HEADER + 4); ++each)
+        std::printf(" %d", number_at<int32_t>(bytes, HEADER + 8 + 4 * each));
+      std::puts("");
+    }
+  }
+}
+
 int main(int count, char** words) {
   if (count < 6) return 2;
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
@@ -247,6 +471,10 @@ int main(int count, char** words) {
     }
     std::printf("right %d\n", right);
     wait_for_end();
+  } else if (mode == "action-server" && count == 6) {
+    serve_action(peer, name, type);
+  } else if (mode == "action-client" && count == 8) {
+    call_action(peer, name, type, std::atoi(words[6]), std::string(words[7]) == "cancel");
   } else {
     return 2;
   }

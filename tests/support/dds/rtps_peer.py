@@ -11,9 +11,11 @@ import socket
 import sys
 import threading
 import time
-from struct import Struct
+from struct import Struct, pack, unpack_from
 
 from pipros.basics.limits import Limits, process_limits
+from pipros.ros2 import action_messages as messages
+from pipros.ros2.action_messages import CancelCode, GoalInfo, Ros2Status
 from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.outbox import Outgoing
 from pipros.ros2.rtps.participant import Participant
@@ -78,6 +80,115 @@ def add(payload: bytes) -> bytes:
     return CDR + _SUM.pack(a + b)
 
 
+STATUSES = "action_msgs::msg::dds_::GoalStatusArray_"
+ENDLESS = 40
+"""Goals from this order on run until they are cancelled."""
+
+
+def say(*words: object) -> None:
+    """Print a line at once: two threads do it, and `print` writes each word by itself."""
+    sys.stdout.write(" ".join(map(str, words)) + "\n")
+    sys.stdout.flush()
+
+
+def numbers(order: int) -> bytes:
+    """Fibonacci numbers, as a sequence of 32-bit numbers in CDR."""
+    found = [0, 1]
+    while len(found) < order:
+        found.append(found[-1] + found[-2])
+    count = min(max(0, order), ENDLESS)
+    return pack(f"<{count + 1}i", count, *found[:count])
+
+
+def names_of(action: str, type_name: str, part: str) -> tuple[str, str, str]:
+    """A service of an action, and the types of its requests and replies."""
+    whole = "".join(word.capitalize() for word in part.split("_"))
+    dds_type = "action_msgs::srv::dds_::CancelGoal" if part == "cancel_goal" else f"{type_name}_{whole}"
+    return f"{action}/_action/{part}", f"{dds_type}_Request_", f"{dds_type}_Response_"
+
+
+class ActionServer:
+    def __init__(self, participant: Participant, action: str, type_name: str) -> None:
+        self._goals: dict[bytes, tuple[int, Ros2Status]] = {}
+        self._changed = threading.Condition()
+        topic = f"rt{action}/_action"
+        self._feedback = participant.add_writer(f"{topic}/feedback", f"{type_name}_FeedbackMessage_", Qos())
+        self._status = participant.add_writer(f"{topic}/status", STATUSES, qos_of("latched"))
+        for handle in (self.send_goal, self.cancel_goal, self.get_result):
+            Server(participant, *names_of(action, type_name, handle.__name__), handle)
+
+    def _set(self, goal: bytes, order: int, status: Ros2Status) -> None:
+        with self._changed:
+            self._goals[goal] = order, status
+            statuses = [(GoalInfo(each), found) for each, (_, found) in self._goals.items()]
+            self._status.write(messages.status_array(statuses))
+            self._changed.notify_all()
+
+    def send_goal(self, request: bytes) -> bytes:
+        goal, body = messages.split_id(request)
+        (order,) = unpack_from("<i", body, 4)
+        say("goal", order)
+        if order >= 0:
+            threading.Thread(target=self._run, args=(goal, order), daemon=True).start()
+        return messages.accepted_reply(0, is_accepted=order >= 0)
+
+    def _run(self, goal: bytes, order: int) -> None:
+        self._set(goal, order, Ros2Status.EXECUTING)
+        for length in range(1, min(order, ENDLESS) + 1):
+            self._feedback.write(CDR + goal + numbers(length))
+        if order < ENDLESS:
+            self._set(goal, order, Ros2Status.SUCCEEDED)
+
+    def cancel_goal(self, request: bytes) -> bytes:
+        info = messages.parse_cancel_request(request)
+        order, status = self._goals.get(info.goal, (0, Ros2Status.UNKNOWN))
+        if status is not Ros2Status.EXECUTING:
+            return messages.cancel_reply(CancelCode.UNKNOWN_GOAL, [])
+        self._set(info.goal, order, Ros2Status.CANCELED)
+        return messages.cancel_reply(CancelCode.NONE, [info])
+
+    def get_result(self, request: bytes) -> bytes:
+        goal = request[4:20]
+        with self._changed:
+            self._changed.wait_for(lambda: goal in self._goals and self._goals[goal][1].has_ended, 20)
+            order, status = self._goals[goal]
+        return CDR + bytes([status, 0, 0, 0]) + numbers(order if status is Ros2Status.SUCCEEDED else 0)
+
+
+def call_action(participant: Participant, action: str, type_name: str, order: str, end: str) -> None:
+    goal = os.urandom(16)
+    seen: list[Ros2Status] = []
+
+    def on_feedback(sample: Sample) -> None:
+        if sample.payload[4:20] == goal:
+            say("feedback", *unpack_from("<I", sample.payload, 20))
+
+    def on_status(sample: Sample) -> None:
+        for info, status in messages.parse_status_array(sample.payload, 100):
+            if info.goal == goal and status not in seen:
+                seen.append(status)
+                say("status", int(status))
+
+    topic = f"rt{action}/_action"
+    deep = Qos(depth=2000)
+    feedback = participant.add_reader(f"{topic}/feedback", f"{type_name}_FeedbackMessage_", deep, on_feedback)
+    statuses = participant.add_reader(f"{topic}/status", STATUSES, qos_of("latched"), on_status)
+    parts = ("send_goal", "cancel_goal", "get_result")
+    send, cancel, get = (Client(participant, *names_of(action, type_name, part)) for part in parts)
+    assert all(each.wait_for_server(20) for each in (send, cancel, get))
+    assert all(each.wait_for_writers(timeout_s=20) for each in (feedback, statuses))
+    is_accepted = messages.is_accepted(send.call(CDR + goal + pack("<i", int(order)), 20.0))
+    say("accepted", int(is_accepted))
+    if is_accepted and end == "cancel":
+        reply = cancel.call(messages.cancel_request(GoalInfo(goal)), 20.0)
+        say("cancelling", reply[4], "of", *unpack_from("<I", reply, 8))
+    if is_accepted:
+        result = get.call(CDR + goal, 20.0)
+        (count,) = unpack_from("<I", result, 8)
+        say(f"result {result[4]}:", *unpack_from(f"<{count}i", result, 12))
+    wait_for_end()
+
+
 def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
     global loss
     where, _, part = options.partition(",loss=")
@@ -118,6 +229,12 @@ def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
             print("right", right, flush=True)
             print(f"{(time.monotonic() - began) / int(words[1]) * 1e6:.0f} us per call", flush=True)
             wait_for_end()
+        elif mode == "action-server":
+            ActionServer(participant, name, words[0])
+            print("ready", flush=True)
+            wait_for_end()
+        elif mode == "action-client":
+            call_action(participant, name, *words)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from pipros.ros2.rtps.announcements import EndpointData
 from pipros.ros2.rtps.events import Event, Matched, Mismatched
+from pipros.ros2.rtps.identity import FAST_DDS
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.peers import Peer
 from pipros.ros2.rtps.qos import mismatch
@@ -141,7 +142,9 @@ class Connections:
         connected = self.readers.setdefault(guid, [])
         if reader not in connected:
             connected.append(reader)
-        reader.match(guid, address, peer.incomplete, now, is_reliable=is_reliable)
+        base = 0 if peer.data.vendor == FAST_DDS else 1
+        budget = peer.incomplete
+        reader.match(guid, address, budget, now, is_reliable=is_reliable, question_base=base)
         self.busy.add(reader)
 
     def disconnect_reader(self, reader: Reader, guid: bytes) -> None:

@@ -72,6 +72,8 @@ from pipros.ros2.rtps.submessages import (
 from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, Writer
 
 _LEASE_CHECK_S: Final = 0.5
+_ANSWERS_S: Final = 3.0
+"""How long our announcement is repeated to a new peer that has not answered."""
 _ENDED_ENDPOINTS: Final = 256
 _MAX_NAME_CHARACTERS: Final = 255
 _DISCOVERY_QOS: Final = Qos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL, depth=0)
@@ -273,6 +275,9 @@ class Engine:
             self._check_leases_at = now + _LEASE_CHECK_S
             for peer in self.peers.expired(handled_until):
                 self._remove_peer(peer.data.prefix)
+            for peer in self.peers:
+                if now - peer.found_at < _ANSWERS_S and not self._has_answered(peer):
+                    self._presence.answer(peer)
         for end in list(self._connections.busy):
             if isinstance(end, Reader):
                 end.poll(now, handled_until)
@@ -340,7 +345,7 @@ class Engine:
         peer = self.peers.get(prefix)
         if peer is not None:
             peer.data = announced
-            if not connections.writers[PUBLICATIONS_WRITER].readers[prefix + PUBLICATIONS_READER].is_greeted:
+            if not self._has_answered(peer):
                 self._presence.answer(peer)  # it may have lost the first one
             return
         peer = self.peers.add(announced, cost_bytes(bytes(data.payload)), host, now)
@@ -354,6 +359,11 @@ class Engine:
             connections.connect_reader(own_reader, prefix + writer, address, peer, now, is_reliable=True)
             connections.busy.add(own)
         self._events.append(PeerChanged(announced, True))
+
+    def _has_answered(self, peer: Peer) -> bool:
+        """Return False if a peer may not know us."""
+        guid = peer.data.prefix + PUBLICATIONS_READER
+        return self._connections.writers[PUBLICATIONS_WRITER].readers[guid].is_greeted
 
     def _remove_peer(self, prefix: bytes) -> None:
         peer = self.peers.get(prefix)

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable
 from queue import SimpleQueue
 from types import TracebackType
-from typing import Final, TypeVar
+from typing import Final, Generic, TypeVar
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import get_within_slice
@@ -34,12 +34,12 @@ from pipros.ros2.rtps.topics import TopicReader, TopicWriter
 
 DEFAULT_USER_DATA: Final = b"enclave=/;"
 _Answer = TypeVar("_Answer")
+_Reported = TypeVar("_Reported")
 _LOG = logging.getLogger("pipros.ros2")
 _SLICE_S: Final = 0.05
 _BURST_PAUSE_S: Final = 0.0005
 _DATAGRAMS_AT_ONCE: Final = 64
 _READ_EVERY: Final = 4
-_BACKLOG_BYTES: Final = 16 << 20
 _JOIN_S: Final = 2.0
 
 
@@ -89,7 +89,7 @@ class Participant:
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
         self.failures = 0
-        self._backlog = Backlog(_BACKLOG_BYTES)
+        self._backlog = Backlog(self._limits.ros2_backlog_bytes)
         self._wake_from, self._wake_to = socket.socketpair()
         self._wake_from.setblocking(False)
         self._wake_to.setblocking(False)
@@ -275,7 +275,7 @@ class Participant:
             events = engine.take_events()
             watchers = list(self._watchers)
             due = engine.deadline
-        self._dispatch(events)
+            self._dispatch(events)
         if events or has_arrived:
             for watcher in watchers:
                 watcher.put(None)
@@ -296,7 +296,7 @@ class Participant:
                 if self._on_event is not None:
                     self._calls.put(_Report(self._on_event, event))
             elif (direct := self._direct.get(event.entity)) is not None:
-                direct(event.sample)
+                _Report(direct, event.sample)()  # an exception must not end the thread that reads the sockets
             elif (reader := self._readers.get(event.entity)) is not None and reader.push(event.sample):
                 self._calls.put(reader.call_back)
 
@@ -307,17 +307,17 @@ class Participant:
                 call()
 
 
-class _Report:
-    """Passes an event to a callback, and logs its exceptions."""
+class _Report(Generic[_Reported]):
+    """Passes an event or a sample to a callback, and logs its exceptions."""
 
-    __slots__ = ("_callback", "_event")
+    __slots__ = ("_callback", "_reported")
 
-    def __init__(self, callback: Callable[[Event], None], event: Event) -> None:
+    def __init__(self, callback: Callable[[_Reported], None], reported: _Reported) -> None:
         self._callback = callback
-        self._event = event
+        self._reported = reported
 
     def __call__(self) -> None:
         try:
-            self._callback(self._event)
+            self._callback(self._reported)
         except Exception:
             _LOG.exception("a callback for ROS 2 failed")

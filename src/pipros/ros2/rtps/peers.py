@@ -23,6 +23,7 @@ class Peer:
 
     Attributes:
         host: address from which its first announcement was sent.
+        found_at: time of its first announcement.
         heard_at: time of its last datagram.
         kept: budget for its announcements.
         incomplete: budget for its incomplete samples.
@@ -30,6 +31,7 @@ class Peer:
 
     data: ParticipantData
     host: str
+    found_at: float
     heard_at: float
     kept: Budget
     incomplete: Budget
@@ -93,7 +95,7 @@ class Peers:
         if not kept.take(size):
             return None
         incomplete = Budget(self._limits.ros2_incomplete_bytes, self._incomplete)
-        peer = self._peers[data.prefix] = Peer(data, host, now, kept, incomplete)
+        peer = self._peers[data.prefix] = Peer(data, host, now, now, kept, incomplete)
         return peer
 
     def remove(self, prefix: bytes) -> Peer | None:

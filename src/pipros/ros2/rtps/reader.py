@@ -5,8 +5,8 @@ a heartbeat or a GAP says which do not. Samples that arrive early wait, within a
 one is requested when a heartbeat reveals it, again after a pause that doubles, and given up if the writer
 answers none of `MAX_REQUESTS`. There is one request at a time: heartbeats cause no further one while its
 answers arrive, because repeated answers would crowd out what is new. Until the first heartbeat, an empty
-ACKNACK asks for one: the peer may not have known us when it sent its own. From best-effort writers, late and
-repeated samples are dropped.
+ACKNACK asks for one: the peer may not have known us when it sent its own. Fast DDS answers only if its base
+is 0, which Cyclone DDS refuses as malformed. From best-effort writers, late and repeated samples are dropped.
 """
 
 from __future__ import annotations
@@ -60,6 +60,7 @@ class WriterProxy:
     """A matched writer.
 
     Attributes:
+        question_base: base of the ACKNACKs that ask for the first heartbeat.
         expected: the next sample to deliver.
         announced: the last sample that the writer is known to have.
         early: samples after `expected`.
@@ -76,6 +77,7 @@ class WriterProxy:
     head: bytes
     is_reliable: bool
     budget: Budget
+    question_base: int = 1
     expected: int = 1
     announced: int = 0
     is_greeted: bool = False
@@ -120,14 +122,23 @@ class Reader:
         """True if `deadline` is finite."""
         return bool(self._waiting)
 
-    def match(self, guid: bytes, address: Address, budget: Budget, now: float, *, is_reliable: bool) -> None:
+    def match(
+        self,
+        guid: bytes,
+        address: Address,
+        budget: Budget,
+        now: float,
+        *,
+        is_reliable: bool,
+        question_base: int = 1,
+    ) -> None:
         """Add a writer, or change its address."""
         known = self.writers.get(guid)
         if known is not None:
             known.address = address
             return
         head = datagram_head(self.prefix, guid[:12])
-        writer = self.writers[guid] = WriterProxy(guid, address, head, is_reliable, budget)
+        writer = self.writers[guid] = WriterProxy(guid, address, head, is_reliable, budget, question_base)
         if is_reliable:
             self._acknowledge(writer, (), is_final=False)
             self._wait(writer, now)
@@ -152,9 +163,9 @@ class Reader:
 
     def _acknowledge(self, writer: WriterProxy, missing: tuple[int, ...], *, is_final: bool) -> None:
         self._answers += 1
-        text = acknack(
-            self.entity, writer.guid[12:], writer.expected, missing, self._answers, is_final=is_final
-        )
+        is_question = not (writer.is_greeted or missing)
+        base = writer.question_base if is_question else writer.expected
+        text = acknack(self.entity, writer.guid[12:], base, missing, self._answers, is_final=is_final)
         self.outbox.send(writer.address, writer.head, text)
 
     def on_data(self, guid: bytes, data: Data, now: float) -> None:
@@ -240,7 +251,7 @@ class Reader:
         if payload is None:
             writer.announced = max(writer.announced, sequence)
             self._wait(writer, now)
-            if assembly.is_answered and writer.is_reliable:
+            if sequence in writer.requested and not self._is_answering(writer):
                 self._request(writer, now)
             return
         del writer.assemblies[sequence]
@@ -329,7 +340,13 @@ class Reader:
 
     def _is_answering(self, writer: WriterProxy) -> bool:
         """Return True if something of the last request has not arrived yet."""
-        return any(each >= writer.expected and each not in writer.early for each in writer.requested)
+        return any(self._is_pending(writer, each) for each in writer.requested)
+
+    def _is_pending(self, writer: WriterProxy, sequence: int) -> bool:
+        if sequence < writer.expected or sequence in writer.early:
+            return False
+        assembly = writer.assemblies.get(sequence)
+        return assembly is None or not assembly.is_answered
 
     def _request(self, writer: WriterProxy, now: float, *, is_repeated: bool = False) -> None:
         """Acknowledge, and request the next missing samples or fragments, up to `request_bytes`.

@@ -61,7 +61,7 @@ class Server:
     """A service for clients of both styles. Each reply goes to the client's reader alone.
 
     Attributes:
-        refused: number of requests of unknown style, of the wrong form, or beyond the limit.
+        refused: number of requests of unknown style, of the wrong form, or beyond the limits.
         unanswered: number of replies for which the client had no reader.
     """
 
@@ -103,7 +103,12 @@ class Server:
                 self.refused += 1
                 return
             self._queued_bytes += len(sample.payload)
-        self._workers.run(self._answer, sample)
+        try:
+            self._workers.run(self._answer, sample)
+        except RuntimeError:  # the system cannot start another thread
+            self.refused += 1
+            with self._lock:
+                self._queued_bytes -= len(sample.payload)
 
     def _answer(self, sample: Sample) -> None:
         try:

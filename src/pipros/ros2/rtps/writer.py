@@ -5,8 +5,9 @@ answered. A reliable reader gets new samples only after it has answered a heartb
 Until then, it may not have discovered the writer, and Cyclone DDS begins with the sample after those that the
 first heartbeat announces. While a reliable reader has not acknowledged all samples, further heartbeats, which
 must be answered, are sent at doubling intervals. The reader requests missing samples, and gets them again, or
-a GAP if they are no longer kept. A service reply is addressed to a single reader. The other readers get a GAP
-for its sequence number before their next sample.
+a GAP if they are no longer kept. A reader whose participant had taken us for dead starts again: samples that
+it requests count as unacknowledged, even if it had acknowledged them. A service reply is addressed to a
+single reader. The other readers get a GAP for its sequence number before their next sample.
 """
 
 from __future__ import annotations
@@ -92,8 +93,8 @@ class ReaderProxy:
     is_greeted: bool = False
     due: float = math.inf
     interval_s: float = FIRST_HEARTBEAT_S
-    last_acknack: int = -1
-    last_nack_frag: int = -1
+    last_acknack: AckNack | None = None
+    last_nack_frag: NackFrag | None = None
 
     @property
     def entity(self) -> bytes:
@@ -325,9 +326,10 @@ class Writer:
 
     def on_acknack(self, guid: bytes, acknack: AckNack, now: float) -> None:
         reader = self.readers.get(guid)
-        if reader is None or not reader.is_reliable or acknack.number == reader.last_acknack:
+        if reader is None or not reader.is_reliable or acknack == reader.last_acknack:
             return
-        reader.last_acknack = acknack.number
+        reader.last_acknack = acknack
+        starts_again = acknack.base <= reader.acked
         has_asked = not acknack.missing and not acknack.is_final
         reader.asked += has_asked
         if not reader.is_greeted and (not has_asked or reader.asked >= ENOUGH_QUESTIONS):
@@ -337,6 +339,8 @@ class Writer:
             reader.acked = min(acknack.base - 1, self._last)
             reader.interval_s = FIRST_HEARTBEAT_S
             reader.due = now + reader.interval_s
+        elif acknack.missing and acknack.base <= reader.acked:
+            reader.acked = max(acknack.base, reader.first) - 1
         self._repeat(reader, acknack.missing)
         if reader.is_behind:
             self._behind[guid] = reader
@@ -347,7 +351,7 @@ class Writer:
             self._behind.pop(guid, None)
             self._forget_acknowledged()
         if has_asked:
-            beat = self._heartbeat(reader, is_final=reader.is_greeted)
+            beat = self._heartbeat(reader, is_final=reader.is_greeted and not starts_again)
             self.outbox.send(reader.address, reader.head, beat)
 
     def _send_held(self, reader: ReaderProxy) -> None:
@@ -379,9 +383,9 @@ class Writer:
 
     def on_nack_frag(self, guid: bytes, nack: NackFrag) -> None:
         reader, change = self.readers.get(guid), self._history.get(nack.sequence)
-        if reader is None or not reader.is_reliable or nack.number == reader.last_nack_frag:
+        if reader is None or not reader.is_reliable or nack == reader.last_nack_frag:
             return
-        reader.last_nack_frag = nack.number
+        reader.last_nack_frag = nack
         if change is None or not change.is_for(guid):
             self._repeat(reader, (nack.sequence,))
         elif nack.missing:

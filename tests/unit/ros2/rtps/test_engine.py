@@ -6,7 +6,9 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits
+from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, PARTICIPANT_WRITER
 from pipros.ros2.rtps.qos import Durability, Policy, Qos, Reliability
+from pipros.ros2.rtps.submessages import AckNack, Submessage, read_datagram
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
 
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
@@ -348,3 +350,65 @@ def test_a_lost_answer_to_a_new_participant_is_repeated_soon() -> None:
     network.run(1.0)
 
     assert listener.matches() == [True]
+
+
+def submessages(datagram: bytes, to: Host) -> list[Submessage]:
+    read = read_datagram(datagram, to.engine.prefix)
+    return read.submessages if read else []
+
+
+@pytest.mark.parametrize(("vendor", "base"), [(FAST_DDS, 0), (CYCLONE_DDS, 1)], ids=["Fast", "Cyclone"])
+def test_heartbeats_are_asked_for_in_the_way_that_the_peer_answers(vendor: bytes, base: int) -> None:
+    """Fast DDS ignores the question of the other form, and repeats its heartbeats only every 3 seconds."""
+    network = SimulatedNetwork()
+    peer = network.host(vendor=vendor)
+    network.run(1.0)
+    peer.engine.add_writer("rt/map", STRING, LATCHED, network.now)
+    network.run(1.0)
+    network.sent.clear()
+    asking = network.host()
+    asking.engine.add_reader("rt/map", STRING, LATCHED, network.now)
+    network.run(1.0)
+    found = [each for _, datagram in network.sent for each in submessages(datagram, peer)]
+    questions = {each.base for each in found if isinstance(each, AckNack) and not each.is_final}
+
+    assert questions == {base}
+    assert asking.matches() == [True]
+
+
+def test_a_participant_that_announces_itself_only_once_is_answered_repeatedly() -> None:
+    """Cyclone DDS announces itself to the group every eight seconds, so a lost answer may not be repeated."""
+    network = SimulatedNetwork()
+    resident = network.host()
+    resident.engine.add_writer("rt/map", STRING, LATCHED, network.now)
+    network.run(10.0)
+    visitor = network.host()
+    seen: list[bytes] = []
+
+    def is_lost(datagram: bytes) -> bool:
+        """The first announcement of the visitor alone arrives, and no answer within 0.1 s."""
+        is_announcement = any(each.writer == PARTICIPANT_WRITER for each in submessages(datagram, resident))
+        if datagram[8:20] == visitor.engine.prefix and is_announcement:
+            seen.append(datagram)
+            return len(seen) > 1
+        return network.now < begin + 0.1
+
+    begin, network.drops = network.now, is_lost
+    visitor.engine.add_reader("rt/map", STRING, LATCHED, network.now)
+    network.run_until(lambda: visitor.matches() == [True], 1.5)
+
+
+def test_a_participant_that_was_taken_for_dead_by_one_side_is_found_again() -> None:
+    network = SimulatedNetwork()
+    talker, listener = network.host(), network.host(lease_s=60.0)
+    writer = talker.engine.add_writer("rt/map", STRING, LATCHED, network.now)
+    reader = listener.engine.add_reader("rt/map", STRING, LATCHED, network.now)
+    talker.engine.write(writer, b"map.", network.now)
+    network.run_until(lambda: listener.payloads(reader) == [b"map."])
+    network.run(1.0)
+    network.drops = lambda datagram: datagram[8:20] == talker.engine.prefix  # the listener hears nothing
+    network.run_until(lambda: listener.matches() == [True, False])
+    assert talker.matches() == [True]
+    network.drops = lambda _: False
+
+    network.run_until(lambda: listener.payloads(reader) == [b"map.", b"map."])

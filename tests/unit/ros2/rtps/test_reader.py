@@ -323,3 +323,27 @@ def test_overlapping_runs_of_fragments_are_joined() -> None:
 
     assert [each.payload for each in ears.delivered] == [b"".join(pieces)]
     assert ears.budget.used_bytes == 0
+
+
+def fragments_of_large_samples(ears: Ears, sequence: int, which: range) -> None:
+    """Some of the 100 fragments, of 1,000 bytes each, of a sample."""
+    for number in which:
+        head = data_frag_head(READER, WRITER, sequence, number, 1_000, 100_000, 1_000)
+        ears.receive(head, bytes(1_000))
+
+
+def test_fragments_of_an_answered_sample_cause_no_requests_for_others() -> None:
+    """During a flood, each arriving fragment caused a request for all samples that had lost some."""
+    ears = Ears()
+    ears.beat(1, 3)
+    for sequence in (1, 2, 3):
+        fragments_of_large_samples(ears, sequence, range(1, 31))
+    ears.wait(0.1)
+    ears.requests()
+    for sequence in (1, 2):
+        fragments_of_large_samples(ears, sequence, range(31, 100))
+
+    assert fragment_requests(ears) == []
+    for sequence in (1, 2, 3):
+        fragments_of_large_samples(ears, sequence, range(31, 101))
+    assert ears.numbers() == [1, 2, 3]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from pipros.ros2.rtps.outbox import Outbox
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import Durability, Qos, Reliability
@@ -173,20 +171,44 @@ def test_requested_fragments_are_sent_again_and_others_ignored() -> None:
     assert [(each.start, each.base) for each in voice.sent() if isinstance(each, Gap)] == [(1, 2)]
 
 
-@pytest.mark.parametrize("missing", [(), (1,)])
-def test_answers_of_strangers_and_repeated_answers_do_nothing(missing: tuple[int, ...]) -> None:
+def test_answers_of_strangers_and_repeated_answers_do_nothing() -> None:
     voice = Voice(Qos(depth=10), Qos())
     voice.answer(1)
     voice.write(b"one.")
     voice.sent()
     voice.answer(1, (1,))
+    voice.ask_for_fragments(1, (1,))
     voice.sent()
-    again = AckNack(READER, WRITER, 1, missing, 2, False)
-    voice.writer.on_acknack(GUID, again, voice.now)
-    voice.writer.on_acknack(b"stranger........", again, voice.now)
-    voice.writer.on_nack_frag(b"stranger........", NackFrag(READER, WRITER, 1, missing, 9))
+    voice.writer.on_acknack(GUID, AckNack(READER, WRITER, 1, (1,), 2, True), voice.now)
+    voice.writer.on_nack_frag(GUID, NackFrag(READER, WRITER, 1, (1,), 3))
+    for number in (2, 9):
+        again = AckNack(READER, WRITER, 1, (1,), number, False)
+        voice.writer.on_acknack(b"stranger........", again, voice.now)
+        voice.writer.on_nack_frag(b"stranger........", NackFrag(READER, WRITER, 1, (1,), number))
 
     assert voice.sent() == []
+
+
+def test_a_reader_that_starts_again_gets_the_latched_sample_until_it_answers() -> None:
+    """A participant that has taken us for dead, and then finds us again, has new readers and new numbers."""
+    voice = Voice(LATCHED, LATCHED)
+    voice.answer(1)
+    voice.write(b"map.")
+    voice.answer(2)
+    voice.sent()
+    assert voice.writer.is_acknowledged
+
+    again = AckNack(READER, WRITER, 0, (), 2, False)  # with the number of the last answer
+    voice.writer.on_acknack(GUID, again, voice.now)
+    (beat,) = [each for each in voice.sent() if isinstance(each, Heartbeat)]
+    assert (beat.last, beat.is_final) == (1, False)
+    voice.answer(1, (1,))
+    assert voice.numbers() == [1]
+    voice.now = voice.writer.deadline
+    voice.writer.poll(voice.now)
+    assert [type(each) for each in voice.sent()] == [Heartbeat]
+    voice.answer(2)
+    assert voice.writer.is_acknowledged
 
 
 def test_a_late_latched_reader_gets_the_history_before_it_answers() -> None:
