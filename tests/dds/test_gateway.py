@@ -16,7 +16,11 @@ from tests.support.waiting import wait_until
 pytestmark = needs_network
 
 KINDS = ["fast-udp", "cyclone"]
-RULES = "topics: {to_ros1: {allow: [/back]}}\nservices: {to_ros1: {allow: [/add]}}\n"
+RULES = """
+topics: {to_ros1: {allow: [/back]}}
+services: {to_ros1: {allow: [/add]}}
+actions: {to_ros1: {allow: [/fibonacci]}}
+"""
 Run = Callable[..., Process]
 
 
@@ -57,6 +61,14 @@ def test_topics_of_ros1_reach_the_peer(peers: Peers, ros: Run, kind: str) -> Non
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_latched_topics_of_ros1_reach_late_peers(peers: Peers, ros: Run, kind: str) -> None:
+    ros("rostopic", "pub", "-l", "/chatter", "example_interfaces/Blob", "{number: 5, data: [5, 5]}")
+
+    for _ in range(2):  # the second one is late
+        peers.start(kind, "sub", "rt/chatter", "latched").wait_for("^got 5 2$", 40)
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_topics_of_the_peer_reach_ros1(peers: Peers, ros: Run, kind: str) -> None:
     peers.start(kind, "pub", "rt/back", 3, 2, 1000, "reliable")
     echo = ros("rostopic", "echo", "/back")
@@ -88,3 +100,27 @@ def test_services_of_ros1_are_called_by_the_peer(peers: Peers, ros: Run, kind: s
     client = peers.start(kind, "client", "/add", 20)
 
     wait_until(lambda: "right 20" in client.output, 40, lambda: client.output[-300:])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_actions_of_the_peer_are_used_from_ros1(peers: Peers, ros: Run, kind: str) -> None:
+    server = peers.start(kind, "action-server", "/fibonacci")
+    server.wait_for("ready", 30)
+
+    client = ros("rosrun", "actionlib_tutorials", "fibonacci_client.py")
+
+    wait_until(lambda: "Result: 0, 1, 1, 2, 3, 5" in client.output, 40, lambda: client.output[-300:])
+    assert "goal 20" in server.output
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_actions_of_ros1_are_used_and_cancelled_by_the_peer(peers: Peers, ros: Run, kind: str) -> None:
+    ros("rosrun", "actionlib_tutorials", "fibonacci_server.py")
+
+    client = peers.start(kind, "action-client", "/fibonacci", 2, "finish")
+    wait_until(lambda: "result 4: 0 1 1" in client.output, 40, lambda: client.output[-300:])
+    assert {"accepted 1", "feedback 3", "status 4"} <= {*client.stdout}
+
+    client = peers.start(kind, "action-client", "/fibonacci", 40, "cancel")
+    wait_until(lambda: "result 5:" in client.output, 40, lambda: client.output[-300:])
+    assert "cancelling 0 of 1" in client.output

@@ -69,11 +69,15 @@ class Client:
         self.feedback: list[Any] = []
         self.results: dict[str, Any] = {}
         self.statuses: dict[str, int] = {}
-        node.subscribe("/fibonacci/feedback", PAIR.feedback, self.feedback.append)
-        node.subscribe("/fibonacci/result", PAIR.result, self._on_result)
-        node.subscribe("/fibonacci/status", GoalStatusArray, self._on_status)
         self._goal = node.advertise("/fibonacci/goal", PAIR.goal)
         self.cancel = node.advertise("/fibonacci/cancel", GoalID)
+        self._ends = (
+            self._goal,
+            self.cancel,
+            node.subscribe("/fibonacci/feedback", PAIR.feedback, self.feedback.append),
+            node.subscribe("/fibonacci/result", PAIR.result, self._on_result),
+            node.subscribe("/fibonacci/status", GoalStatusArray, self._on_status),
+        )
 
     def _on_result(self, message: Any) -> None:
         self.results[message.status.goal_id.id] = message
@@ -82,7 +86,7 @@ class Client:
         self.statuses |= {each.goal_id.id: each.status for each in message.status_list}
 
     def send(self, goal_id: str, order: int) -> None:
-        wait_until(lambda: self._goal.connection_count and self.cancel.connection_count, what="a server")
+        wait_until(lambda: all(each.connection_count for each in self._ends), what="a server")
         self._goal.publish(PAIR.goal(goal_id=GoalID(id=goal_id), goal=Goal(order)))
 
     def result(self, goal_id: str) -> tuple[int, tuple[int, ...]]:

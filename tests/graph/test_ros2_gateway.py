@@ -112,6 +112,27 @@ def test_late_subscribers_get_latched_messages_of_all_publishers(system: System)
     assert set(received) == {"plan"}
 
 
+def test_late_subscribers_get_no_messages_of_publishers_that_have_ended(system: System) -> None:
+    gateway = system.gateway()
+    system.announce("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("other"))
+    before = system.engine()
+    ending = before.announce("/plan", STRING, STRING_HASH, LATCHED)
+    ending.publish(cdr("old"))
+    wait_until(lambda: [row.count for row in gateway.status().passed] == [2], what="both messages")
+    ending.close()
+    for marker in ("/one", "/two"):  # after two updates of the gateway
+        system.announce(marker, STRING, STRING_HASH, TopicQos())
+        wait_until(lambda marker=marker: system.is_published(marker), what="a later topic")  # type: ignore[misc]
+    system.announce("/plan", STRING, STRING_HASH, LATCHED).publish(cdr("new"))
+    wait_until(lambda: 3 in [row.count for row in gateway.status().passed], what="the last message")
+    received: list[str] = []
+
+    system.ros1.subscribe("/plan", String, lambda message: received.append(message.data))
+
+    wait_until(lambda: "other" in received, what="the other latched message")
+    assert received == ["new", "other"]
+
+
 def test_static_transforms_of_several_nodes_are_merged(system: System) -> None:
     gateway = system.gateway()
     for node, frame in ((system.ros1, "laser"), (system.node("second"), "camera")):

@@ -14,6 +14,7 @@ from pipros.libraries.actions.status import Status
 from pipros.master.master import Master
 from pipros.msg import load_message_class
 from pipros.node import Node
+from pipros.node.clock import WallClock
 from pipros.ros2 import action_messages as messages
 from pipros.ros2.action_messages import Ros2Status
 from pipros.ros2.action_to_ros1 import ActionToRos1
@@ -133,20 +134,20 @@ class Client:
         engine: Any = self.engine
         self.action = ActionToRos2(gateway, engine, "/fibonacci", PAIR, "id")
         self.results: dict[str, int] = {}
-        node.subscribe("/fibonacci/result", PAIR.result, self._on_result)
+        results = node.subscribe("/fibonacci/result", PAIR.result, self._on_result)
         self._goals = node.advertise("/fibonacci/goal", PAIR.goal)
         self._cancellations = node.advertise("/fibonacci/cancel", GoalID)
-        wait_until(lambda: self._goals.connection_count, what="the gateway")
-        wait_until(lambda: self._cancellations.connection_count, what="the gateway")
+        for each in (results, self._goals, self._cancellations):
+            wait_until(lambda each=each: each.connection_count, what="the gateway")  # type: ignore[misc]
 
     def _on_result(self, message: Any) -> None:
         self.results[message.status.goal_id.id] = message.status.status
 
     def start(self, goal_id: str) -> None:
         """Send a goal, and wait until the gateway has received it."""
-        calls = self.action.calls
+        calls = self.action.counts.passed
         self._goals.publish(PAIR.goal(goal_id=GoalID(id=goal_id), goal=Goal(3)))
-        wait_until(lambda: self.action.calls > calls, what=goal_id)
+        wait_until(lambda: self.action.counts.passed > calls, what=goal_id)
 
     def request_cancel(self, *goal_ids: str) -> None:
         for each in goal_ids:
@@ -228,3 +229,33 @@ def test_cancellations_that_wait_for_the_server_are_limited(
     wait_until(lambda: caplog.messages.count(dropped) == 3, what="the reasons")
     client.cancel.is_open.set()
     wait_until(lambda: client.engine.log.count("cancel_goal ?: answered") == 6, what="all answers")
+
+
+class StuckClock(WallClock):
+    """A clock whose first caller waits."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.is_used, self.is_free = threading.Event(), threading.Event()
+
+    def now_ns(self) -> int:
+        if not self.is_used.is_set():
+            self.is_used.set()
+            self.is_free.wait(60)
+        return super().now_ns()
+
+
+def test_goals_that_end_while_the_action_closes_get_a_result(client: Client, gateway: Node) -> None:
+    client.send.is_open.set()
+    client.start("first")
+    client.wait_for("get_result first")
+    clock = StuckClock()
+    gateway.use_clock(clock)
+    client.result.is_open.set()
+    assert clock.is_used.wait(60)
+
+    client.action.close()
+    clock.is_free.set()
+
+    wait_until(lambda: client.results, what="the result")
+    assert client.results == {"first": Status.ABORTED}

@@ -20,6 +20,8 @@ from pipros.ros2.engine import (
 )
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.graph_info import GidBytes
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.ros2_engine import RtpsEngine
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
@@ -102,6 +104,54 @@ def test_a_service_that_raises_gives_no_reply(engines: tuple[Ros2Engine, Ros2Eng
 
     with pytest.raises(CallFailed, match="did not reply within"):
         caller.call(CDR, 0.2)
+
+
+def test_endpoints_that_cannot_be_connected_are_problems(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
+    one, other = engines
+    one.subscribe("/map", KIND, HASH, TopicQos(durability=Durability.TRANSIENT_LOCAL), print)
+    one.announce("/scan", "sensor_msgs/msg/LaserScan", "", TopicQos())
+    other.announce("/map", KIND, HASH, TopicQos())
+    other.subscribe("/scan", KIND, HASH, TopicQos(), print)
+
+    wait_until(
+        lambda: (
+            other.problems()
+            == {
+                "the subscriber /robot/camera of /map": "its QoS is incompatible (durability)",
+                "the publisher /robot/camera of /scan": "its type is sensor_msgs/msg/LaserScan",
+            }
+        ),
+        what=lambda: str(other.problems()),
+    )
+
+
+def test_servers_whose_requests_have_an_unknown_form_are_problems() -> None:
+    with (
+        free_domain() as domain,
+        Participant(Discovery(domain)) as stranger,
+        contextlib.closing(RtpsEngine(Discovery(domain), "/a", gid_bytes=GidBytes.IRON_AND_LATER)) as engine,
+    ):
+        kind = "example_interfaces::srv::dds_::AddTwoInts"
+        stranger.add_reader("rq/addRequest", f"{kind}_Request_", Qos(), print)
+        stranger.add_writer("rr/addReply", f"{kind}_Response_", Qos())
+
+        wait_until(lambda: [*engine.endpoints()], what="the server")
+
+        (server,) = engine.endpoints()
+        assert (server.kind, server.type) == (EndpointKind.SERVER, ADD_KIND)
+        assert server.problem == "the form of service requests is unknown for its DDS implementation"
+
+
+def test_domains_with_gids_of_two_sizes_are_a_problem() -> None:
+    with free_domain() as domain, contextlib.ExitStack() as stack:
+        for node, size in (("/old", GidBytes.HUMBLE), ("/new", GidBytes.IRON_AND_LATER)):
+            stack.callback(RtpsEngine(Discovery(domain), node, gid_bytes=size).close)
+        engine = RtpsEngine(Discovery(domain), "/gateway")
+        stack.callback(engine.close)
+
+        wait_until(engine.problems, what="the problem")
+
+        assert [*engine.problems()] == ["the nodes of this gateway"]
 
 
 def test_a_closed_engine_refuses_endpoints(engines: tuple[Ros2Engine, Ros2Engine]) -> None:

@@ -68,6 +68,7 @@ class System:
         name: str = "ros2_gateway_0",
         is_local: bool = True,
         master_uri: str = "",
+        pairs: TypePairs = PAIRS,
     ) -> Gateway:
         node = self.node(name, master_uri)
         identity = new_identity(node)
@@ -76,7 +77,7 @@ class System:
             self.engine(identity),
             identity,
             parse_gateway_rules(rules, "rules"),
-            PAIRS,
+            pairs,
             is_local=is_local,
             look_s=0.05,
         )

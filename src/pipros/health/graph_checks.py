@@ -412,14 +412,15 @@ def ros2_gateways(system: SystemReport) -> Findings:
             yield warning(
                 "ros2-dropped",
                 f"The gateway to ROS 2 {name} dropped messages of {listed(what)}: {listed(reason)}",
-                "`pipros ros2 status` shows what passes. The reason names the field or the limit.",
+                "`pipros ros2 status` shows what passes. The reason names the field, limit or slow side.",
                 node,
             )
         for what, reason in sorted(report.left_out.items()):
             yield warning(
                 "ros2-left-out",
                 f"The gateway to ROS 2 {name} leaves out {listed(what)}: {listed(reason)}",
-                "Give it the missing definitions with --msgs or --mapping, or deny the name in its rules.",
+                "Give it the missing definitions with --msgs or --mapping, or change its rules: a static "
+                "rule sets the QoS of a topic, and a deny list excludes names.",
                 node,
             )
 

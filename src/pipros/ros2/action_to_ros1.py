@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Callable
@@ -34,6 +33,7 @@ from pipros.ros2.action_messages import (
 from pipros.ros2.action_pair import ActionPair
 from pipros.ros2.bridged_services import CALL_S
 from pipros.ros2.bridged_topics import MARK
+from pipros.ros2.counts import Counts
 from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, TopicQos
 from pipros.ros2.names import action_names
 
@@ -45,7 +45,6 @@ _LATE_RESULT_S: Final = 5.0
 """How long to wait for the result after the status reported the end of the goal."""
 _SLICE_S: Final = 0.5
 _QUEUE: Final = 100
-_LOG = logging.getLogger("pipros.ros2")
 
 
 @dataclass(slots=True)
@@ -69,8 +68,8 @@ class ActionToRos1:
     """Offers a ROS 1 action in ROS 2, whose nodes can send goals to it. Thread-safe.
 
     Attributes:
-        calls: number of goals from ROS 2.
-        failures: number of goals that did not reach the server.
+        counts: goals from ROS 2, and those that did not reach the server; results, feedback and statuses
+            that could not be passed.
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
@@ -80,7 +79,7 @@ class ActionToRos1:
             PiprosError: the engine is closed, the name is not legal in ROS 2, or the node has a topic of the
                 action with another type.
         """
-        self.calls = self.failures = 0
+        self.counts = Counts()
         self.pair = pair
         self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
@@ -154,9 +153,9 @@ class ActionToRos1:
         message.goal_id = self._goal_id(stamp, goal.id)
         end_s = time.monotonic() + CALL_S
         with self._changed:
-            self.calls += 1
+            self.counts.passed += 1
             if self._goals.find(goal.id) is not None or not self._goals.add(goal.id, goal):
-                self.failures += 1
+                self.counts.fail(f"{self._name}: too many goals, or a repeated ID")
                 return accepted_reply(goal.stamp_ns, is_accepted=False)
         if self._wait(lambda: self._is_connected, end_s):
             self._goal_out.publish(message)
@@ -168,10 +167,7 @@ class ActionToRos1:
             if not is_accepted:
                 self._forget(goal)
             if goal.status is None:
-                self.failures += 1
-                _LOG.warning(
-                    "the ROS 1 action server %s did not respond to a goal within %g s", self._name, CALL_S
-                )
+                self.counts.fail(f"{self._name}: the server did not respond to a goal within {CALL_S:g} s")
         if goal.status is None:
             self._cancel_out.publish(message.goal_id)
         return accepted_reply(goal.stamp_ns, is_accepted=is_accepted)
@@ -265,7 +261,7 @@ class ActionToRos1:
         try:
             return self.pair.result_to_cdr(status, result)
         except (PiprosError, ValueError) as error:
-            _LOG.warning("a result of the action %s was dropped: %s", self._name, error)
+            self.counts.fail(f"{self._name}: a result was dropped: {error}")
             return self.pair.result_to_cdr(Ros2Status.ABORTED)
 
     def _on_feedback(self, message: Any) -> None:
@@ -273,7 +269,7 @@ class ActionToRos1:
             cdr = self.pair.feedback_to_cdr(message.feedback)
             self._feedback_out.publish(with_id(id_in_ros2(message.status.goal_id.id), cdr))
         except (PiprosError, ValueError) as error:
-            _LOG.warning("feedback from the action %s was dropped: %s", self._name, error)
+            self.counts.fail(f"{self._name}: feedback was dropped: {error}")
 
     def _found(self, goal_id: Any) -> _Goal | None:
         """Return the goal with a ROS 1 ID. Add it if a ROS 1 client sent it."""
@@ -311,4 +307,4 @@ class ActionToRos1:
             try:
                 self._status_out.publish(status_array(now))
             except PiprosError as error:
-                _LOG.warning("a status of the action %s was dropped: %s", self._name, error)
+                self.counts.fail(f"{self._name}: a status was dropped: {error}")

@@ -33,6 +33,7 @@ from pipros.ros2.action_messages import (
 from pipros.ros2.action_pair import ActionPair
 from pipros.ros2.bridged_services import CALL_S
 from pipros.ros2.bridged_topics import MARK
+from pipros.ros2.counts import Counts
 from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, Sample, TopicQos
 from pipros.ros2.names import action_names
 
@@ -75,8 +76,7 @@ class ActionToRos2:
     are queued, too; those beyond `Limits.goals` are dropped.
 
     Attributes:
-        calls: number of goals.
-        failures: number of goals that could not be passed.
+        counts: goals, and those that could not be passed; feedback and statuses that could not be passed.
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
@@ -85,7 +85,7 @@ class ActionToRos2:
         Raises:
             PiprosError: the engine is closed, or the node has a topic of the action with another type.
         """
-        self.calls = self.failures = 0
+        self.counts = Counts()
         self.pair = pair
         self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
@@ -163,7 +163,9 @@ class ActionToRos2:
     def close(self) -> None:
         """End the action in ROS 1. Goals that have not ended are aborted there, and continue in ROS 2."""
         self._is_closed.set()
-        for goal in self._goals:
+        with self._lock:
+            goals = list(self._goals)
+        for goal in goals:
             self._end(goal, Status.ABORTED, None, "the action server has disappeared")
         self._executing.close()
         self._cancelling.close()
@@ -178,7 +180,7 @@ class ActionToRos2:
         with self._lock:
             if self._goals.find(goal_id) is not None:
                 return
-            self.calls += 1
+            self.counts.passed += 1
             goal.is_cancelled = self._cancelled_early.find(goal_id) is not None
             is_added = self._goals.add(goal_id, goal)
         try:
@@ -186,7 +188,7 @@ class ActionToRos2:
                 raise PiprosError("too many goals, or the ID is too long")
             self._executing.run(self._execute, goal, with_id(goal.key, self.pair.goal_to_cdr(message.goal)))
         except PiprosError as error:
-            self.failures += 1
+            self.counts.fail(f"{self._name}: {error}")
             self._end(goal, Status.REJECTED, None, str(error))
 
     def _on_cancel(self, message: Any) -> None:
@@ -247,7 +249,7 @@ class ActionToRos2:
                     text = "" if status.has_ended else f"the action server replied with status {status.name}"
                     self._end(goal, ended, result, text)
         except (PiprosError, ValueError) as error:
-            self.failures += 1
+            self.counts.fail(f"{self._name}: {error}")
             self._end(goal, Status.ABORTED, None, str(error))
             is_unknown = not goal.is_sent and not self._is_closed.is_set()
             if is_unknown and self._cancel.is_available:  # the server may have accepted the goal
@@ -269,16 +271,17 @@ class ActionToRos2:
         return None
 
     def _end(self, goal: _Goal, status: Status, result: Any, text: str) -> None:
-        with self._lock:
-            if goal.ended_s:
-                return
-            goal.status, goal.text, goal.ended_s = status, text, time.monotonic()
+        """End a goal and publish its result, unless it has ended."""
         message = self.pair.result(
             status=self._status_of(goal.id, goal.stamp, status, text),
             result=result or self.pair.empty_result(),
         )
         message.header.stamp = self._now()
-        self._result_out.publish(message)
+        with self._lock:
+            if goal.ended_s:
+                return
+            goal.status, goal.text, goal.ended_s = status, text, time.monotonic()
+            self._result_out.publish(message)  # before `close` can see that the goal has ended
         self._publish_status()
 
     # -- from ROS 2 ----------------------------------------------------------------------------
@@ -288,7 +291,7 @@ class ActionToRos2:
             key, cdr = split_id(sample.payload)
             feedback = self.pair.feedback_to_ros1(cdr)
         except (PiprosError, ValueError) as error:
-            _LOG.warning("feedback from the action %s was dropped: %s", self._name, error)
+            self.counts.fail(f"{self._name}: feedback was dropped: {error}")
             return
         with self._lock:
             goal = self._find(key)
@@ -305,7 +308,7 @@ class ActionToRos2:
         try:
             rows = parse_status_array(sample.payload, self._node.limits.goals)
         except (PiprosError, ValueError) as error:
-            _LOG.warning("a status of the action %s was dropped: %s", self._name, error)
+            self.counts.fail(f"{self._name}: a status was dropped: {error}")
             return
         others = []
         with self._lock:

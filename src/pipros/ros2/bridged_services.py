@@ -10,6 +10,7 @@ from pipros.fleet.calls import raw_service_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.service_server import HandlerError
+from pipros.ros2.counts import Counts
 from pipros.ros2.engine import Ros2Engine
 from pipros.ros2.type_pairs import ServicePair
 
@@ -26,7 +27,7 @@ class Ros1Service:
         Raises:
             PiprosError: the engine is closed, or the name is not legal in ROS 2.
         """
-        self.calls = self.failures = 0
+        self.counts = Counts()
         self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
         self._name = name
@@ -35,18 +36,23 @@ class Ros1Service:
         self._server = engine.serve(name, pair.plan.ros2_type, pair.type_hash, self._answer, pair.parts)
 
     def _answer(self, request: bytes) -> bytes:
-        self.calls += 1
         client = self._node.client(self._name, self._class)
         try:
             response: AnyMsg = client.call(
                 self._class._request_class(self._plan.request.to_ros1(request)), CALL_S
             )
-            return self._plan.response.to_cdr(response.body)
-        except (PiprosError, ValueError):
-            self.failures += 1
+            reply = self._plan.response.to_cdr(response.body)
+        except (PiprosError, ValueError) as error:
+            self.counts.fail(f"{self._name}: {error}")
             raise
         finally:
             client.close()
+        self.counts.passed += 1
+        return reply
+
+    def update(self) -> None:
+        """Count the requests that the engine has refused."""
+        self.counts.overflow("", self._server.dropped, f"{self._name}: requests of ROS 2 were refused")
 
     def close(self) -> None:
         self._server.close()
@@ -61,9 +67,10 @@ class Ros2Service:
         Raises:
             NameInUse: the node already has a service of this name.
         """
-        self.calls = self.failures = 0
+        self.counts = Counts()
         self.types = pair.plan.ros1_type, pair.plan.ros2_type
         self._node = node
+        self._name = name
         self._plan = pair.plan
         self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
         self._slots = threading.BoundedSemaphore(node.limits.fleet_calls)
@@ -76,14 +83,15 @@ class Ros2Service:
 
     def _call(self, request: AnyMsg) -> AnyMsg:
         if not self._slots.acquire(blocking=False):
+            self.counts.fail(f"{self._name}: too many pending calls to ROS 2")
             raise HandlerError("too many pending calls to ROS 2")
         try:
-            self.calls += 1
             reply = self._caller.call(self._plan.request.to_cdr(request.body), CALL_S)
             response: AnyMsg = self._class._response_class(self._plan.response.to_ros1(reply))
+            self.counts.passed += 1
             return response
         except (PiprosError, ValueError) as error:
-            self.failures += 1
+            self.counts.fail(f"{self._name}: {error}")
             raise HandlerError(str(error)) from None
         finally:
             self._slots.release()

@@ -6,7 +6,6 @@ marked messages to ROS 2, so messages never loop, regardless of the number of ga
 
 from __future__ import annotations
 
-import logging
 import math
 import threading
 import time
@@ -21,6 +20,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.codec import decoder, encoder
 from pipros.node.publisher import Publisher
 from pipros.node.subscriber import Subscriber
+from pipros.ros2.counts import Counts
 from pipros.ros2.engine import (
     Announcement,
     Durability,
@@ -39,28 +39,6 @@ STATIC_TRANSFORMS: Final = "/tf_static"
 _QUEUE: Final = 100
 _KEPT: Final = 100
 """Maximum number of latching publishers per topic whose last messages late subscribers receive."""
-_LOG = logging.getLogger("pipros.ros2")
-
-
-@dataclass(slots=True)
-class Counts:
-    """Message counts of a topic since the gateway opened it."""
-
-    messages: int = 0
-    bytes: int = 0
-    dropped: int = 0
-    reason: str = ""
-
-    def passed(self, size: int) -> None:
-        self.messages += 1
-        self.bytes += size
-
-    def drop(self, reason: object) -> None:
-        """Count a message that cannot be passed, and log the reason if it has changed."""
-        self.dropped += 1
-        if self.reason != str(reason):
-            self.reason = str(reason)
-            _LOG.warning("%s", reason)
 
 
 class Pace:
@@ -119,6 +97,11 @@ class Route:
     rate: float = math.inf
     override: QosOverride | None = None
 
+    @property
+    def types(self) -> tuple[str, str]:
+        """The types in ROS 1 and ROS 2."""
+        return self.pair.plan.ros1_type, self.pair.plan.ros2_type
+
 
 class ToRos2:
     """A ROS 1 topic in ROS 2. Messages are received in ROS 1 only while ROS 2 has subscribers, or always
@@ -150,15 +133,20 @@ class ToRos2:
         return self._engine.announce(self.route.ros2, pair.plan.ros2_type, pair.type_hash, self._qos)
 
     @property
+    def types(self) -> tuple[str, str]:
+        return self.route.types
+
+    @property
     def is_active(self) -> bool:
         return self._subscriber is not None
 
     def update(self, publishers: Iterable[str]) -> None:
-        """Subscribe or unsubscribe in ROS 1. May block until the master answers.
+        """Count dropped messages, and subscribe or unsubscribe in ROS 1. May block until the master answers.
 
         Args:
             publishers: the nodes that publish the topic.
         """
+        self._count()
         now = frozenset(publishers)
         self._forget(self._publishing - now)  # a new node may already have sent a message
         self._publishing = now
@@ -173,6 +161,14 @@ class ToRos2:
             self._subscriber.unregister()
             self._subscriber = None
 
+    def _count(self) -> None:
+        if self._subscriber is not None:
+            total = self._subscriber.statistics()["dropped"]
+            self.counts.overflow("", total, f"{self.route.ros1}: the gateway is too slow")
+        for caller, each in list(self._announcements.items()):
+            reason = f"{self.route.ros2}: a ROS 2 subscriber is too slow"
+            self.counts.overflow(("to", caller), each.dropped, reason)
+
     def _on_message(self, raw: AnyMsg) -> None:
         caller = raw.header.get("callerid", "")
         if MARK in raw.header or caller == self._node.name or not self._pace.admits():
@@ -182,9 +178,9 @@ class ToRos2:
             cdr = self.route.pair.plan.to_cdr(body)
             self._announcement_for(caller).publish(cdr)
         except (PiprosError, ValueError) as error:
-            self.counts.drop(f"{self.route.ros1}: {error}")
+            self.counts.fail(f"{self.route.ros1}: {error}")
         else:
-            self.counts.passed(len(cdr))
+            self.counts.passed += 1
 
     def _announcement_for(self, caller: str) -> Announcement:
         """Return the ROS 2 publisher for a node. Each node has its own if messages are latched."""
@@ -252,8 +248,10 @@ class ToRos1:
         self._pace = Pace(route.rate)
         self._merge = _merge(node, route)
         self._readers: dict[Durability, tuple[TopicQos, Subscription]] = {}
+        self._lock = threading.Lock()
         self._latched: dict[bytes, tuple[Any, int]] = {}
         self._latched_bytes = 0
+        self._absent: set[bytes] = set()
         self._newest: Any = None
         self._headers = {MARK: identity}
         existing = node.endpoints.publication(route.ros1)
@@ -268,6 +266,10 @@ class ToRos1:
         )
 
     @property
+    def types(self) -> tuple[str, str]:
+        return self.route.types
+
+    @property
     def is_active(self) -> bool:
         return bool(self._readers)
 
@@ -277,8 +279,15 @@ class ToRos1:
         return any(link.caller_id != self._node.name for link in links)
 
     def update(self, publishers: Sequence[Endpoint]) -> None:
-        """Create and close ROS 2 subscribers so that they match the publishers."""
+        """Count dropped messages, and create and close subscribers in ROS 2 to match the publishers."""
+        for durability, (_, reader) in self._readers.items():
+            self.counts.overflow(durability, reader.dropped, f"{self.route.ros2}: the gateway is too slow")
         durability_of = {each.key: each.qos.durability for each in publishers}
+        with self._lock:
+            absent = self._latched.keys() - durability_of.keys()
+            for key in absent & self._absent:  # not at once: `publishers` may lack a new one
+                self._forget(key)
+            self._absent = absent
         desired: dict[Durability, TopicQos] = {}
         is_wanted = self._is_wanted
         for choice in requested_qos(publishers, override=self.route.override):
@@ -313,9 +322,9 @@ class ToRos1:
                 body = self._merge.merged(body)
             self._publish(publisher, body)
         except (PiprosError, ValueError) as error:
-            self.counts.drop(f"{self.route.ros2}: {error}")
+            self.counts.fail(f"{self.route.ros2}: {error}")
         else:
-            self.counts.passed(len(body))
+            self.counts.passed += 1
 
     def _publish(self, publisher: Endpoint, body: bytes) -> None:
         message = self._decode(body)
@@ -328,11 +337,16 @@ class ToRos1:
         self._publishers[0].publish(message)
 
     def _keep(self, publisher: bytes, message: Any, size: int) -> None:
+        with self._lock:
+            self._forget(publisher)
+            has_room = self._latched_bytes + size <= self._node.limits.ros2_history_bytes
+            if has_room and len(self._latched) < _KEPT:
+                self._latched_bytes += size
+                self._latched[publisher] = message, size
+
+    def _forget(self, publisher: bytes) -> None:
+        """Remove the last message of a publisher. The caller holds the lock."""
         self._latched_bytes -= self._latched.pop(publisher, (None, 0))[1]
-        has_room = self._latched_bytes + size <= self._node.limits.ros2_history_bytes
-        if has_room and len(self._latched) < _KEPT:
-            self._latched_bytes += size
-            self._latched[publisher] = message, size
 
     def close(self) -> None:
         """End the topic in ROS 1, and the subscribers in ROS 2."""
@@ -349,7 +363,9 @@ class ToRos1:
     ) -> None:
         """Send the last message of each latching publisher. The publication has sent the newest one."""
         del topic_name, topic_publish
-        for message, _ in list(self._latched.values()):
+        with self._lock:
+            latched = list(self._latched.values())
+        for message, _ in latched:
             if message is not self._newest:
                 peer_publish(message)
         self._on_change()

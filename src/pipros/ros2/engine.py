@@ -7,7 +7,7 @@ convert messages.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -60,6 +60,7 @@ class Endpoint:
         node: full name of its node, or empty if it is unknown.
         type_hash: the announced hash, or empty (Humble).
         gateway: identity of the gateway that offers the endpoint for ROS 1, or empty.
+        problem: why a server cannot be called, or empty.
     """
 
     key: bytes
@@ -70,6 +71,7 @@ class Endpoint:
     qos: TopicQos = TopicQos()
     node: str = ""
     gateway: str = ""
+    problem: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +107,10 @@ class CallFailed(EngineError):
 class Subscription(Protocol):
     """A subscriber or a server of the engine."""
 
+    @property
+    def dropped(self) -> int:
+        """Number of messages or requests that were lost before the callback, or refused."""
+
     def close(self) -> None:
         """Close the endpoint. No callback starts afterwards. May be called repeatedly."""
 
@@ -118,6 +124,12 @@ class Announcement(Protocol):
     @property
     def subscriber_count(self) -> int:
         """Number of matched subscribers of other processes."""
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages that a subscriber is known to have lost because it, or the way to it, is too
+        slow.
+        """
 
     def close(self) -> None: ...
 
@@ -188,6 +200,9 @@ class Ros2Engine(Protocol):
 
     def endpoints(self) -> Sequence[Endpoint]:
         """Return the known endpoints of other processes."""
+
+    def problems(self) -> Mapping[str, str]:
+        """Return what does not reach whom, such as a subscriber with an incompatible QoS, and the reasons."""
 
     def close(self) -> None:
         """Close all endpoints, stop the threads and notify the peers. May be called repeatedly."""

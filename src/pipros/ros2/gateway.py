@@ -13,8 +13,7 @@ import logging
 import os
 import threading
 import time
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
@@ -29,8 +28,9 @@ from pipros.ros2.bridged_topics import Route, ToRos1, ToRos2
 from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row
 from pipros.ros2.interfaces.action_types import action_of_service
-from pipros.ros2.names import action_names
-from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, is_part_of_action
+from pipros.ros2.names import action_names, checked_name
+from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, Ros1Topic, is_part_of_action
+from pipros.ros2.ros2_graph import Ros2Graph, callable_server
 from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule
 from pipros.ros2.type_pairs import TypePair, TypePairs
 
@@ -92,6 +92,7 @@ class Gateway:
         self._limit = node.limits.bridge_topics
         self._graph: Ros1Graph | None = None
         self._known: Mapping[bytes, Endpoint] = {}
+        self._unknown: set[bytes] = set()
         self._open: dict[Key, tuple[object, Open]] = {}
         self._skipped: dict[str, LeftOut] = {}
         self._reported: set[str] = set()
@@ -159,7 +160,8 @@ class Gateway:
     def _update(self, graph: Ros1Graph, endpoints: Sequence[Endpoint]) -> None:
         """Open, update and close topics, services and actions, to match both sides."""
         self._known = {each.key: each for each in endpoints if not self._is_own(each)}
-        found = _Found(self._known.values())
+        self._unknown.clear()
+        found = Ros2Graph(self._known.values())
         now_s = time.monotonic()
         if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:
             self._seen, self._compare_at_s = (graph, endpoints), now_s + COMPARE_S
@@ -168,18 +170,12 @@ class Gateway:
             self._skipped = skipped
             self._report(skipped)
         for (_, _, name), (_, each) in list(self._open.items()):
-            if isinstance(each, ToRos2):
-                topic = graph.topics.get(name)
-                each.update(topic.publishers if topic else ())
-            elif isinstance(each, ActionToRos1 | ActionToRos2):
-                each.update()
-            elif isinstance(each, ToRos1):
-                of_type = each.route.pair.plan.ros2_type
-                each.update(
-                    [endpoint for endpoint in found.publishers.get(name, ()) if endpoint.type == of_type]
-                )
+            try:
+                _update(each, graph.topics.get(name), found.publishers.get(name, ()))
+            except PiprosError as error:  # it does not stop the others
+                each.counts.fail(f"{name}: {error}")
 
-    def _wanted(self, graph: Ros1Graph, found: _Found, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
+    def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
         """Return the topics, services and actions to pass, and add the others to `skipped`."""
         wanted: dict[Key, _Wanted] = {}
         kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
@@ -234,16 +230,14 @@ class Gateway:
         version = route.ros2, route.pair.plan.ros2_type, is_latched
         return version, lambda: ToRos2(self._node, self._engine, route, is_latched=is_latched)
 
-    def _inward(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted:
+    def _inward(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted:
         rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers.get(name)
-        target = rule.ros1 if rule else name
-        pair = (
-            self._pairs.of_ros2(min(each.type for each in publishers)) if publishers else self._pair_of(rule)
-        )
+        target = rule.ros1 if rule else checked_name(name)
+        pair = self._pair_of_any({each.type for each in publishers}) if publishers else self._pair_of(rule)
         ros2_type = pair.plan.ros2_type
         for each in publishers or ():
             if each.type == ros2_type:
-                self._pairs.check_hash(pair, each.type_hash)
+                self._pairs.check_hash(ros2_type, {pair.type_hash}, each.type_hash)
         there = graph.topics.get(target)
         if there is not None and there.definition.type != pair.plan.ros1_type:
             raise PiprosError(f"the type is {there.definition.type} in ROS 1, but {ros2_type} in ROS 2")
@@ -253,6 +247,16 @@ class Gateway:
         return (target, ros2_type), lambda: ToRos1(
             self._node, self._engine, route, self.identity, self._publisher, self._changed.set
         )
+
+    def _pair_of_any(self, types: Collection[str]) -> TypePair:
+        """Return the pair for the first type that has one. Raises the error of the first type otherwise."""
+        errors = []
+        for each in sorted(types):
+            try:
+                return self._pairs.of_ros2(each)
+            except PiprosError as error:
+                errors.append(error)
+        raise errors[0]
 
     def _pair_of(self, rule: StaticRule | None) -> TypePair:
         """Return the type pair that a rule names for a topic without publishers."""
@@ -265,10 +269,12 @@ class Gateway:
         pair = self._pairs.of_service(graph.services[name])
         return pair.plan.ros1_type, lambda: Ros1Service(self._node, self._engine, name, pair)
 
-    def _called(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
+    def _called(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.services:
             return None
-        pair = self._pairs.of_ros2_service(found.services[name])
+        server = callable_server(found.services[name])
+        pair = self._pairs.of_ros2_service(server.type)
+        self._pairs.check_hash(pair.plan.ros2_type, {pair.type_hash, pair.parts.request}, server.type_hash)
         return pair.plan.ros2_type, lambda: Ros2Service(self._node, self._engine, name, pair)
 
     def _action_of_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
@@ -276,10 +282,13 @@ class Gateway:
         pair = self._pairs.of_action(graph.actions[name])
         return pair, lambda: ActionToRos1(self._node, self._engine, name, pair, self.identity)
 
-    def _action_of_ros2(self, name: str, graph: Ros1Graph, found: _Found) -> _Wanted | None:
+    def _action_of_ros2(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.actions:
             return None
-        pair = self._pairs.of_ros2_action(found.actions[name])
+        server = callable_server(found.actions[name])
+        pair = self._pairs.of_ros2_action(action_of_service(server.type))
+        hashes = {pair.hashes.send_goal, pair.hashes.send_goal_parts[0]}
+        self._pairs.check_hash(pair.plan.ros2_type, hashes, server.type_hash)
         return pair, lambda: ActionToRos2(self._node, self._engine, name, pair, self.identity)
 
     def _check_rivals(self, kind: EndpointKind, name: str) -> None:
@@ -310,7 +319,8 @@ class Gateway:
     def _publisher(self, key: bytes) -> Endpoint | None:
         """Return the ROS 2 publisher with a key, or None if its messages must not pass."""
         found = self._known.get(key)
-        if found is None:
+        if found is None and key not in self._unknown:
+            self._unknown.add(key)  # until the next update, so that its messages cost little
             self._known = {each.key: each for each in self._engine.endpoints() if not self._is_own(each)}
             found = self._known.get(key)
         return found
@@ -331,10 +341,7 @@ class Gateway:
         if passed_s < DIAGNOSTICS_S:
             return
         self._counted_s = now_s
-        counts = {
-            key: each.counts.messages if isinstance(each, ToRos1 | ToRos2) else each.calls
-            for key, (_, each) in self._open.items()
-        }
+        counts = {key: each.counts.passed for key, (_, each) in self._open.items()}
         self._rates = {key: (count - self._before.get(key, 0)) / passed_s for key, count in counts.items()}
         self._before = counts
         if self._diagnostics is not None and self._diagnostics.is_wanted:
@@ -348,17 +355,28 @@ class Gateway:
                 self._open.copy().items(), key=lambda item: [str(part) for part in item[0]]
             )
         ]
-        return GatewayStatus(self.identity, rows, dict(self._skipped))
+        problems = {what: LeftOut(reason) for what, reason in self._engine.problems().items()}
+        return GatewayStatus(self.identity, rows, self._skipped | problems)
 
 
 def _row(key: Key, each: Open, rate: float) -> Row:
     kind, direction, name = key
-    words = kind.value, direction.value, name
-    if isinstance(each, ToRos1 | ToRos2):
-        plan, counts = each.route.pair.plan, each.counts
-        types = plan.ros1_type, plan.ros2_type
-        return Row(*words, types, each.is_active, counts.messages, rate, counts.dropped, counts.reason)
-    return Row(*words, each.types, count=each.calls, rate=rate, dropped=each.failures)
+    counts, is_active = each.counts, each.is_active if isinstance(each, ToRos1 | ToRos2) else True
+    return Row(
+        *(kind.value, direction.value, name, each.types, is_active),
+        *(counts.passed, rate, counts.dropped, counts.reason),
+    )
+
+
+def _update(each: Open, topic: Ros1Topic | None, publishers: Sequence[Endpoint]) -> None:
+    """Match an open topic, service or action to both sides."""
+    if isinstance(each, ToRos2):
+        each.update(topic.publishers if topic else ())
+    elif isinstance(each, ToRos1):
+        of_type = each.route.pair.plan.ros2_type
+        each.update([endpoint for endpoint in publishers if endpoint.type == of_type])
+    elif not isinstance(each, Ros2Service):
+        each.update()
 
 
 class _ByRule(PiprosError):
@@ -384,21 +402,3 @@ def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Rou
         if given and given != found:
             raise PiprosError(f"the rule requires the type {given}, got {found}")
     return Route(ros1, ros2, pair, rule.rate, rule.qos)
-
-
-class _Found:
-    """ROS 2 publishers, services and actions by name."""
-
-    def __init__(self, endpoints: Iterable[Endpoint]) -> None:
-        self.publishers: dict[str, list[Endpoint]] = defaultdict(list)
-        self.services: dict[str, str] = {}
-        self.actions: dict[str, str] = {}
-        for each in endpoints:
-            if each.kind is EndpointKind.PUBLISHER:
-                self.publishers[each.name].append(each)
-            elif each.kind is EndpointKind.SERVER:
-                name = each.name.removesuffix("/_action/send_goal")
-                if name == each.name:
-                    self.services[name] = each.type
-                elif each.type.endswith("_SendGoal"):
-                    self.actions[name] = action_of_service(each.type)

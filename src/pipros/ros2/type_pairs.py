@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -122,16 +122,17 @@ class TypePairs:
             raise NotFound(f"the package of {rule.ros1_type} is not installed")
         return self.of_ros1(Definition(rule.ros1_type, found._md5sum, found._full_text))
 
-    def check_hash(self, pair: TypePair, announced: str) -> None:
-        """Compare the hash of a type with that of a ROS 2 node.
+    def check_hash(self, ros2_type: str, expected: Collection[str], announced: str) -> None:
+        """Compare a hash that a ROS 2 node announces with those of a type. Empty hashes match all.
 
         Raises:
             WrongHash: they differ.
         """
-        if announced and pair.type_hash and announced != pair.type_hash and not self._is_lenient:
+        if announced and all(expected) and announced not in expected and not self._is_lenient:
             raise WrongHash(
-                f"the peer's definition of {pair.plan.ros2_type} differs: "
-                f"expected the hash {pair.type_hash[:15]}…, got {announced[:15]}…; "
+                f"the peer's definition of {ros2_type} differs: "
+                f"expected the hash {' or '.join(f'{each[:15]}…' for each in sorted(expected))}, "
+                f"got {announced[:15]}…; "
                 "set --distro, or give the folder of the package with --msgs"
             )
 

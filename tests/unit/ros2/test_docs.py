@@ -1,14 +1,16 @@
-"""The example of docs/ros2.md."""
+"""The example, the figures and the cases of docs/ros2.md."""
 
 from __future__ import annotations
 
 import math
 import re
+import zlib
 from pathlib import Path
 
 from pipros.ros2.rules import Direction, Kind, parse_gateway_rules
 
-DOCUMENT = (Path(__file__).resolve().parents[3] / "docs" / "ros2.md").read_text()
+ROOT = Path(__file__).resolve().parents[3]
+DOCUMENT = (ROOT / "docs" / "ros2.md").read_text()
 
 
 def test_the_rules_are_valid() -> None:
@@ -18,3 +20,22 @@ def test_the_rules_are_valid() -> None:
 
     assert rules.verdict(Kind.SERVICE, Direction.TO_ROS1, "/reset", is_local=False).passes
     assert [rule.rate for rule in rules.static] == [5.0, math.inf]
+
+
+def test_the_size_of_the_carried_definitions_is_true() -> None:
+    carried = (ROOT / "src" / "pipros" / "ros2" / "interfaces" / "carried.msgs").read_bytes()
+
+    sizes = (round(len(each) / 1000) for each in (carried, zlib.compress(carried)))
+
+    assert "({} kB, {} kB in the wheel)".format(*sizes) in DOCUMENT
+
+
+def test_the_cases_of_ros1_bridge_have_tests() -> None:
+    section = DOCUMENT.partition("## Known complaints about ros1_bridge")[2].partition("\n## ")[0]
+    named = re.findall(r"`(tests/[\w/]+\.py)`((?:,? `test_\w+`)+)", section)
+
+    assert len(named) >= 7
+    for file, tests in named:
+        text = (ROOT / file).read_text()
+        missing = [each for each in re.findall(r"test_\w+", tests) if f"def {each}(" not in text]
+        assert not missing, f"{file} lacks {missing}"

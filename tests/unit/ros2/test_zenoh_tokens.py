@@ -10,6 +10,7 @@ import xxhash
 from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, TopicQos
 from pipros.ros2.names import zenoh_key
 from pipros.ros2.zenoh.tokens import (
+    Arrivals,
     Attachment,
     NodeIdentity,
     endpoint_token,
@@ -104,6 +105,27 @@ def test_attachments_have_33_bytes() -> None:
     assert parse_attachment(data) == attachment
     assert parse_attachment(data[:-1]) is None
     assert parse_attachment(data.replace(b"\x10\0", b"\x11\0")) is None
+
+
+def test_gaps_in_the_sequences_of_a_publisher_are_counted() -> None:
+    arrivals = Arrivals()
+
+    received = ((b"a", 5), (b"b", 1), (b"a", 6), (b"a", 9), (b"b", 2), (b"a", 7), (b"a", 10))
+    firsts = [arrivals.add(*each) for each in received]
+
+    assert arrivals.missing == 2
+    assert firsts == [True, True, False, False, False, False, False]
+
+
+def test_arrivals_of_many_publishers_take_little_memory() -> None:
+    arrivals = Arrivals()
+
+    for number in range(1500):
+        arrivals.add(number.to_bytes(2, "little"), 1)
+    arrivals.add(bytes(2), 100)  # forgotten, so that it is a first message
+    arrivals.add((1499).to_bytes(2, "little"), 3)
+
+    assert arrivals.missing == 1
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ writer gets a proxy of the reader, and the reader one of the writer.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pipros.ros2.rtps.announcements import EndpointData
@@ -96,11 +97,9 @@ class Connections:
         if mine.is_writer is remote.is_writer:
             return
         entity = mine.guid[12:]
-        offered, requested = (mine, remote) if mine.is_writer else (remote, mine)
-        policy = mismatch(offered.qos, requested.qos)
-        if policy is not None or mine.type_name != remote.type_name:
-            found = policy if mine.type_name == remote.type_name else None
-            self.events.append(Mismatched(entity, remote, found))
+        found = _mismatched(mine, remote)
+        if found is not None:
+            self.events.append(found)
             return
         address = peer.address_of(remote)
         if isinstance(end, Writer):
@@ -112,6 +111,17 @@ class Connections:
             is_reliable = mine.qos.is_reliable and remote.qos.is_reliable
             self.connect_reader(end, remote.guid, address, peer, now, is_reliable=is_reliable)
         self.events.append(Matched(entity, remote, True))
+
+    def mismatched(self, peer: Peer) -> Iterator[Mismatched]:
+        """Yield the endpoints of a peer that match none of the local endpoints of their topic."""
+        for remote in peer.endpoints.values():
+            found = [
+                _mismatched(each.data, remote)
+                for each in self._by_topic.get(remote.topic, ())
+                if each.data.is_writer is not remote.is_writer
+            ]
+            if found and found[0] is not None and all(found):
+                yield found[0]
 
     def disconnect(self, remote: EndpointData) -> None:
         """End all connections of a remote endpoint."""
@@ -145,3 +155,13 @@ class Connections:
             connected.remove(reader)
         if not connected:
             self.readers.pop(guid, None)
+
+
+def _mismatched(mine: EndpointData, remote: EndpointData) -> Mismatched | None:
+    """Return why a local and a remote endpoint of a topic do not match, or None if they do."""
+    offered, requested = (mine, remote) if mine.is_writer else (remote, mine)
+    has_same_type = mine.type_name == remote.type_name
+    policy = mismatch(offered.qos, requested.qos) if has_same_type else None
+    if has_same_type and policy is None:
+        return None
+    return Mismatched(mine.guid[12:], remote, policy)

@@ -30,6 +30,7 @@ from pipros.ros2.rtps.connections import Connections, Local
 from pipros.ros2.rtps.events import (
     EndpointChanged,
     Event,
+    Mismatched,
     OverLimit,
     PeerChanged,
     Received,
@@ -223,6 +224,10 @@ class Engine:
         """Return a remote endpoint, or None if it is unknown."""
         peer = self.peers.get(guid[:12])
         return peer.endpoints.get(guid) if peer else None
+
+    def mismatched(self) -> list[Mismatched]:
+        """Return the remote endpoints that match none of the local endpoints of their topic."""
+        return [found for peer in self.peers for found in self._connections.mismatched(peer)]
 
     def close(self) -> None:
         """Notify the peers that the participant is leaving. May be called repeatedly."""

@@ -54,6 +54,10 @@ class Outbox:
         """Add a transfer to be sent in bursts, after earlier ones. Do nothing if it is queued already."""
         self._transfers.setdefault(transfer.key, transfer)
 
+    def is_queued(self, key: tuple[bytes, bytes, int]) -> bool:
+        """Return whether a transfer has not ended."""
+        return key in self._transfers
+
     @property
     def deadline(self) -> float:
         """Time of the next burst; infinite if there is none."""

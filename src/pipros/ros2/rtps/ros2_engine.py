@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final, TypeVar
 
 from pipros.basics.errors import PiprosError
@@ -27,15 +27,15 @@ from pipros.ros2.engine import (
 from pipros.ros2.names import dds_service, dds_topic, dds_type, service_of_dds, topic_of_dds, type_of_dds
 from pipros.ros2.rtps import qos as dds
 from pipros.ros2.rtps import reader
-from pipros.ros2.rtps.announcements import EndpointData, entries
+from pipros.ros2.rtps.announcements import EndpointData, ParticipantData, entries
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.events import Event, Mismatched, OverLimit, PeerChanged
-from pipros.ros2.rtps.graph_info import GidBytes, NodeInfo
-from pipros.ros2.rtps.identity import is_writer
+from pipros.ros2.rtps.graph_info import GidBytes, Knowledge, NodeInfo
+from pipros.ros2.rtps.identity import guid_text, is_writer
 from pipros.ros2.rtps.nodes import Nodes
 from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.service_styles import PIPROS_MARK
+from pipros.ros2.rtps.service_styles import PIPROS_MARK, style_of
 from pipros.ros2.rtps.services import Client, Server
 from pipros.ros2.rtps.topics import TopicReader, TopicWriter
 
@@ -43,6 +43,7 @@ _LOG = logging.getLogger("pipros.ros2")
 _NO_GATEWAY: Final = "1"
 """Value of the mark of participants that are not gateways."""
 _REQUEST: Final = "_Request"
+_UNKNOWN_STYLE: Final = "the form of service requests is unknown for its DDS implementation"
 _REPORTED: Final = 100
 _Made = TypeVar("_Made")
 _Owned = TypeVar("_Owned", bound="_Own")
@@ -149,25 +150,42 @@ class RtpsEngine:
         return self._owned(_Client(self, client))
 
     def endpoints(self) -> Sequence[Endpoint]:
-        nodes = {
+        nodes = self._node_names()
+
+        def read(engine: Engine) -> list[Endpoint]:
+            found = []
+            for peer in engine.peers:
+                for data in peer.endpoints.values():
+                    endpoint = _endpoint(peer.data, data, nodes.get(data.guid, ""))
+                    if endpoint is not None:
+                        found.append(endpoint)
+            return found
+
+        return self._participant.ask(read)
+
+    def _node_names(self) -> dict[bytes, str]:
+        """Return the nodes of endpoints, by GUID."""
+        return {
             guid: f"{node.namespace.rstrip('/')}/{node.name}"
             for info in (self._nodes.others() if self._nodes is not None else ())
             for node in info.nodes
             for guid in (*node.readers, *node.writers)
         }
 
-        def read(engine: Engine) -> list[Endpoint]:
-            found = []
-            for peer in engine.peers:
-                gateway = entries(peer.data.user_data).get(PIPROS_MARK, "")
-                gateway = "" if gateway == _NO_GATEWAY else gateway
-                for data in peer.endpoints.values():
-                    endpoint = _endpoint(data, nodes.get(data.guid, ""), gateway)
-                    if endpoint is not None:
-                        found.append(endpoint)
-            return found
-
-        return self._participant.ask(read)
+    def problems(self) -> Mapping[str, str]:
+        nodes, found = self._node_names(), {}
+        for _, remote, policy in self._participant.ask(Engine.mismatched)[:_REPORTED]:
+            topic = topic_of_dds(remote.topic)
+            if topic is not None:
+                kind = EndpointKind.PUBLISHER if remote.is_writer else EndpointKind.SUBSCRIBER
+                what = f"the {kind.value} {nodes.get(remote.guid) or guid_text(remote.guid)} of {topic}"
+                found[what] = _reason(remote, policy)
+        if self._nodes is not None and self._nodes.knowledge is Knowledge.MIXED:
+            found["the nodes of this gateway"] = (
+                "`ros2 node list` does not show them: nodes of Humble and of later distributions are in the "
+                "domain; set --distro"
+            )
+        return found
 
     def close(self) -> None:
         self._participant.close()
@@ -214,8 +232,7 @@ class RtpsEngine:
             case PeerChanged(peer, False) if self._nodes is not None:
                 self._nodes.forget(peer.prefix)
             case Mismatched(_, remote, policy):
-                what = "another type" if policy is None else f"an incompatible QoS ({policy.value})"
-                self._warn(remote.guid, f"{remote.topic}: a peer has {what}: {remote.type_name}")
+                self._warn(remote.guid, f"{remote.topic}: a peer does not match: {_reason(remote, policy)}")
             case OverLimit(prefix):
                 self._warn(prefix, "a ROS 2 participant has announced too much; the rest is ignored")
 
@@ -233,6 +250,14 @@ class _Own:
     ) -> None:
         self._engine = engine
         self._ends = ends
+
+    @property
+    def dropped(self) -> int:
+        return sum(
+            end.dropped if isinstance(end, TopicReader) else end.refused
+            for end in self._ends
+            if isinstance(end, TopicReader | Server)
+        )
 
     def guids(self) -> list[bytes]:
         return [guid for end in self._ends for guid in _guids(end)]
@@ -257,6 +282,10 @@ class _Publisher(_Own):
     @property
     def subscriber_count(self) -> int:
         return len(self._writer.readers())
+
+    @property
+    def dropped(self) -> int:
+        return self._writer.lost
 
 
 class _Client(_Own):
@@ -291,11 +320,20 @@ def _entry(type_hash: str) -> bytes:
     return f"typehash={type_hash};".encode() if type_hash else b""
 
 
-def _endpoint(data: EndpointData, node: str, gateway: str) -> Endpoint | None:
+def _reason(remote: EndpointData, policy: dds.Policy | None) -> str:
+    """Return why a peer's endpoint does not match."""
+    if policy is None:
+        return f"its type is {type_of_dds(remote.type_name) or remote.type_name}"
+    return f"its QoS is incompatible ({policy.value})"
+
+
+def _endpoint(peer: ParticipantData, data: EndpointData, node: str) -> Endpoint | None:
     """Return an endpoint with its ROS 2 names; None for non-ROS 2 topics and for service replies."""
     topic, service, kind = topic_of_dds(data.topic), service_of_dds(data.topic), type_of_dds(data.type_name)
     if kind is None:
         return None
+    gateway = entries(peer.user_data).get(PIPROS_MARK, "")
+    gateway = "" if gateway == _NO_GATEWAY else gateway
     type_hash = entries(data.user_data).get("typehash", "")
     if topic is not None:
         what = EndpointKind.PUBLISHER if data.is_writer else EndpointKind.SUBSCRIBER
@@ -303,9 +341,8 @@ def _endpoint(data: EndpointData, node: str, gateway: str) -> Endpoint | None:
     if service is None or not data.topic.startswith("rq/") or not kind.endswith(_REQUEST):
         return None
     what = EndpointKind.CLIENT if data.is_writer else EndpointKind.SERVER
-    return Endpoint(
-        data.guid, what, service, kind[: -len(_REQUEST)], type_hash, _qos(data.qos), node, gateway
-    )
+    kind, problem = kind[: -len(_REQUEST)], "" if style_of(peer, data) else _UNKNOWN_STYLE
+    return Endpoint(data.guid, what, service, kind, type_hash, _qos(data.qos), node, gateway, problem)
 
 
 def _qos(qos: dds.Qos) -> TopicQos:

@@ -78,6 +78,11 @@ class TopicWriter:
         """Return the GUIDs of the matched readers."""
         return self._participant.ask(lambda engine: frozenset(engine.writer(self.entity).readers))
 
+    @property
+    def lost(self) -> int:
+        """Number of samples that a reader is known to have lost; see `Writer.lost`."""
+        return self._participant.ask(lambda engine: engine.writer(self.entity).lost)
+
     def wait_for_readers(self, count: int = 1, timeout_s: float = 5.0) -> bool:
         """Wait until `count` readers have matched; return False after the timeout."""
         return self._participant.wait_for(

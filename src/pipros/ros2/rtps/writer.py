@@ -74,6 +74,7 @@ class ReaderProxy:
         wanted: the last sample that it should have.
         acked: the last sample up to which it has acknowledged all.
         asked: number of its questions for a heartbeat.
+        given_up: the last sample that it has requested in vain, or the one before the first.
         is_greeted: it has answered a heartbeat.
         due: time of the next heartbeat.
     """
@@ -88,6 +89,7 @@ class ReaderProxy:
     wanted: int
     acked: int
     asked: int = 0
+    given_up: int = 0
     is_greeted: bool = False
     due: float = math.inf
     interval_s: float = FIRST_HEARTBEAT_S
@@ -105,7 +107,14 @@ class ReaderProxy:
 
 @dataclass(slots=True, eq=False)
 class Writer:
-    """A writer of samples; see the module docstring. Not thread-safe."""
+    """A writer of samples; see the module docstring. Not thread-safe.
+
+    Attributes:
+        dropped: number of samples that were displaced before all reliable readers had acknowledged them.
+            Most have arrived.
+        lost: number of samples that were displaced before they were sent completely, or that a reader has
+            requested in vain.
+    """
 
     prefix: bytes
     entity: bytes
@@ -114,6 +123,7 @@ class Writer:
     outbox: Outbox
     readers: dict[bytes, ReaderProxy] = field(default_factory=dict)
     dropped: int = 0
+    lost: int = 0
     _history: dict[int, Change] = field(default_factory=dict)
     _kept_bytes: int = 0
     _first: int = 1
@@ -190,6 +200,12 @@ class Writer:
         oldest = self._oldest()
         if any(reader.acked < oldest <= reader.wanted for reader in self._behind.values()):
             self.dropped += 1
+        waiting = [
+            each for each in self.readers.values() if self.outbox.is_queued((self.entity, each.guid, oldest))
+        ]
+        self.lost += bool(waiting)
+        for reader in waiting:
+            reader.given_up = oldest
         self.forget(oldest)
 
     def forget(self, sequence: int) -> None:
@@ -289,6 +305,7 @@ class Writer:
             self._last,
             self._last if replays else 0,
             first - 1,
+            given_up=first - 1,
         )
         self.readers[guid] = reader
         if not reader.is_reliable:
@@ -354,6 +371,8 @@ class Writer:
                 self._queue(reader, change)
             elif sequence <= self._last:
                 lacking.append(sequence)
+                self.lost += change is None and sequence > reader.given_up
+                reader.given_up = max(reader.given_up, sequence)
         if lacking:
             start, base = lacking[0], lacking[0] + 1
             while base in lacking[: MAX_SET + 1]:

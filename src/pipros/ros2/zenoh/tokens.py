@@ -29,6 +29,7 @@ _KINDS = {
 }
 _KIND_OF = {word: kind for kind, word in _KINDS.items()}
 _PARTS_OF_ENDPOINT = 13
+_PUBLISHERS = 1000
 _ATTACHMENT = struct.Struct(f"<qqB{GID_BYTES}s")
 
 
@@ -75,6 +76,31 @@ def parse_attachment(data: bytes) -> Attachment | None:
 def new_attachment(sequence: int, gid: bytes) -> Attachment:
     """Return an attachment with the current time."""
     return Attachment(sequence, time.time_ns(), gid)
+
+
+class Arrivals:
+    """Counts the messages that a subscriber misses, by gaps in the sequences of its publishers.
+
+    Attributes:
+        missing: number of messages that did not arrive after the first one of their publisher.
+    """
+
+    def __init__(self) -> None:
+        self.missing = 0
+        self._last: dict[bytes, int] = {}
+
+    def add(self, gid: bytes, sequence: int) -> bool:
+        """Note a message, and return whether it is the first one of its publisher.
+
+        An older one of the same publisher, repeated for late subscribers, is ignored.
+        """
+        is_first = gid not in self._last
+        last = self._last.pop(gid, sequence - 1)
+        self.missing += max(0, sequence - last - 1)
+        self._last[gid] = max(last, sequence)
+        if len(self._last) > _PUBLISHERS:
+            del self._last[next(iter(self._last))]
+        return is_first
 
 
 def graph_key(domain: int) -> str:

@@ -120,6 +120,24 @@ def test_a_sample_that_is_no_longer_kept_does_not_stop_the_others() -> None:
     assert talker.engine.writer(writer).dropped == 2
 
 
+def test_endpoints_without_a_match_are_listed_until_they_end() -> None:
+    network = SimulatedNetwork()
+    talker, listener = network.host(), network.host()
+    talker.engine.add_writer("rt/a", STRING, Qos(), network.now)
+    for qos in (Qos(), LATCHED):
+        reader = listener.engine.add_reader("rt/a", STRING, qos, network.now)
+    listener.engine.add_reader("rt/b", STRING, LATCHED, network.now)
+    network.run(1.0)
+
+    found = [(each.remote.guid[12:], each.policy) for each in talker.engine.mismatched()]
+
+    assert found == [(reader, Policy.DURABILITY)]
+    assert listener.engine.mismatched() == []  # one of its readers matches the writer
+    listener.engine.remove(reader, network.now)
+    network.run(1.0)
+    assert talker.engine.mismatched() == []
+
+
 @pytest.mark.parametrize(
     ("offered", "requested", "policy"),
     [

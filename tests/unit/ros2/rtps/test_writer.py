@@ -113,6 +113,31 @@ def test_a_reader_that_never_answers_gets_the_samples_that_are_kept_once_it_does
     assert voice.writer.dropped == 3
 
 
+def test_samples_that_are_displaced_before_they_are_sent_completely_are_lost() -> None:
+    voice = Voice(Qos(depth=1), Qos())
+    voice.answer(1)
+    for number in range(3):
+        voice.write(bytes([number]) * 250)
+
+    assert voice.writer.lost == 2
+    assert {each.sequence for each in voice.sent() if isinstance(each, DataFrag)} == {3}
+    voice.answer(1, (1, 2))
+    assert voice.writer.lost == 2
+
+
+def test_samples_that_a_reader_requests_in_vain_are_lost() -> None:
+    voice = Voice(Qos(depth=2), Qos())
+    voice.answer(1)
+    for number in range(4):
+        voice.write(b"%4d" % number)
+    assert (voice.numbers(), voice.writer.dropped, voice.writer.lost) == ([1, 2, 3, 4], 2, 0)
+
+    for _ in range(2):
+        voice.answer(2, (2, 3))
+
+    assert voice.writer.lost == 1
+
+
 def test_best_effort_readers_get_samples_at_once() -> None:
     voice = Voice(Qos(), Qos(Reliability.BEST_EFFORT))
     voice.write(b"now.")

@@ -1,0 +1,42 @@
+"""The ROS 2 topics, services and actions that a gateway can pass. Pure."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+
+from pipros.basics.errors import PiprosError
+from pipros.ros2.engine import Endpoint, EndpointKind
+
+
+class Ros2Graph:
+    """A snapshot of ROS 2.
+
+    Attributes:
+        publishers, services, actions: by name. The values are publishers, and servers of the service or of
+            the `send_goal` service of the action.
+    """
+
+    def __init__(self, endpoints: Iterable[Endpoint]) -> None:
+        self.publishers: defaultdict[str, list[Endpoint]] = defaultdict(list)
+        self.services: defaultdict[str, list[Endpoint]] = defaultdict(list)
+        self.actions: defaultdict[str, list[Endpoint]] = defaultdict(list)
+        for each in endpoints:
+            if each.kind is EndpointKind.PUBLISHER:
+                self.publishers[each.name].append(each)
+            elif each.kind is EndpointKind.SERVER:
+                action = each.name.removesuffix("/_action/send_goal")
+                servers = self.services if action == each.name else self.actions
+                servers[action].append(each)
+
+
+def callable_server(servers: Sequence[Endpoint]) -> Endpoint:
+    """Return the first server that can be called.
+
+    Raises:
+        PiprosError: there is none.
+    """
+    found = next((each for each in servers if not each.problem), None)
+    if found is None:
+        raise PiprosError(servers[0].problem)
+    return found

@@ -1,0 +1,273 @@
+"""The endpoints of the engine for rmw_zenoh; see `Ros2Engine` for their interfaces.
+
+eclipse-zenoh runs Python callbacks in its own threads. A process that uses such callbacks never exits unless
+it calls `Session.close`. Therefore, data is received through channels, each read by a daemon thread: one per
+subscription.
+"""
+
+from __future__ import annotations
+
+import itertools
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Final, Protocol
+
+from pipros.net.workers import Workers
+from pipros.ros2.engine import CallFailed, Durability, EndpointKind, Reliability, Sample, TopicQos
+from pipros.ros2.zenoh.tokens import Arrivals, new_attachment, parse_attachment
+
+_LOG = logging.getLogger("pipros.ros2")
+_HEARTBEAT_S: Final = 0.5
+_REQUESTS: Final = 64
+"""Requests that a service handles, and those that wait for it."""
+_WORKERS: Final = 16
+"""Requests that a service handles at a time."""
+_TOKEN_S: Final = 0.5
+_NO_TOKEN_S: Final = 10.0
+"""How long new publishers are not waited for after one that has no token."""
+_SERVICE_QOS: Final = TopicQos(depth=10)
+
+
+class ZenohConnection(Protocol):
+    """The engine, as its endpoints see it."""
+
+    @property
+    def session(self) -> Any: ...
+
+    @property
+    def library(self) -> Any: ...
+
+    def start(self, name: str, run: Callable[[], None]) -> None:
+        """Run a function in a daemon thread, which must end soon after the session."""
+
+    def new_endpoint(
+        self, kind: EndpointKind, name: str, type_name: str, type_hash: str, qos: TopicQos
+    ) -> tuple[str, bytes, str]:
+        """Return the key of an endpoint's data, its GID, and its token, which is not yet declared.
+
+        Raises:
+            EngineError: the engine is closed.
+        """
+
+    def declare(self, token: str) -> Any:
+        """Declare a token. Peers may use the endpoint at once, so it must already exist."""
+
+    def wait_for_endpoint(self, gid: bytes, timeout_s: float) -> bool:
+        """Wait until an endpoint is known; return False after the timeout, or if the engine is closed."""
+
+    def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
+        """Return the number of other sessions' endpoints of a kind, for a name and type."""
+
+
+class Publisher:
+    def __init__(
+        self, engine: ZenohConnection, topic: str, type_name: str, type_hash: str, qos: TopicQos
+    ) -> None:
+        zenoh, ext = engine.library, engine.library.ext
+        self._engine = engine
+        self._names = topic, type_name
+        self._lock = threading.Lock()
+        self._sequences = itertools.count(1)
+        key, self._gid, token = engine.new_endpoint(EndpointKind.PUBLISHER, topic, type_name, type_hash, qos)
+        options: dict[str, Any] = {"congestion_control": zenoh.CongestionControl.DROP}
+        if qos.durability is Durability.TRANSIENT_LOCAL:
+            options["cache"] = ext.CacheConfig(max_samples=max(1, qos.depth))
+            options["publisher_detection"] = True
+            if qos.reliability is Reliability.RELIABLE:
+                options["sample_miss_detection"] = ext.MissDetectionConfig(sporadic_heartbeat=_HEARTBEAT_S)
+            self._publisher = ext.declare_advanced_publisher(engine.session, key, **options)
+        else:
+            self._publisher = engine.session.declare_publisher(key, **options)
+        self._token = engine.declare(token)
+
+    def publish(self, payload: bytes) -> None:
+        with self._lock:  # sequences must arrive in their order
+            attachment = new_attachment(next(self._sequences), self._gid)
+            self._publisher.put(payload, attachment=attachment.to_bytes())
+
+    @property
+    def subscriber_count(self) -> int:
+        return self._engine.count(EndpointKind.SUBSCRIBER, *self._names)
+
+    @property
+    def dropped(self) -> int:
+        return 0  # eclipse-zenoh does not report them
+
+    def close(self) -> None:
+        _undeclare(self._engine.library, self._token, self._publisher)
+
+
+class Subscriber:
+    def __init__(
+        self,
+        engine: ZenohConnection,
+        topic: str,
+        type_name: str,
+        type_hash: str,
+        qos: TopicQos,
+        callback: Callable[[Sample], None],
+    ) -> None:
+        zenoh, ext = engine.library, engine.library.ext
+        self._engine = engine
+        self._callback = callback
+        self._arrivals = Arrivals()
+        self._wait_from_s = 0.0
+        # Publishers of Lyrical use the plain key only while a token of a subscriber is known.
+        key, _, token = engine.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
+        channel = zenoh.handlers.RingChannel(max(1, qos.depth))
+        if qos.durability is Durability.TRANSIENT_LOCAL:
+            self._subscriber = ext.declare_advanced_subscriber(
+                engine.session,
+                key,
+                channel,
+                history=ext.HistoryConfig(detect_late_publishers=True),
+                recovery=ext.RecoveryConfig(heartbeat=True),
+            )
+        else:
+            self._subscriber = engine.session.declare_subscriber(key, channel)
+        self._token = engine.declare(token)
+        engine.start(topic, self._run)
+
+    def _run(self) -> None:
+        for sample in received(self._engine.library, self._subscriber.handler):
+            attached = None if sample.attachment is None else parse_attachment(sample.attachment.to_bytes())
+            if sample.kind != self._engine.library.SampleKind.PUT or attached is None:
+                continue
+            if self._arrivals.add(attached.gid, attached.sequence) and time.monotonic() >= self._wait_from_s:
+                self._await_token(attached.gid)
+            try:
+                self._callback(Sample(sample.payload.to_bytes(), attached.gid))
+            except Exception:
+                _LOG.exception("a callback for ROS 2 failed")
+
+    def _await_token(self, gid: bytes) -> None:
+        """Wait until a new publisher is known: its token may arrive after its first message."""
+        if not self._engine.wait_for_endpoint(gid, _TOKEN_S):
+            self._wait_from_s = time.monotonic() + _NO_TOKEN_S
+
+    @property
+    def dropped(self) -> int:
+        return self._arrivals.missing
+
+    def close(self) -> None:
+        _undeclare(self._engine.library, self._token, self._subscriber)
+
+
+class Server:
+    def __init__(
+        self,
+        engine: ZenohConnection,
+        service: str,
+        type_name: str,
+        type_hash: str,
+        answer: Callable[[bytes], bytes],
+    ) -> None:
+        self._engine = engine
+        self._answer = answer
+        self._key, _, token = engine.new_endpoint(
+            EndpointKind.SERVER, service, type_name, type_hash, _SERVICE_QOS
+        )
+        self._workers = Workers("zenoh service", _WORKERS)
+        self._lock = threading.Lock()
+        self._open = 0
+        self.dropped = 0
+        # A full FIFO would block the whole session. A full ring drops the oldest request.
+        channel = engine.library.handlers.RingChannel(_REQUESTS)
+        self._queryable = engine.session.declare_queryable(self._key, channel, complete=True)
+        self._token = engine.declare(token)
+        engine.start(service, self._run)
+
+    def _run(self) -> None:
+        for query in received(self._engine.library, self._queryable.handler):
+            with self._lock:
+                self._open += 1
+                is_admitted = self._open <= _REQUESTS
+                self.dropped += not is_admitted
+            if is_admitted:
+                self._workers.run(self._handle, query)
+            else:
+                self._finish(query)
+
+    def _handle(self, query: Any) -> None:
+        try:
+            self._reply(query)
+        except Exception:
+            _LOG.exception("a service for ROS 2 failed")
+        finally:
+            self._finish(query)
+
+    def _finish(self, query: Any) -> None:
+        """Notify the client that no further reply follows."""
+        query.drop()
+        with self._lock:
+            self._open -= 1
+
+    def _reply(self, query: Any) -> None:
+        attached = None if query.attachment is None else parse_attachment(query.attachment.to_bytes())
+        if attached is None or query.payload is None:
+            return
+        reply = self._answer(query.payload.to_bytes())
+        attachment = new_attachment(attached.sequence, attached.gid)
+        query.reply(self._key, reply, attachment=attachment.to_bytes())
+
+    def close(self) -> None:
+        _undeclare(self._engine.library, self._token, self._queryable)
+        self._workers.close()
+
+
+class Client:
+    def __init__(self, engine: ZenohConnection, service: str, type_name: str, type_hash: str) -> None:
+        self._engine = engine
+        self._names = service, type_name
+        self._sequences = itertools.count(1)
+        self._key, self._gid, token = engine.new_endpoint(
+            EndpointKind.CLIENT, service, type_name, type_hash, _SERVICE_QOS
+        )
+        self._token = engine.declare(token)
+
+    def call(self, request: bytes, timeout_s: float) -> bytes:
+        zenoh, name = self._engine.library, self._names[0]
+        attachment = new_attachment(next(self._sequences), self._gid)
+        try:
+            replies = self._engine.session.get(
+                self._key,
+                target=zenoh.QueryTarget.ALL_COMPLETE,
+                consolidation=zenoh.ConsolidationMode.NONE,
+                timeout=timeout_s,
+                payload=request,
+                attachment=attachment.to_bytes(),
+            )
+            for reply in replies:
+                if reply.ok is not None:
+                    return bytes(reply.ok.payload.to_bytes())
+        except zenoh.ZError as error:
+            raise CallFailed(f"the ROS 2 service {name} failed: {error}") from error
+        reason = f"did not answer within {timeout_s} s" if self.is_available else "is not available"
+        raise CallFailed(f"the ROS 2 service {name} {reason}")
+
+    @property
+    def is_available(self) -> bool:
+        return self._engine.count(EndpointKind.SERVER, *self._names) > 0
+
+    def close(self) -> None:
+        _undeclare(self._engine.library, self._token)
+
+
+def received(zenoh: Any, handler: Any) -> Any:
+    """Yield the items of a channel until it is closed."""
+    while True:
+        try:
+            yield handler.recv()
+        except zenoh.ZError:
+            return
+
+
+def _undeclare(zenoh: Any, *entities: Any) -> None:
+    """Undeclare entities, which may have ended with their session."""
+    for entity in entities:
+        try:
+            entity.undeclare()
+        except zenoh.ZError:
+            continue
