@@ -252,7 +252,12 @@ def services(
 
     async def about(_: Mapping[str, Any]) -> Any:
         uri = system.graph.environment.master_uri
-        return {"master": uri, "control": permitted == CHANGING, "may": sorted(permitted)}
+        return {
+            "master": uri,
+            "node": system.node.name,
+            "control": permitted == CHANGING,
+            "may": sorted(permitted),
+        }
 
     actions: Mapping[str, Action] = {
         "about": about,

@@ -2,6 +2,7 @@
 
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
+import { allViewsMenu, publishersMenu } from "./head_menus.js";
 import { currentPlace, placeOf } from "./place.js";
 import { tabOf } from "./sections.js";
 import { TabContext } from "./tab_context.js";
@@ -131,6 +132,8 @@ for (const [name, title] of TABS) {
   links.push(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
 }
 tabs.append(...links);
+allViewsMenu(tabs, TABS);
+publishersMenu();
 tabs.addEventListener("keydown", (event) => {
   const at = links.findIndex((link) => link === document.activeElement);
   const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: links.length - 1 }[event.key];
@@ -144,6 +147,7 @@ live.addEventListener("state", async () => {
   showState();
   if (live.isOpen) {
     about = await live.act("about");
+    live.node = about.node;
     resolveKnown();
     showState();
   }

@@ -1,12 +1,13 @@
 // Nodes, with the resource usage of those on this machine.
 
 import { bytes, h, replace } from "../dom.js";
+import { nodeText } from "../node_text.js";
 import { placeOf } from "../place.js";
 import { sections } from "../sections.js";
 import { dataTable } from "../table.js";
 
 const COLUMNS = [
-  { title: "Node", kind: "", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`) }, row.name), order: (row) => row.name },
+  { title: "Node", kind: "", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`), title: row.name }, nodeText(row.name)), order: (row) => row.name },
   { title: "Host", kind: "", text: (row) => row.host || "–", order: (row) => row.host },
   { title: "PID", kind: "number", text: (row) => row.pid ?? "–", order: (row) => row.pid },
   { title: "Processor", kind: "number", text: (row) => (row.cpu === undefined ? "–" : `${row.cpu.toFixed(1)} %`), order: (row) => descending(row.cpu) },
