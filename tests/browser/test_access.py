@@ -114,6 +114,26 @@ def test_a_restarted_server_has_another_token(ros: RosSystem, page: Page, chromi
     context.close()
 
 
+def test_an_address_with_a_token_from_a_file_outlives_the_server(
+    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    ros.pipros.start_bare_master()
+    file = tmp_path / "tokens"
+    file.touch(mode=0o600)
+    file.write_text("a.token~of-this_robot\n")
+    page = Page(ros, "--token-file", file)
+    assert page.token == "a.token~of-this_robot"
+    tab = open_tab(page, "topics")
+    expect_open(tab)
+    page.process.press_ctrl_c()
+    page.process.wait()
+    Page(ros, "--token-file", file, "--bind", page.host.replace("localhost", "127.0.0.1"))
+    expect_open(tab)
+    tab.goto(page.url_of("console"))  # as a bookmark
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Console")
+    expect_open(tab)
+
+
 def test_another_server_on_the_host_gets_no_secret(
     page: Page, open_tab: OpenTab, neighbour: Neighbour
 ) -> None:

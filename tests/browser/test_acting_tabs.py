@@ -203,7 +203,7 @@ def publish(tab: Tab, text: str) -> None:
     expect(message).to_have_value("data: 0")
     message.fill(text)
     tab.get_by_label("Rate in hertz").fill("20")
-    tab.get_by_role("button", name="Publish").click()
+    tab.get_by_role("button", name="Publish", exact=True).click()
 
 
 def test_expressions_of_count_and_time_are_published(system: RosSystem, open_tab: OpenTab) -> None:
@@ -213,7 +213,7 @@ def test_expressions_of_count_and_time_are_published(system: RosSystem, open_tab
     first, second, third = (float(row) for row in rows if row[:1].isdigit())
     assert (second - first, third - second) == (2.0, 2.0)
     tab.get_by_label("Message in YAML").fill("data: =unknown(t)")
-    tab.get_by_role("button", name="Publish").click()
+    tab.get_by_role("button", name="Publish", exact=True).click()
     expect(tab.locator(".tab-publish .error")).to_contain_text("unknown")
 
 

@@ -6,6 +6,7 @@ import json
 import sys
 from pathlib import Path
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import OpenTab
@@ -90,10 +91,19 @@ def test_the_log_is_saved_and_loaded(ros: RosSystem, open_tab: OpenTab, tmp_path
     )
 
 
-def test_all_tabs_can_be_reached_on_a_narrow_window(ros: RosSystem, open_tab: OpenTab) -> None:
+@pytest.mark.parametrize("width", [1024, 390])
+def test_all_tabs_can_be_reached_on_a_narrow_window(ros: RosSystem, open_tab: OpenTab, width: int) -> None:
     ros.pipros.start_bare_master()
-    tab = open_tab(Page(ros), "graph", size=(820, 600))
-    for title in ("Publish", "Teleop", "Panels"):
-        box = tab.get_by_role("tab", name=title).bounding_box()
-        assert box is not None
-        assert box["x"] + box["width"] <= 820
+    tab = open_tab(Page(ros), "graph", size=(width, 700))
+    bar = tab.locator("#tabs").bounding_box()
+    assert bar is not None
+    assert bar["height"] < 50  # one row
+    menu = tab.get_by_role("navigation", name="All views")
+    for title in ("Panels", "Fleet"):
+        tab.get_by_role("button", name="All views").click()
+        menu.get_by_role("link", name=title).click()
+        expect(menu).to_be_hidden()
+        expect(tab.get_by_role("tab", selected=True)).to_have_text(title)
+        expect(tab.get_by_role("tab", selected=True)).to_be_in_viewport(ratio=0.9)
+    tab.set_viewport_size({"width": 1900, "height": 700})
+    expect(tab.get_by_role("button", name="All views")).to_be_hidden()

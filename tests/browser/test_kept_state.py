@@ -54,10 +54,14 @@ def test_publishing_continues_in_another_tab(system: RosSystem, open_tab: OpenTa
     tab.get_by_label("Type", exact=True).press("Tab")
     expect(tab.get_by_label("Message in YAML")).to_have_value(re.compile("data"))
     tab.get_by_label("Rate in hertz").fill("20")
-    tab.get_by_role("button", name="Publish").click()
+    tab.get_by_role("button", name="Publish", exact=True).click()
     go_to(tab, "Topics")
     echo = system.pipros.start("rostopic", "echo", "-n", "3", "/by_hand")
     assert echo.wait() == 0
+    tab.get_by_role("button", name="publishing 1").click()
+    tab.get_by_role("button", name="Stop publishing /by_hand").click()
+    expect(tab.get_by_role("button", name="publishing")).to_have_count(0)
+    wait_until(lambda: "/by_hand" not in system.pipros.run("rostopic", "list").stdout)
 
 
 def test_selecting_a_node_keeps_the_zoom(system: RosSystem, open_tab: OpenTab) -> None:

@@ -241,7 +241,9 @@ def test_layouts_are_exported_and_imported(robot: RosSystem, open_tab: OpenTab, 
     expect_layout(other, "panels/row(console~tf//base>camera)")
     file.write_text("{}")
     other.get_by_label("Layout file").set_input_files(file)
-    expect(other.get_by_role("alert").first).to_have_text("mine.json is not a layout of pipros")
+    expect(other.get_by_role("alert").first).to_have_text(
+        "mine.json is not a layout file: pipros_layout must be 1, and panels a string"
+    )
     expect(panel(other, "TF")).to_be_visible()
 
 

@@ -49,7 +49,7 @@ def test_with_control_a_service_is_called_and_a_message_published(
     message = tab.get_by_label("Message in YAML")
     expect(message).to_have_value('data: ""')
     message.fill("data: hello")
-    tab.get_by_role("button", name="Publish").click()
+    tab.get_by_role("button", name="Publish", exact=True).click()
     assert robot.pipros.run("rostopic", "echo", "-n1", "/chatter").stdout[0] == 'data: "hello"'
 
 

@@ -174,6 +174,8 @@ CHANGES = {
     "send_goal": {"name": "/robot", "type": "actionlib/TestActionGoal", "goal": ""},
     "cancel_goal": {"name": "/robot"},
     "steer": {"session": "x", "linear": 0, "angular": 0},
+    "restart_launched": {"launch": "0", "node": "driver"},
+    "stop_launched": {"launch": "0", "node": "driver"},
     "record": {"topics": ["/imu"]},
     "stop_recording": {},
 }

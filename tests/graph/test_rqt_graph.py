@@ -159,7 +159,9 @@ def test_invalid_requests_are_answered(ros: RosSystem) -> None:
     with Page(ros).connect() as browser:
         for arguments, error in (
             ({"mode": "sideways"}, "mode must be one of nodes, active, all, got 'sideways'"),
-            ({"hide_tf": 1}, "hide_tf must be"),
+            ({"hide_tf": 1}, "hide_tf must be true or false, got 1"),
+            ({"nodes": True}, "nodes must be a string, got True"),
+            ({"hide_rosout": True}, "unknown option 'hide_rosout'; the options are mode, "),
             ({"nodes": "x" * 2000}, "at most 1000 characters"),
         ):
             assert error in next(browser.watch("graph", **arguments))["error"]

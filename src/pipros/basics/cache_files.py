@@ -67,7 +67,7 @@ class CacheFolder:
         """
         if not HAS_OWNERS:
             return _read_plain(os.path.join(self._path, name))
-        folder = self._open()
+        folder = self.enter()
         try:
             return _read_own(name, folder, self._path)
         finally:
@@ -85,7 +85,7 @@ class CacheFolder:
         if not HAS_OWNERS:
             _replace(os.path.join(self._path, unfinished), os.path.join(self._path, name), content, None)
             return
-        folder = self._open()
+        folder = self.enter()
         try:
             _replace(unfinished, name, content, folder)
         finally:
@@ -101,7 +101,7 @@ class CacheFolder:
         if not HAS_OWNERS:
             found = os.listdir(self._path)
         else:
-            folder = self._open()
+            folder = self.enter()
             try:
                 found = os.listdir(folder)
             finally:
@@ -118,19 +118,24 @@ class CacheFolder:
         if not HAS_OWNERS:
             os.unlink(os.path.join(self._path, name))
             return
-        folder = self._open()
+        folder = self.enter()
         try:
             os.unlink(name, dir_fd=folder)
         finally:
             os.close(folder)
 
-    def _open(self) -> int:
-        """Return a file descriptor for the folder.
+    def enter(self, *, creates: bool = False) -> int:
+        """Return a file descriptor for the folder, which the caller closes. Needs a system with file owners.
+
+        Args:
+            creates: whether to create the folder if it does not exist.
 
         Raises:
             Untrusted: another user could have created the folder or its parent.
             OSError: the folder does not exist.
         """
+        if creates:
+            self._make()
         above_path, name = os.path.split(self._path)
         above = _enter(above_path, None, above_path)
         try:

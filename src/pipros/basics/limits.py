@@ -100,6 +100,7 @@ class Limits(NamedTuple):
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
+        launch_answer_bytes: what a roslaunch tells the page about its nodes or the output of one.
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
             parameters; also the messages of one topic that are kept after a jump in a bag.
@@ -215,6 +216,7 @@ class Limits(NamedTuple):
     bag_cache_bytes: int = 256 * _MIB
     edit_method_characters: int = 100_000
     bus_answer_bytes: int = 8 * _MIB
+    launch_answer_bytes: int = 4 * _MIB
     page_message_bytes: int = 128 * _MIB
     page_view_bytes: int = 8 * _MIB
     page_layout_bytes: int = 65_536

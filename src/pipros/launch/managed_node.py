@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 from pipros.launch.command import NodeCommand
@@ -56,6 +57,24 @@ class ProcessInfo:
         return struct if self.exit_code is None else {**struct, "exit_code": self.exit_code}
 
 
+class NodeState(Enum):
+    """What a node of a launch does. The values are texts for users."""
+
+    RUNNING = "running"
+    ENDING = "ending"
+    RESTARTING = "restarting"
+    STOPPED = "stopped"
+    EXITED = "exited"
+
+
+class AfterExit(Enum):
+    """What happens once the current process of a node has exited."""
+
+    AS_DECLARED = "as declared"
+    STAY_STOPPED = "stay stopped"
+    START_AGAIN = "start again"
+
+
 @dataclass(slots=True)
 class ManagedNode:
     """A node and its processes.
@@ -65,6 +84,8 @@ class ManagedNode:
         left_behind: a process that has exited, but whose child processes are still running.
         restart_at: time at which to restart the node, on the monotonic clock; None if no restart is due.
         latest: the latest process, whether or not it is still running.
+        after_exit: what a user requested; by default, the launch file determines what happens.
+        is_stopped: whether a user stopped the node. The launch continues, because it may be started again.
     """
 
     name: str
@@ -77,12 +98,23 @@ class ManagedNode:
     restart_at: float | None = None
     latest: NodeProcess | None = None
     spawn_count: int = 0
+    after_exit: AfterExit = AfterExit.AS_DECLARED
+    is_stopped: bool = False
+
+    @property
+    def state(self) -> NodeState:
+        if self.process is not None:
+            return NodeState.RUNNING if self.after_exit is AfterExit.AS_DECLARED else NodeState.ENDING
+        if self.restart_at is not None:
+            return NodeState.RESTARTING
+        return NodeState.STOPPED if self.is_stopped else NodeState.EXITED
 
     @property
     def is_done(self) -> bool:
         if self.left_behind is not None and not self.left_behind.has_group:
             self.left_behind = None
-        return self.process is None and self.left_behind is None and self.restart_at is None
+        is_idle = self.process is None and self.left_behind is None and self.restart_at is None
+        return is_idle and not self.is_stopped
 
     def info(self) -> ProcessInfo:
         """Return a snapshot of the current state. The node must have been started."""

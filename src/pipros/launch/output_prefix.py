@@ -19,6 +19,7 @@ from pipros.basics.terminals import HAS_PTYS, is_raw, open_pty
 
 _COLOURS = (36, 32, 35, 33, 34, 96, 92, 95)
 _CHUNK_BYTES = 65536
+_RECENT_BYTES = 65536
 
 # Loggers reset a line's colour after the end of the line.
 _COLOURS_ALONE = re.compile(rb"(?:\033\[[\d;]*m)+")
@@ -71,12 +72,18 @@ class PrefixedOutput:
         colour = _COLOURS[number % len(_COLOURS)]
         self._prefix = LinePrefix(f"\033[{colour}m[{name}]\033[0m ".encode())
         self._target = sys.stdout.fileno()
+        self._recent = b""
         self._copier = threading.Thread(target=self._copy, name=f"output of {name}", daemon=True)
 
     def started(self) -> None:
         """Start copying. Must be called after the process has been started or has failed to start."""
         os.close(self.write_end)
         self._copier.start()
+
+    @property
+    def recent(self) -> bytes:
+        """The end of the output, without prefixes. May be read from any thread."""
+        return self._recent
 
     def finish(self, timeout_s: float = 0.5) -> None:
         """Wait up to `timeout_s` until all output of the exited process has been printed."""
@@ -104,6 +111,7 @@ class PrefixedOutput:
     def _show(self, text: bytes) -> bytes:
         """Write a piece of output. Return an empty string, because nothing is left pending."""
         if text:
+            self._recent = (self._recent + text)[-_RECENT_BYTES:]
             shown = self._prefix.format(text)
             # Nodes that read single keys restore the terminal before they print, but it may be in raw mode
             # again.

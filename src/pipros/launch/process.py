@@ -81,6 +81,11 @@ class NodeProcess:
         return self._popen.returncode if self._exited.is_set() else None
 
     @property
+    def recent_output(self) -> bytes:
+        """The end of the output that the launcher prefixes on its terminal; empty otherwise."""
+        return b"" if self._prefixed is None else self._prefixed.recent
+
+    @property
     def has_group(self) -> bool:
         """Whether the process, or a process that it started in its group, is still running."""
         if not self._has_group or _ON_WINDOWS:

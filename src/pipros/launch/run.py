@@ -21,7 +21,7 @@ from pipros.launch.command import CannotLaunch, CannotStart, CommandMaker
 from pipros.launch.console import Console
 from pipros.launch.guardian import Guardian
 from pipros.launch.logs import LogFolder
-from pipros.launch.managed_node import ManagedNode, ProcessInfo
+from pipros.launch.managed_node import AfterExit, ManagedNode, ProcessInfo
 from pipros.launch.model import Launch, LaunchError, Node, Output
 from pipros.launch.param_upload import apply_parameters
 from pipros.launch.placement import Placement
@@ -67,7 +67,7 @@ class _StopRequest:
 class LaunchRun:
     """A running launch, watched by one thread.
 
-    `start`, `end_one` and `request_stop` may be called from any thread.
+    `start`, `end_one`, `stop_node`, `restart_node` and `request_stop` may be called from any thread.
 
     >>> run = LaunchRun(launch, maker, master_uri=uri, logs=logs, console=console)    # doctest: +SKIP
     >>> run.set_parameters()                                                    # doctest: +SKIP
@@ -228,6 +228,24 @@ class LaunchRun:
             is_announced=False,
         )
 
+    def stop_node(self, name: str) -> None:
+        """Stop the node whose process has this name, step by step, and do not restart it. Return immediately.
+
+        Even if the node is required, the launch continues.
+
+        Raises:
+            LaunchError: the launch has no process with this name, or is ending.
+        """
+        self._end_node(name, AfterExit.STAY_STOPPED)
+
+    def restart_node(self, name: str) -> None:
+        """Stop a node like `stop_node` if it is running, and start it again. Return immediately.
+
+        Raises:
+            LaunchError: the launch has no process with this name, or is ending.
+        """
+        self._end_node(name, AfterExit.START_AGAIN)
+
     @property
     def has_running(self) -> bool:
         """Whether a node is running or waiting for its restart."""
@@ -252,6 +270,7 @@ class LaunchRun:
         processes = []
         for managed in reversed(self._managed):
             managed.restart_at = None
+            managed.is_stopped = False
             if not managed.is_done:
                 processes += [item for item in (managed.process, managed.left_behind) if item is not None]
         end(
@@ -280,10 +299,40 @@ class LaunchRun:
         """
         return list(self._managed)
 
+    def log_stem(self, name: str) -> str:
+        """Return the path of a process's log files without the suffix."""
+        return self._logs.stem(name)
+
+    def _end_node(self, name: str, after_exit: AfterExit) -> None:
+        with self._lock:
+            managed = next((item for item in self._managed if item.name == name), None)
+            if managed is None:
+                raise LaunchError(f"there is no node [{name}] in this launch")
+            if not self._is_running:
+                raise LaunchError("this launch is ending")
+            process, is_ending = managed.process, managed.after_exit is not AfterExit.AS_DECLARED
+            if process is None:
+                self._settle(managed, after_exit)
+                return
+            managed.after_exit = after_exit
+        if not is_ending:  # a second SIGINT would make many nodes exit without cleaning up
+            threading.Thread(
+                target=self.end_one, args=(process,), name=f"end {process.name}", daemon=True
+            ).start()
+
+    def _settle(self, managed: ManagedNode, after_exit: AfterExit) -> None:
+        """Do what a user requested for a node that is not running. The watching thread starts it."""
+        managed.is_stopped = after_exit is AfterExit.STAY_STOPPED
+        managed.restart_at = None if managed.is_stopped else time.monotonic()
+        if managed.left_behind is not None:
+            managed.left_behind.release()
+            managed.left_behind = None
+
     def _start(self, managed: ManagedNode) -> None:
         stem, is_logged = self._logs.stem(managed.name), managed.output is Output.LOG
         is_again = managed.restart_at is not None
         managed.restart_at = None
+        managed.is_stopped = False
         managed.process = managed.latest = NodeProcess(
             managed.name,
             managed.command,
@@ -320,14 +369,18 @@ class LaunchRun:
 
     def _handle_end(self, managed: ManagedNode, process: NodeProcess) -> None:
         """Report that a process has exited, and decide what happens next."""
-        is_required = managed.node.required or self._options.all_required
+        requested, managed.after_exit = managed.after_exit, AfterExit.AS_DECLARED
+        is_requested = requested is not AfterExit.AS_DECLARED
+        is_required = (managed.node.required or self._options.all_required) and not is_requested
         report_end(process, self._logs.stem(process.name), self._console, is_required=is_required)
         managed.process = None
         if self._on_end is not None:
             self._on_end(process.name, process.exit_code or 0)
         if process.has_group:
             managed.left_behind = process
-        if is_required:
+        if is_requested:
+            self._settle(managed, requested)
+        elif is_required:
             self._has_lost_required = True
         elif managed.node.respawn:
             process.release()

@@ -12,6 +12,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
@@ -33,6 +34,9 @@ from pipros.launch.xml import load
 from pipros.master.options import MasterOptions
 from pipros.net.master_client import MasterClient
 from pipros.workspace.index import PackageIndex
+
+if TYPE_CHECKING:
+    from pipros.launch.control import LaunchControl
 
 _OWN_ADDRESS_TIMEOUT_S = 5.0
 
@@ -110,6 +114,7 @@ class LaunchSession:
         self._is_interruptible = False
         self._server: LaunchServer | None = None
         self._run: LaunchRun | None = None
+        self._control: LaunchControl | None = None
         self._failed: list[str] = []
 
     @property
@@ -163,6 +168,8 @@ class LaunchSession:
         if has_remote_nodes:
             warn_about_machines(self._console, launch, self._master.uri)
         self._start_nodes(launch, placement, log)
+        if self._has_server and launch.nodes:
+            self._open_control(run_id)
 
     def wait(self) -> None:
         """Block until a stop is requested, a required node exits, or all nodes have exited.
@@ -188,6 +195,8 @@ class LaunchSession:
     def stop(self) -> None:
         """Stop the nodes, then `/rosout`, then the master. May be called even if nothing was started."""
         say = self._console.say
+        if self._control is not None:
+            self._control.stop()
         if self._run is not None:
             self._run.stop()
         self._master.stop_rosout()
@@ -292,6 +301,18 @@ class LaunchSession:
         self._failed += run.start_nodes()
         if launch.nodes:
             self._master.start_rosout()
+
+    def _open_control(self, run_id: str) -> None:
+        """Let the page stop and restart nodes. Called once the nodes have been started."""
+        from pipros.launch.control import LaunchControl
+
+        control = LaunchControl(run_id, self._files, self.run)
+        try:
+            control.start()
+        except OSError as error:
+            self._console.detail(f"the page cannot show this launch: {error}")
+        else:
+            self._control = control
 
     def _publish_server(self) -> None:
         if self._server is None:

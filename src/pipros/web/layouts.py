@@ -168,7 +168,7 @@ def _panels_in(content: bytes, name: str) -> str:
     values = _json(content, name)
     panels = values.get("panels")
     if values.get("pipros_layout") != _VERSION or not isinstance(panels, str):
-        raise BadLayout(f"{name} is not a layout of this version of pipros")
+        raise BadLayout(f"{name} is not a layout file: pipros_layout must be {_VERSION}, and panels a string")
     return panels
 
 
@@ -178,7 +178,7 @@ def _json(content: bytes, name: str) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         raise BadLayout(f"{name} is not JSON: {error}") from None
     if not isinstance(values, dict):
-        raise BadLayout(f"{name} is not a layout")
+        raise BadLayout(f"{name} is not a layout file: it must contain an object")
     return values
 
 

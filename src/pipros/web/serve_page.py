@@ -36,6 +36,7 @@ from pipros.web.views.diagnostics import DiagnosticViews
 from pipros.web.views.frames import FrameViews
 from pipros.web.views.graph import GraphViews
 from pipros.web.views.images import ImageViews
+from pipros.web.views.launches import LaunchViews
 from pipros.web.views.layouts import LayoutActions
 from pipros.web.views.params import ParamViews
 from pipros.web.views.plot import PlotViews
@@ -57,10 +58,12 @@ _KINDS = {
     "scene_feedback": "move interactive markers",
     "scene_save": "save scenes",
     "record": "record bags",
+    "restart_launched": "restart nodes",
     "set_logger_level": "set logger levels",
     "set_param": "set parameters",
     "set_reconfigured": "reconfigure nodes",
     "steer": "steer robots",
+    "stop_launched": "stop nodes",
     "stop_recording": "record bags",
     "teleop": "steer robots",
 }
@@ -202,6 +205,7 @@ def services(
     frames = FrameViews(system)
     graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
     console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
+    launches = LaunchViews(system)
     layouts = LayoutActions(system, may_save=saves_layouts)
     open_bags = OpenBags()
     bag_views, shown = BagViews(system, bags, open_bags), ShownBags(open_bags)
@@ -222,6 +226,8 @@ def services(
         "frames": frames.frames,
         "graph": graph.graph,
         "image": ImageViews(system).image,
+        "launch_output": launches.launch_output,
+        "launches": launches.launches,
         "log_marks": plot.log_marks,
         "master": graph.master,
         "measured": topics.measured,
@@ -247,7 +253,12 @@ def services(
 
     async def about(_: Mapping[str, Any]) -> Any:
         uri = system.graph.environment.master_uri
-        return {"master": uri, "control": permitted == CHANGING, "may": sorted(permitted)}
+        return {
+            "master": uri,
+            "node": system.node.name,
+            "control": permitted == CHANGING,
+            "may": sorted(permitted),
+        }
 
     actions: Mapping[str, Action] = {
         "about": about,
@@ -265,6 +276,7 @@ def services(
         "message_text": topics.message_text,
         "picture": graph.picture,
         "record": recordings.record,
+        "restart_launched": launches.restart_launched,
         "save_layout": layouts.save_layout,
         "scene_feedback": scene.feedback,
         "scene_save": scene.save,
@@ -274,6 +286,7 @@ def services(
         "set_param": parameters.set_param,
         "set_reconfigured": servers.set_reconfigured,
         "steer": teleop.steer,
+        "stop_launched": launches.stop_launched,
         "stop_recording": recordings.stop_recording,
     }
     return Services(shown.views(views), shown.actions(actions), CHANGING, permitted)

@@ -56,6 +56,11 @@ def test_lines_start_in_the_first_column_while_a_node_reads_single_keys(
         os.write(output.write_end, b"one\ntwo\r\nthree\n")
         output.started()
         output.finish(30.0)
+    assert (
+        output.recent == b"one\ntwo\r\nthree\n"
+        if is_raw
+        else output.recent.splitlines() == [b"one", b"two", b"three"]
+    )
     shown = os.read(screen, 1000)
     os.close(screen)
     assert shown.replace(b"\r\r\n", b"\r\n") == b"".join(

@@ -2,7 +2,9 @@
 
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
+import { allViewsMenu, publishersMenu } from "./head_menus.js";
 import { currentPlace, placeOf } from "./place.js";
+import { tabOf } from "./sections.js";
 import { TabContext } from "./tab_context.js";
 
 export const TABS = [
@@ -30,9 +32,6 @@ export const TABS = [
 const CHANGES = { actions: "send_goal", console: "set_logger_level", params: "set_param", publish: "publishing", reconfigure: "set_reconfigured", services: "call_service", teleop: "teleop" };
 const PERMITS = { call_service: "can call services", publishing: "can publish", set_logger_level: "can set logger levels", set_reconfigured: "can reconfigure" };
 
-// Sections of a tab with their own addresses.
-const PARTS = { reconfigure: "params" };
-
 const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];
 const RESTARTED = ["The server was restarted", "Open the address that it printed in its terminal: "];
 
@@ -51,12 +50,12 @@ const known = new Promise((resolve) => { resolveKnown = resolve; }); // the serv
 
 const place = () => {
   const [name, argument] = currentPlace();
-  return name in PARTS || TABS.some(([tab]) => tab === name) ? [name, argument] : ["graph", ""];
+  return TABS.some(([tab]) => tab === tabOf(name)) ? [name, argument] : ["graph", ""];
 };
 
 async function show() {
   const [name, argument] = place();
-  const tab = PARTS[name] ?? name;
+  const tab = tabOf(name);
   for (const link of links) {
     const isSelected = link.dataset.tab === tab;
     link.setAttribute("aria-selected", String(isSelected));
@@ -97,7 +96,7 @@ function open(name, argument, module) {
   entry.context = new TabContext(name, mayControl(name), (next) => {
     entry.argument = next;
     if (entry.context.isShown) linkToPanels(name, next);
-    links.find((link) => link.dataset.tab === (PARTS[name] ?? name)).href = placeOf(name, next);
+    links.find((link) => link.dataset.tab === tabOf(name)).href = placeOf(name, next);
   });
   opened.set(name, entry);
   view.append(element);
@@ -133,6 +132,8 @@ for (const [name, title] of TABS) {
   links.push(h("a", { href: placeOf(name), role: "tab", id: `tab-${name}`, "aria-controls": "view", "data-tab": name }, title));
 }
 tabs.append(...links);
+allViewsMenu(tabs, TABS);
+publishersMenu();
 tabs.addEventListener("keydown", (event) => {
   const at = links.findIndex((link) => link === document.activeElement);
   const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: links.length - 1 }[event.key];
@@ -146,6 +147,7 @@ live.addEventListener("state", async () => {
   showState();
   if (live.isOpen) {
     about = await live.act("about");
+    live.node = about.node;
     resolveKnown();
     showState();
   }

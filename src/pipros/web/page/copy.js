@@ -39,7 +39,11 @@ export function copiesValues(element, onError) {
     const name = event.target.closest("button.key");
     if (!name) return;
     try {
-      const value = name.nextElementSibling;
+      let value = name.nextElementSibling;
+      if (value instanceof HTMLDetailsElement) {
+        value.open = true; // the text of what is not shown has no lines
+        value = value.lastElementChild;
+      }
       await copyText(value.dataset.text ?? value.innerText.trim());
       name.classList.add("copied");
       setTimeout(() => name.classList.remove("copied"), SHOWN_MS);

@@ -25,7 +25,8 @@ export function replace(element, ...children) {
 }
 
 // Makes an element equal to a fresh one, and keeps what is equal already, so that a selected text, the focus and open
-// details survive. Only for content without its own listeners.
+// details survive. Only for content without its own listeners. Children with the same `data-key` are the same, wherever
+// they are; others are compared in their order.
 export function morph(old, fresh) {
   if (old.nodeType !== fresh.nodeType || old.nodeName !== fresh.nodeName) {
     old.replaceWith(fresh);
@@ -35,15 +36,49 @@ export function morph(old, fresh) {
     if (old.data !== fresh.data) old.data = fresh.data;
     return;
   }
+  morphAttributes(old, fresh);
+  morphChildren(old, [...fresh.childNodes]);
+}
+
+function morphAttributes(old, fresh) {
   for (const { name } of [...old.attributes]) if (!fresh.hasAttribute(name) && name !== "open") old.removeAttribute(name);
   for (const { name, value } of fresh.attributes) if (old.getAttribute(name) !== value && name !== "open") old.setAttribute(name, value);
-  const [before, after] = [[...old.childNodes], [...fresh.childNodes]];
-  after.forEach((child, index) => {
-    if (index < before.length) morph(before[index], child);
-    else old.append(child);
-  });
-  for (const child of before.slice(after.length)) child.remove();
 }
+
+function morphChildren(old, after) {
+  const known = keyedChildren(old, new Set(after.map(keyOf)));
+  let next = old.firstChild;
+  for (const child of after) {
+    const key = keyOf(child);
+    const same = key ? known.get(key) : next && !keyOf(next) ? next : null;
+    known.delete(key); // a further one with the same key is another one
+    if (!same) {
+      old.insertBefore(child, next);
+      continue;
+    }
+    if (same === next) next = next.nextSibling;
+    else old.insertBefore(same, next);
+    morph(same, child);
+  }
+  while (next) {
+    const rest = next;
+    next = next.nextSibling;
+    rest.remove();
+  }
+}
+
+// Returns the children by their keys, and removes those whose keys are not in `kept`.
+function keyedChildren(element, kept) {
+  const known = new Map();
+  for (const child of [...element.childNodes]) {
+    const key = keyOf(child);
+    if (key && (!kept.has(key) || known.has(key))) child.remove();
+    else if (key) known.set(key, child);
+  }
+  return known;
+}
+
+const keyOf = (node) => (node instanceof Element ? node.getAttribute("data-key") : null);
 
 export const panelHead = (title, onClose) => h("div", { class: "panel-head" }, h("h2", {}, title),
   h("button", { class: "plain", "aria-label": "Close", title: "Close (Escape)", onclick: onClose }, "×"));

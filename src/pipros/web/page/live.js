@@ -15,6 +15,7 @@ class Live extends EventTarget {
     this.requests = new Map(); // id to {message, onData, onError, isAction, hasFailed}
     this.isOpen = false;
     this.isRefused = false; // the token is missing or wrong
+    this.node = ""; // the name of the server's own node
     this.isRestarted = false; // the token was right once
     this.trouble = ""; // the server's reason for closing the connection
     this.connect();

@@ -5,6 +5,9 @@ import { placeOf } from "./place.js";
 
 const MORE = "…"; // key of the entry that says how much of a value was left out
 const FLOAT32_DIGITS = 7;
+const LONG_LIST = 10; // longer lists of messages are closed at first
+const EARLIEST_WALL_S = 1e8; // smaller times are durations, or simulated
+const clock = new Intl.DateTimeFormat("en-GB", { dateStyle: "short", timeStyle: "medium" });
 
 // A number as a person would write it: a float32 without the digits that its conversion to 64 bits added.
 export function numberText(value) {
@@ -20,8 +23,13 @@ export function tree(value, path = "") {
   if (isLeaf(value)) return leaf(value, path);
   if (Array.isArray(value)) return list(value, path);
   if (MORE in value) return shortened(value, path);
-  if (isTime(value)) return h("span", {}, `${value.secs}.${String(value.nsecs).padStart(9, "0")} s`);
+  if (isTime(value)) return time(value);
   return h("ul", { class: "tree" }, Object.entries(value).map(([key, item]) => entry(key, item, path && `${path}/${key}`)));
+}
+
+function time({ secs, nsecs }) {
+  const text = `${secs}.${String(nsecs).padStart(9, "0")}`;
+  return h("span", { "data-text": text }, `${text} s`, secs > EARLIEST_WALL_S ? h("span", { class: "key" }, ` ${clock.format(secs * 1000)}`) : null);
 }
 
 function leaf(value, path) {
@@ -46,8 +54,14 @@ function shortened(value, path) {
 }
 
 // The name of a field is a button that copies its value: see `copiesValues` in copy.js.
-const entry = (key, value, path) => h("li", {},
-  h("button", { class: "plain key", title: "Copy the value" }, `${key}:`), " ", tree(value, path));
+function entry(key, value, path) {
+  const name = h("button", { class: "plain key", title: "Copy the value" }, `${key}:`);
+  const shown = tree(value, path);
+  if (!shown.matches("ul")) return h("li", { "data-key": key }, name, " ", shown);
+  const size = Array.isArray(value) ? `${value.length} elements` : "";
+  const isOpen = shown.childElementCount <= LONG_LIST || !Array.isArray(value);
+  return h("li", { "data-key": key }, name, h("details", { class: "below-name", open: isOpen }, h("summary", { class: "key", "aria-label": `Fields of ${key}` }, size), shown));
+}
 
 // The numbers of a message with the paths of their fields, without headers: [["linear.x", 0.5], …].
 export function numbersIn(value, most, path = "") {

@@ -2,7 +2,7 @@
 // It is never stored in a cookie: browsers send those to every server on the same host.
 
 const KEEP = "pipros.token";
-const IN_ADDRESS = /^#(token|code)=([\w-]*)\/?/;
+const IN_ADDRESS = /^#(token|code)=([\w.~-]*)\/?/;
 
 /** First message to the server. @type {{token?: string, code?: string} | null} */
 let proof = kept() ? { token: kept() } : null;

@@ -1,8 +1,21 @@
-// The two sections of the Parameters tab.
+// Tabs that have several sections, with their own addresses.
 
 import { h } from "./dom.js";
 import { placeOf } from "./place.js";
 
-const SECTIONS = [["params", "All"], ["reconfigure", "Reconfigure"]];
+const SECTIONS = {
+  params: { label: "Parameters", parts: [["params", "All"], ["reconfigure", "Reconfigure"]] },
+  nodes: { label: "Nodes", parts: [["nodes", "Processes"], ["launches", "Launches"]] },
+};
 
-export const sections = (open) => h("nav", { class: "sections", "aria-label": "Parameters" }, SECTIONS.map(([tab, title]) => h("a", { href: placeOf(tab), "aria-current": tab === open ? "page" : null }, title)));
+// The tab of a section: reconfigure to params.
+export const tabOf = (name) => Object.keys(SECTIONS).find((tab) => SECTIONS[tab].parts.some(([part]) => part === name)) ?? name;
+
+// The sections that are not named as their tabs: [name, title].
+export const OTHER_SECTIONS = Object.entries(SECTIONS).flatMap(([tab, { parts }]) => parts.filter(([name]) => name !== tab));
+
+export function sections(open) {
+  const { label, parts } = SECTIONS[tabOf(open)];
+  return h("nav", { class: "sections", "aria-label": label },
+    parts.map(([name, title]) => h("a", { href: placeOf(name), "aria-current": name === open ? "page" : null }, title)));
+}

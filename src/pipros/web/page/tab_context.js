@@ -2,6 +2,9 @@
 
 import { live } from "./live.js";
 import { placeOf } from "./place.js";
+import { afterPress } from "./press.js";
+
+const HANDLES = "scene"; // the view whose contents are dragged: it is updated during a press, too
 
 export class TabContext {
   // `onRemember(argument)` is called when the tab changes its address.
@@ -28,7 +31,20 @@ export class TabContext {
 
   // Subscribes to a view, as live.watch does. With `always` the subscription continues while the tab is hidden.
   watch(view, args, onData, onError, { always = false } = {}) {
-    const watch = { begin: () => live.watch(view, args, onData, onError), stop: null, isAlways: always };
+    const begin = () => {
+      let isOpen = true;
+      const take = (data) => { if (isOpen) onData(data); };
+      const isImmediate = this.name === HANDLES;
+      const stop = live.watch(view, args, (data) => {
+        if (isImmediate || data instanceof DataView) take(data);
+        else afterPress(() => take(data));
+      }, onError);
+      return () => {
+        isOpen = false;
+        stop();
+      };
+    };
+    const watch = { begin, stop: null, isAlways: always };
     if (this.isShown || always) watch.stop = watch.begin();
     this.watches.add(watch);
     return () => {

@@ -39,7 +39,9 @@ export function dataTable(columns, options) {
       old.remove();
       shown.delete(key);
     }
+    const focused = body.contains(document.activeElement) ? document.activeElement : null;
     wanted.forEach((row, index) => place(update(row), index));
+    if (focused instanceof HTMLElement && focused !== document.activeElement) focused.focus({ preventScroll: true }); // its row was moved
     replace(more.firstChild, `${rows.length - wanted.length} more: filter to see them.`);
     if (rows.length > wanted.length) body.append(more);
     else more.remove();

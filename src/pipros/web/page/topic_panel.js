@@ -3,6 +3,7 @@
 import { copiesValues, copyButton } from "./copy.js";
 import { bandwidth, bytes, h, hertz, morph, panelHead, replace, s } from "./dom.js";
 import { tree } from "./message_values.js";
+import { nodeText } from "./node_text.js";
 import { smallCurve } from "./small_curve.js";
 import { topicPicture } from "./topic_picture.js";
 
@@ -60,8 +61,8 @@ const figuresOf = (topic) => [
   ["Bandwidth", bandwidth(topic.bandwidth)],
   ["Size", bytes(topic.size ?? topic.bytes)],
   ["Messages", String(topic.count)],
-  ["Publishers", topic.publishers.join(", ") || "none"],
-  ["Subscribers", topic.subscribers.join(", ") || "none"],
+  ["Publishers", topic.publishers.map(nodeText).join(", ") || "none"],
+  ["Subscribers", topic.subscribers.map(nodeText).join(", ") || "none"],
 ];
 
 function drawGauge(element, percent) {

@@ -46,8 +46,11 @@ def options_from(arguments: Mapping[str, Any]) -> tuple[GraphOptions, Grouping]:
     known = {field.name: field.default for field in fields(GraphOptions)}
     known |= {f"{_GROUP}{field.name}": field.default for field in fields(Grouping)}
     for name, value in arguments.items():
-        if name not in known or type(value) is not type(known[name]):
-            raise RequestRefused(f"{name} must be one of {', '.join(known)}, got the value {value!r}")
+        if name not in known:
+            raise RequestRefused(f"unknown option {name!r:.100}; the options are {', '.join(known)}")
+        if type(value) is not type(known[name]):
+            kind = "true or false" if isinstance(known[name], bool) else "a string"
+            raise RequestRefused(f"{name} must be {kind}, got {value!r:.100}")
         if isinstance(value, str) and len(value) > LONGEST_FILTER:
             raise RequestRefused(f"{name} must have at most {LONGEST_FILTER} characters, got {len(value)}")
     mode = cast("Mode", arguments.get("mode", "active"))

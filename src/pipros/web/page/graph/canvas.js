@@ -38,7 +38,9 @@ export function graphCanvas(label, onSelect) {
       vertices.set(key, { vertex, group });
     }
     const groups = [...vertices.values()].map(({ group }) => group);
+    const focused = layer.contains(document.activeElement) ? document.activeElement.getAttribute("data-key") : null;
     layer.replaceChildren(...bands, ...links.map(({ parts }) => parts[0]), ...links.map(({ parts }) => parts[1]), ...groups);
+    vertices.get(focused)?.group.focus({ preventScroll: true });
     requestAnimationFrame(() => {
       for (const { vertex, group } of vertices.values()) group.style.transform = `translate(${vertex.x}px, ${vertex.y}px)`;
     });

@@ -14,5 +14,5 @@ export function eventPanel(side, context, onClose) {
 
 const contents = (events) => (events.length ? h("ul", { class: "tree events" }, events.map(entry)) : h("p", {}, "Nothing was added or removed."));
 
-const entry = ({ when, added, kind, name }) => h("li", {}, h("span", { class: "key" }, `${clock.format(when * 1000)} `),
+const entry = ({ when, added, kind, name }) => h("li", { "data-key": `${when} ${added} ${kind} ${name}` }, h("span", { class: "key" }, `${clock.format(when * 1000)} `),
   h("span", { class: added ? "added" : "removed" }, `${added ? "+" : "−"} ${kind} `), h("a", { href: placeOf("graph", `${kind}:${name}`) }, name));

@@ -62,7 +62,10 @@ function contents(node, name) {
 
 const topicEntry = ([topic, type]) => [h("a", { href: placeOf("topics", topic) }, topic), ` ${type}`];
 
+// The text of an entry before its value: its key among the others.
+const textOf = (entry) => (typeof entry === "string" ? entry.replace(/: .*/s, "") : entry[0].textContent);
+
 const list = (title, entries) => [
   h("h3", {}, title),
-  entries.length ? h("ul", { class: "tree" }, entries.map((entry) => h("li", {}, entry))) : h("span", { class: "key" }, "none"),
+  entries.length ? h("ul", { class: "tree" }, entries.map((entry) => h("li", { "data-key": textOf(entry) }, entry))) : h("span", { class: "key" }, "none"),
 ];

@@ -39,7 +39,7 @@ export function storedLayouts(context, current, onOpen, onError) {
     file.value = "";
     if (chosen.size > LARGEST_FILE) throw new Error(`${chosen.name} is too large for a layout`);
     const content = JSON.parse(await chosen.text());
-    if (content?.pipros_layout !== VERSION || typeof content.panels !== "string") throw new Error(`${chosen.name} is not a layout of pipros`);
+    if (content?.pipros_layout !== VERSION || typeof content.panels !== "string") throw new Error(`${chosen.name} is not a layout file: pipros_layout must be ${VERSION}, and panels a string`);
     onOpen(content.panels);
   }
 

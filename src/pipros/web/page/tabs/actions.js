@@ -98,7 +98,7 @@ function contents({ goals, feedback, result }, control) {
   ];
 }
 
-const goalEntry = (goal, control) => h("li", {},
+const goalEntry = (goal, control) => h("li", { "data-key": goal.id },
   h("span", { class: `state-${goal.open ? "open" : goal.status}` }, goal.status), " ", goal.id, goal.text ? h("span", { class: "key" }, ` ${goal.text}`) : "", " ",
   h("button", { "data-goal": goal.id, hidden: !goal.open || !control, "aria-label": `Cancel ${goal.id}` }, "Cancel"));
 

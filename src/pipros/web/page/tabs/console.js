@@ -60,6 +60,7 @@ export function open(view, argument, context) {
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { title: "Save the entries that the filters let pass", onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"), h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file, h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
+  const drawn = new WeakMap(); // entry to its row
   context.onSource(() => { entries = []; lost = 0; filter(); });
 
   let [isText, isNode, isPlace] = [text, node, place].map((input) => textFilter(input.value));
@@ -95,8 +96,22 @@ export function open(view, argument, context) {
     const first = Math.max(0, Math.floor(scroll.scrollTop / rowHeight()) - 5);
     const last = Math.min(shown.length, first + Math.ceil(scroll.clientHeight / rowHeight()) + 10);
     rows.style.transform = `translateY(${first * rowHeight()}px)`;
-    replace(rows, shown.slice(first, last).map((entry) => h("div", { class: `entry level-${entry[LEVEL]}${entry === selected ? " selected" : ""}`, onclick: () => showEntry(entry) },
-      h("span", { class: "when" }, time(entry[STAMP])), h("span", { class: "kind" }, levelName(entry[LEVEL])), h("span", { class: "node" }, entry[NODE]), h("span", { class: "text" }, entry[TEXT].replaceAll("\n", " ⏎ ")))));
+    const wanted = shown.slice(first, last).map(rowOf);
+    for (const row of [...rows.children]) if (!wanted.includes(row)) row.remove();
+    wanted.forEach((row, index) => row.classList.toggle("again", shown[first + index][NODE] === shown[first + index - 1]?.[NODE]));
+    wanted.forEach((row, index) => { if (rows.children[index] !== row) rows.insertBefore(row, rows.children[index] ?? null); });
+  }
+
+  // The row of an entry is kept, so that a text that is selected in it stays selected.
+  function rowOf(entry) {
+    let row = drawn.get(entry);
+    if (!row) {
+      row = h("div", { class: `entry level-${entry[LEVEL]}`, onclick: () => { if (getSelection()?.isCollapsed) showEntry(entry); } },
+        h("span", { class: "when" }, time(entry[STAMP])), h("span", { class: "kind" }, levelName(entry[LEVEL])), h("span", { class: "node" }, entry[NODE]), h("span", { class: "text mono" }, entry[TEXT].replaceAll("\n", " ⏎ ")));
+      drawn.set(entry, row);
+    }
+    row.classList.toggle("selected", entry === selected);
+    return row;
   }
 
   function onKey(event) {

@@ -73,8 +73,8 @@ export function open(view, argument, context) {
       const own = `${path}/${part}`;
       const label = [dot(worst(below)), below.component
         ? h("button", { class: "plain", "data-name": below.component.name }, part, h("span", { class: "key" }, ` ${below.component.message}`)) : part];
-      if (!below.below.size) return h("li", {}, label);
-      return h("li", {}, h("details", { "data-path": own }, h("summary", {}, label), tree(below, own)));
+      if (!below.below.size) return h("li", { "data-key": part }, label);
+      return h("li", { "data-key": `${part}/` }, h("details", { "data-path": own }, h("summary", {}, label), tree(below, own)));
     }));
   }
 

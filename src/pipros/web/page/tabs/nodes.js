@@ -1,11 +1,13 @@
 // Nodes, with the resource usage of those on this machine.
 
 import { bytes, h, replace } from "../dom.js";
-import { dataTable } from "../table.js";
+import { nodeText } from "../node_text.js";
 import { placeOf } from "../place.js";
+import { sections } from "../sections.js";
+import { dataTable } from "../table.js";
 
 const COLUMNS = [
-  { title: "Node", kind: "", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`) }, row.name), order: (row) => row.name },
+  { title: "Node", kind: "", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`), title: row.name }, nodeText(row.name)), order: (row) => row.name },
   { title: "Host", kind: "", text: (row) => row.host || "–", order: (row) => row.host },
   { title: "PID", kind: "number", text: (row) => row.pid ?? "–", order: (row) => row.pid },
   { title: "Processor", kind: "number", text: (row) => (row.cpu === undefined ? "–" : `${row.cpu.toFixed(1)} %`), order: (row) => descending(row.cpu) },
@@ -26,7 +28,7 @@ function stateText(row) {
 export function open(view, argument, context) {
   const error = h("div", { class: "note", hidden: true });
   const table = dataTable(COLUMNS, { label: "Nodes", keyOf: (row) => row.name, sortBy: "Processor" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("nodes")), error, h("div", { class: "scroll" }, table.element)));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("nodes"), h("span", { class: "spring" }), table.csvButton("nodes")), error, h("div", { class: "scroll" }, table.element)));
   context.watch("processes", {}, (data) => {
     error.hidden = !data.error;
     replace(error, data.error);

@@ -6,11 +6,12 @@ import { appended, beside, layoutText, leaf, leavesOf, MOST_PANELS, moved, parse
 import { panel } from "../panels/panel.js";
 import { storedLayouts } from "../panels/stored_layouts.js";
 import { TimeLink } from "../panels/time_link.js";
+import { OTHER_SECTIONS, tabOf } from "../sections.js";
 
 const KEEP = "pipros.panels";
 const STEP = 2; // percent that an arrow key moves a border
 const FIRST = "row(topics~plot)";
-const TITLES = [...TABS.filter(([name]) => name !== "panels"), ["reconfigure", "Reconfigure"]];
+const TITLES = [...TABS.filter(([name]) => name !== "panels"), ...OTHER_SECTIONS];
 const NAMES = TITLES.map(([name]) => name);
 
 export function open(view, argument, context) {
@@ -57,8 +58,7 @@ export function open(view, argument, context) {
     },
     // Shows a place in the panel of its tab, if there is one: the panel that asks, or the first one.
     follow(from, tab, wanted) {
-      const isPart = (name) => name === "params" || name === "reconfigure";
-      const target = from.tab === tab || (isPart(tab) && isPart(from.tab)) ? from : leavesOf(layout).find((each) => each.tab === tab);
+      const target = tabOf(from.tab) === tabOf(tab) ? from : leavesOf(layout).find((each) => each.tab === tab);
       if (!target) return false;
       board.change({ ...target, tab, argument: wanted });
       return true;

@@ -1,9 +1,11 @@
 // Parameters as a tree, with recent changes marked.
 
-import { h, morph, replace } from "../dom.js";
+import { bytes, h, morph, replace } from "../dom.js";
 import { sections } from "../sections.js";
 
 const MARKED_MS = 4000;
+const LONG = 300; // characters of a value, of which the first ones are shown until it is opened
+const SHOWN = 80;
 
 export function open(view, argument, context) {
   const { control } = context;
@@ -43,7 +45,7 @@ export function open(view, argument, context) {
     }
     const none = h("div", { class: "note" }, wanted ? "No parameter matches." : "There are no parameters.");
     morph(body.firstChild, h("div", {}, names.length ? branch(root, "") : none));
-    for (const details of body.querySelectorAll("details")) details.open = !closed.has(details.dataset.path);
+    for (const details of body.querySelectorAll("details[data-path]")) details.open = !closed.has(details.dataset.path);
   }
 
   body.addEventListener("click", (event) => {
@@ -51,7 +53,7 @@ export function open(view, argument, context) {
     if (button) edit(button.dataset.name);
   });
   body.addEventListener("toggle", ({ target }) => {
-    if (!(target instanceof HTMLDetailsElement)) return;
+    if (!(target instanceof HTMLDetailsElement) || !target.dataset.path) return;
     if (target.open) closed.delete(target.dataset.path);
     else closed.add(target.dataset.path);
   }, { capture: true });
@@ -66,10 +68,13 @@ export function open(view, argument, context) {
     return h("ul", { class: "tree" }, [...level].map(([part, below]) => {
       const path = `${ns}/${part}`;
       if (below instanceof Map) {
-        return h("li", {}, h("details", { "data-path": path }, h("summary", {}, `${part}/`), branch(below, path)));
+        return h("li", { "data-key": `${part}/` }, h("details", { "data-path": path }, h("summary", {}, `${part}/`), branch(below, path)));
       }
-      const text = [h("span", { class: "key" }, `${part}: `), params[below]];
-      return h("li", { class: changed.has(below) ? "changed" : "" }, control ? h("button", { class: "plain", title: "Edit", "data-name": below }, text) : text);
+      const text = params[below];
+      const isLong = text.length > LONG;
+      const shown = [h("span", { class: "key" }, `${part}: `), isLong ? null : text];
+      return h("li", { "data-key": part, class: changed.has(below) ? "changed" : "" }, control ? h("button", { class: "plain", title: "Edit", "data-name": below }, shown) : shown,
+        isLong ? h("details", { class: "long-value", "data-value": below }, h("summary", {}, `${text.slice(0, SHOWN)} … ${bytes(text.length)}`), text) : null);
     }));
   }
 

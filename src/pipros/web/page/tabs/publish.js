@@ -1,6 +1,7 @@
 // Publish messages by hand, once or at a rate, as long as this page is open in the browser.
 
 import { h, replace, uniqueId } from "../dom.js";
+import { publisherList, startPublisher } from "../publishers.js";
 import { yaml } from "./services.js";
 
 export function open(view, argument, context) {
@@ -11,11 +12,11 @@ export function open(view, argument, context) {
   const message = h("textarea", { rows: 12, class: "mono", "aria-label": "Message in YAML", spellcheck: "false" });
   const topics = h("datalist", { id: topic.getAttribute("list") });
   const error = h("div", { class: "error", role: "alert" });
-  const list = h("div", {});
+  const list = publisherList(context.signal);
   view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
-    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  A rate of 0 publishes once, for as long as this page is open.")),
+    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  With the rate 0, the message is published once, and sent to later subscribers until it is stopped. Closing the page stops all.")),
     h("p", { class: "key" }, "Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i counts the messages from 0."), list)));
   let known = [];
   context.watch("topics", {}, (data) => {
@@ -39,12 +40,9 @@ export function open(view, argument, context) {
   }
 
   function publish() {
-    const count = h("span", {}, "0");
     const args = { name: topic.value, type: type.value, message: message.value, rate: Number(rate.value) };
-    const row = h("p", {}, `${args.name} (${args.type}), ${args.rate ? `${args.rate} Hz` : "once"}: `, count, " ", h("button", { onclick: () => { close(); row.remove(); } }, "Stop"));
-    const close = context.watch("publishing", args, (data) => replace(count, String(data.count)), (problem) => { replace(error, problem); row.remove(); }, { always: true });
-    list.append(row);
     replace(error, "");
+    startPublisher(args, (problem) => replace(error, problem));
   }
 
   return { go: (name) => { if (name) { topic.value = name; chosen(); } } };

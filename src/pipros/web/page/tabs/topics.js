@@ -2,6 +2,7 @@
 
 import { bandwidth, h, hertz, replace } from "../dom.js";
 import { namespaceRows } from "../namespace_rows.js";
+import { nodeText } from "../node_text.js";
 import { dataTable } from "../table.js";
 import { topicPanel } from "../topic_panel.js";
 
@@ -9,7 +10,7 @@ const MOST_ROWS = 500;
 const MOST_MEASURED = 50; // as the server allows
 const UNMEASURED = "Publishers report the rates of their connections: without a subscriber there is none. Measure subscribes to the topic.";
 const DEEPEST = 5; // deeper rows are not indented further
-const nodes = (names) => (names ?? []).join(", ");
+const nodes = (names) => (names ?? []).map(nodeText).join(", ");
 const COLUMNS = [
   { title: "Topic", kind: "name", text: nameText, order: (topic) => topic.name },
   { title: "Type", kind: "name mono", text: (topic) => topic.type ?? "", order: (topic) => topic.type },

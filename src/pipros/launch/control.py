@@ -1,0 +1,197 @@
+"""Lets other programs of this user list, stop and restart the nodes of a running roslaunch, and read output.
+
+Each roslaunch listens on a Unix socket, `$ROS_HOME/pipros/launches/<process id>`. It answers only this user
+and root, as the operating system reports them; the XML-RPC server, which others can reach, changes nothing. A
+connection has one request and one answer, both JSON:
+
+    {"do": "list"}                           {"run_id": …, "files": […], "nodes": […], "more": 0}
+    {"do": "output", "node": "talker-2"}     {"output": [["/…/talker-2-stdout.log", "…"]]}
+    {"do": "stop" or "restart", "node": …}   {}
+
+An answer to a refused request is `{"error": "…"}`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import threading
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from pipros.basics.cache_files import CacheFolder
+from pipros.basics.errors import PiprosError
+from pipros.basics.input_file import read_end
+from pipros.basics.limits import limit_text, process_limits
+from pipros.launch.managed_node import ManagedNode
+from pipros.launch.model import LaunchError
+from pipros.launch.run import LaunchRun
+from pipros.net import local_socket
+from pipros.packages import cache_folder
+
+MOST_NODES: Final = 1000
+OUTPUT_BYTES: Final = 65_536
+"""The part of an output that is returned."""
+_FOLDER: Final = "launches"
+_REQUEST_BYTES: Final = 65_536
+_TIMEOUT_S: Final = 5.0
+_CHUNK_BYTES: Final = 65_536
+
+
+class LaunchUnavailable(PiprosError):
+    """A roslaunch has ended, does not answer, or refuses a request."""
+
+
+class LaunchControl:
+    """The socket of one roslaunch, with a thread that answers."""
+
+    def __init__(self, run_id: str, files: Sequence[str], run: LaunchRun) -> None:
+        """Store the arguments; `start` creates the socket."""
+        self._about = {"run_id": run_id, "files": list(files)}
+        self._run = run
+        self._name = str(os.getpid())
+        self._folder = _folder()
+        self._server: socket.socket | None = None
+        self._thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Create the socket, and answer requests in another thread.
+
+        Raises:
+            OSError: the socket cannot be created, or this system has no such sockets.
+        """
+        local_socket.remove_dead(self._folder)
+        self._server = local_socket.listen(self._folder, self._name)
+        self._thread = threading.Thread(target=self._serve, args=(self._server,), name="control", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Remove the socket. May be called even if there is none."""
+        server, self._server = self._server, None
+        if server is None:
+            return
+        with contextlib.suppress(OSError):
+            self._folder.remove(self._name)
+        with contextlib.suppress(OSError):
+            server.shutdown(socket.SHUT_RDWR)  # ends the thread's wait
+        server.close()
+
+    def _serve(self, server: socket.socket) -> None:
+        while True:
+            try:
+                connection, _ = server.accept()
+            except OSError:
+                return  # the socket was closed
+            with connection, contextlib.suppress(OSError):
+                connection.settimeout(_TIMEOUT_S)
+                if local_socket.is_own(connection):
+                    connection.sendall(json.dumps(self._answer(connection)).encode())
+
+    def _answer(self, connection: socket.socket) -> Mapping[str, Any]:
+        try:
+            request = json.loads(_received(connection, _REQUEST_BYTES))
+            wanted, node = request["do"], request.get("node", "")
+            if wanted == "list":
+                return self._list()
+            if wanted == "output":
+                return {"output": self._output(node)}
+            if wanted == "stop":
+                self._run.stop_node(node)
+            elif wanted == "restart":
+                self._run.restart_node(node)
+            else:
+                raise LaunchError(f"do must be list, output, stop or restart, got {wanted!r:.100}")
+        except (PiprosError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+            return {"error": str(error) or type(error).__name__}
+        return {}
+
+    def _list(self) -> Mapping[str, Any]:
+        managed = self._run.managed()
+        nodes = [_values(node) for node in managed[:MOST_NODES]]
+        return {**self._about, "nodes": nodes, "more": max(0, len(managed) - MOST_NODES)}
+
+    def _output(self, name: object) -> list[list[str]]:
+        """Return the ends of a node's outputs, each with the file that it was read from."""
+        managed = next((node for node in self._run.managed() if node.name == name), None)
+        process = managed.latest if managed is not None else None
+        if process is None:
+            raise LaunchError(f"there is no node [{name}] in this launch")
+        found = [["terminal", process.recent_output.decode("utf-8", "replace")]]
+        found += [_end_of(file) for file in (process.stdout_log, process.stderr_log) if file is not None]
+        if not any(text for _, text in found):  # it wrote to the terminal itself; its log has what it logged
+            found.append(_end_of(Path(f"{self._run.log_stem(process.name)}.log")))
+        return [[source, text] for source, text in found if text]
+
+
+def running_launches() -> list[str]:
+    """Return the process ids of the roslaunch processes of this user that have sockets.
+
+    Raises:
+        OSError: the folder cannot be read, or other users could write to it.
+    """
+    try:
+        return sorted(name for name in _folder().names() if name.isdecimal())
+    except FileNotFoundError:
+        return []
+
+
+def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Send a request to the roslaunch with a process id, and return its answer. Blocks for a few seconds.
+
+    Raises:
+        LaunchUnavailable: it has ended, does not answer, or refuses the request.
+    """
+    limit = process_limits().launch_answer_bytes
+    try:
+        with local_socket.connect(_folder(), launch, _TIMEOUT_S) as connection:
+            connection.sendall(json.dumps(request).encode())
+            connection.shutdown(socket.SHUT_WR)
+            text = _received(connection, limit)
+            answer = json.loads(text)
+    except (FileNotFoundError, ConnectionError):
+        raise LaunchUnavailable(f"roslaunch {launch} has ended") from None
+    except (OSError, ValueError, RecursionError) as error:
+        raise LaunchUnavailable(f"roslaunch {launch} does not answer: {error}") from None
+    if not isinstance(answer, dict) or "error" in answer:
+        problem = answer.get("error") if isinstance(answer, dict) else "malformed answer"
+        raise LaunchUnavailable(str(problem))
+    return answer
+
+
+def _received(connection: socket.socket, limit: int) -> bytes:
+    """Return what the other end sends until it shuts its side down."""
+    text = bytearray()
+    while chunk := connection.recv(_CHUNK_BYTES):
+        text += chunk
+        if len(text) > limit:
+            raise ValueError(f"too long; {limit_text('launch_answer_bytes', limit)}")
+    return bytes(text)
+
+
+def _values(managed: ManagedNode) -> Mapping[str, Any]:
+    info = managed.info()
+    return {
+        "name": managed.name,
+        "node": managed.node.full_name,
+        "program": f"{info.package}/{managed.node.type}",
+        "state": managed.state.value,
+        "pid": info.pid,
+        "exit_code": info.exit_code,
+        "starts": info.spawn_count,
+        "respawn": info.respawn,
+        "required": info.required,
+    }
+
+
+def _end_of(file: Path) -> list[str]:
+    try:
+        return [str(file), read_end(file, OUTPUT_BYTES)]
+    except OSError:
+        return [str(file), ""]
+
+
+def _folder() -> CacheFolder:
+    return CacheFolder(os.path.abspath(cache_folder(_FOLDER)))

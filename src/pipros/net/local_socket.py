@@ -1,0 +1,104 @@
+"""Unix sockets in a folder of this user, for programs of the same user. Needs Linux.
+
+The paths of sockets are limited to about a hundred bytes, and those of `ROS_HOME` are not, so they are
+opened relative to the folder's descriptor, below `/proc/self/fd`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import struct
+import sys
+from typing import Final
+
+from pipros.basics.cache_files import CacheFolder, Untrusted
+from pipros.basics.posix import user_id
+
+HAS_LOCAL_SOCKETS: Final = sys.platform == "linux"
+
+_CREDENTIALS: Final = struct.Struct("3i")
+"""Process, user and group: `struct ucred`."""
+_BACKLOG: Final = 16
+
+
+def listen(folder: CacheFolder, name: str) -> socket.socket:
+    """Return a listening socket at `name` in a folder, which is created. Replace a socket of that name.
+
+    Raises:
+        Untrusted: other users could write to the folder.
+        OSError: the socket cannot be created, for example on a file system without sockets.
+    """
+    unfinished = f".{name}.{os.urandom(6).hex()}"
+    inside = folder.enter(creates=True)
+    try:
+        server = _socket()
+        try:
+            server.bind(f"/proc/self/fd/{inside}/{unfinished}")
+            try:
+                os.chmod(unfinished, 0o600, dir_fd=inside)
+                server.listen(_BACKLOG)
+                os.replace(unfinished, name, src_dir_fd=inside, dst_dir_fd=inside)
+            except BaseException:
+                os.unlink(unfinished, dir_fd=inside)
+                raise
+        except BaseException:
+            server.close()
+            raise
+        return server
+    finally:
+        os.close(inside)
+
+
+def connect(folder: CacheFolder, name: str, timeout_s: float) -> socket.socket:
+    """Return a connection to the socket at `name` in a folder.
+
+    Raises:
+        Untrusted: another user listens there, or could write to the folder.
+        OSError: the socket does not exist, or its program has ended.
+    """
+    inside = folder.enter()
+    client = _socket()
+    try:
+        client.settimeout(timeout_s)
+        client.connect(f"/proc/self/fd/{inside}/{name}")
+        if not is_own(client):
+            raise Untrusted(f"the socket {name} belongs to another user")
+    except BaseException:
+        client.close()
+        raise
+    finally:
+        os.close(inside)
+    return client
+
+
+def remove_dead(folder: CacheFolder) -> None:
+    """Remove the sockets of programs that have been killed. Ignore errors."""
+    with contextlib.suppress(OSError):
+        for name in folder.names():
+            try:
+                connect(folder, name, 1.0).close()
+            except ConnectionRefusedError:
+                folder.remove(name)
+            except OSError:
+                continue
+
+
+def is_own(connection: socket.socket) -> bool:
+    """Return whether the process at the other end belongs to this user or to root."""
+    return peer_user(connection) in (0, user_id())
+
+
+def peer_user(connection: socket.socket) -> int | None:
+    """Return the user id of the process at the other end; None if the system does not report it."""
+    if sys.platform != "linux":
+        return None
+    found = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    return int(_CREDENTIALS.unpack(found)[1])
+
+
+def _socket() -> socket.socket:
+    if sys.platform != "linux":
+        raise OSError("this system has no Unix sockets that report the user at the other end")
+    return socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)

@@ -1,0 +1,31 @@
+// Menus in the head of the page: all views, where the tabs do not fit, and the publishers that run.
+
+import { h, replace } from "./dom.js";
+import { placeOf } from "./place.js";
+import { onPublishers, publisherList } from "./publishers.js";
+
+// Shows the button for the menu of all views while the tabs need more room than there is.
+export function allViewsMenu(tabs, titles) {
+  const button = document.getElementById("all-views");
+  const menu = document.getElementById("views-menu");
+  replace(menu, titles.map(([name, title]) => h("a", { href: placeOf(name), onclick: () => menu.hidePopover() }, title)));
+  const update = () => {
+    button.hidden = tabs.scrollWidth <= tabs.clientWidth;
+    tabs.classList.toggle("more-before", tabs.scrollLeft > 1);
+    tabs.classList.toggle("more-after", tabs.scrollLeft + tabs.clientWidth < tabs.scrollWidth - 1);
+  };
+  new ResizeObserver(update).observe(tabs);
+  tabs.addEventListener("scroll", update);
+  tabs.addEventListener("wheel", ({ deltaX, deltaY }) => { if (!deltaX) tabs.scrollLeft += deltaY; }, { passive: true });
+}
+
+export function publishersMenu() {
+  const button = document.getElementById("publishers");
+  const menu = document.getElementById("publishers-menu");
+  menu.append(publisherList());
+  onPublishers((number) => {
+    replace(button, `publishing ${number}`);
+    button.hidden = number === 0;
+    if (!number && menu.matches(":popover-open")) menu.hidePopover();
+  });
+}

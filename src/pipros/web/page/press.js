@@ -1,0 +1,40 @@
+// Holds updates back while a button of the mouse or a finger is pressed, so that what was pressed is still in its place at
+// the release, and the browser reports a click. A drag does not hold them back.
+
+const DRAG_PX = 5;
+const CLICK_MS = 50; // within which the click follows the release
+const LONGEST_MS = 30000;
+
+let start = null; // {x, y} of the press; null while nothing is pressed
+let timer = 0;
+let held = []; // in the order in which they came
+
+function release() {
+  clearTimeout(timer);
+  start = null;
+  const calls = held;
+  held = [];
+  for (const call of calls) queueMicrotask(call); // an error in one does not affect the others
+}
+
+function releaseAfter(milliseconds) {
+  clearTimeout(timer);
+  timer = setTimeout(release, milliseconds);
+}
+
+addEventListener("pointerdown", ({ clientX, clientY }) => {
+  start = { x: clientX, y: clientY };
+  releaseAfter(LONGEST_MS);
+}, { capture: true });
+addEventListener("pointermove", ({ clientX, clientY }) => {
+  if (start && Math.hypot(clientX - start.x, clientY - start.y) > DRAG_PX) release();
+}, { capture: true });
+for (const end of ["pointerup", "pointercancel", "blur"]) {
+  addEventListener(end, () => { if (start) releaseAfter(CLICK_MS); }, { capture: true });
+}
+
+// Calls a function, now or after the press.
+export function afterPress(call) {
+  if (start) held.push(call);
+  else call();
+}

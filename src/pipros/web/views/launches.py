@@ -1,0 +1,90 @@
+"""The running roslaunch processes of this user on this machine: their nodes, output, stops and restarts."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import AsyncIterator, Mapping
+from typing import Any, Final
+
+from pipros.basics.errors import PiprosError
+from pipros.graph import params
+from pipros.launch.control import LaunchUnavailable, ask, running_launches
+from pipros.net.local_socket import HAS_LOCAL_SOCKETS
+from pipros.web.bounded_list import bounded_list
+from pipros.web.server import RequestRefused
+from pipros.web.watched_system import WatchedSystem
+
+LOOK_INTERVAL_S: Final = 1.0
+MOST_LAUNCHES: Final = 50
+_COLOURS: Final = re.compile(r"\x1b\[[\d;]*[A-Za-z]")
+
+
+class LaunchViews:
+    """The views and actions of the section Launches of the Nodes tab."""
+
+    def __init__(self, system: WatchedSystem) -> None:
+        self._system = system
+
+    async def launches(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the nodes of the launches of the current run, as they are about once a second."""
+        while True:
+            yield await self._system.questions.run(self._found)
+            await asyncio.sleep(LOOK_INTERVAL_S)
+
+    async def launch_output(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
+        """Yield the ends of the outputs of a node, now and after each change."""
+        request = {"do": "output", "node": str(arguments["node"])}
+        shown: Any = None
+        while True:
+            answer = await self._system.questions.run(ask, _launch(arguments), request)
+            if answer != shown:
+                shown = answer
+                yield {"output": [[str(source), _plain(text)] for source, text in answer["output"]]}
+            await asyncio.sleep(LOOK_INTERVAL_S)
+
+    async def restart_launched(self, arguments: Mapping[str, Any]) -> Any:
+        """Restart a node of a launch."""
+        return await self._change("restart", arguments)
+
+    async def stop_launched(self, arguments: Mapping[str, Any]) -> Any:
+        """Stop a node of a launch."""
+        return await self._change("stop", arguments)
+
+    async def _change(self, what: str, arguments: Mapping[str, Any]) -> Any:
+        request = {"do": what, "node": str(arguments["node"])}
+        try:
+            await self._system.questions.run(ask, _launch(arguments), request)
+        except LaunchUnavailable as error:
+            raise RequestRefused(str(error)) from None
+        return True
+
+    def _found(self) -> Mapping[str, Any]:
+        if not HAS_LOCAL_SOCKETS:
+            return {"nodes": [], "error": "Launches are shown on Linux only."}
+        nodes: list[Mapping[str, Any]] = []
+        try:
+            run_id = str(params.read(self._system.graph.master, "/run_id")).strip()
+            launches = running_launches()
+        except (PiprosError, OSError) as error:
+            return {"nodes": [], "error": str(error)}
+        for launch in launches[:MOST_LAUNCHES]:
+            try:
+                answer = ask(launch, {"do": "list"})
+            except LaunchUnavailable:
+                continue  # it is ending, or another user's
+            if answer.get("run_id") == run_id:
+                files = ", ".join(map(str, answer["files"]))
+                nodes += [{**node, "launch": launch, "files": files} for node in answer["nodes"]]
+        return {"nodes": bounded_list(nodes), "error": ""}
+
+
+def _launch(arguments: Mapping[str, Any]) -> str:
+    launch = str(arguments["launch"])
+    if not re.fullmatch("[0-9]{1,10}", launch):
+        raise RequestRefused(f"launch must be a process id, got {launch!r:.100}")
+    return launch
+
+
+def _plain(text: object) -> str:
+    return _COLOURS.sub("", str(text))
