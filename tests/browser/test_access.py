@@ -122,7 +122,7 @@ def test_an_address_with_a_token_from_a_file_outlives_the_server(
     file.touch(mode=0o600)
     file.write_text("a.token~of-this_robot\n")
     page = Page(ros, "--token-file", file)
-    assert page.token == "a.token~of-this_robot"
+    assert page.token == "a.token~of-this_robot"  # noqa: S105
     tab = open_tab(page, "topics")
     expect_open(tab)
     page.process.press_ctrl_c()
