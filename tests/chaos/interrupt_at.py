@@ -1,4 +1,4 @@
-"""Run a tool or a node many times, each time with a SIGINT at another bytecode instruction of the main thread.
+"""Run a tool or a node many times, each time with a SIGINT at another bytecode instruction of its thread.
 
 `python -m tests.chaos.interrupt_at {command,node} MOMENT...` prints a line for each run that did not end, and
 finally `done`. Only the instructions of `threading` and of pipros's waits count, between which Python
