@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How quick the servers for browsers and Foxglove are.
+"""The speed of the servers for browsers and for Foxglove.
 
     benchmarks/bridges.py [--only images,clients,encodings,rosbridge] [--rounds 3] [--seconds 5] [--quick]
 
@@ -211,7 +211,7 @@ class Client:
         return struct.unpack_from("<II", payload, 17)
 
     def _frames(self, partial=False):
-        """Take complete frames from the buffer; with `partial` the rest of a large one is only counted."""
+        """Take complete frames from the buffer; with `partial`, the rest of a large one is only counted."""
         buffer = self._buffer
         while len(buffer) >= 2:
             size, head = buffer[1] & 0x7F, 2

@@ -88,7 +88,7 @@ def end_of(side, place, sends, receives, on_message):
 
 
 def echo(side, place, sends, receives):
-    """Send back whatever arrives."""
+    """Send each message back."""
     end = None
     ready = threading.Event()
 
@@ -103,7 +103,7 @@ def echo(side, place, sends, receives):
 
 
 def count(side, place, sends, receives):
-    """Count what arrives; print the count on request."""
+    """Count the messages; print the count on request."""
     seen = [0]
 
     def add(_):
@@ -127,7 +127,7 @@ def trips(side, place, sends, receives, size, seconds):
         if arrived.acquire(timeout=0.2):
             break
         if time.monotonic() > give_up:
-            raise SystemExit(f"{side}: nothing came back")
+            raise SystemExit(f"{side}: no message came back")
     while arrived.acquire(timeout=0.5):
         pass
     found = []
@@ -168,7 +168,7 @@ def master():
 
 
 def many(router, number):
-    """Be `number` members with 20 topics each."""
+    """Run `number` members with 20 topics each."""
     import itertools
 
     from pipros.fleet import keys
@@ -313,7 +313,7 @@ def flow(system, side, size, seconds):
         give_up = time.monotonic() + DEADLINE_S
         while counter.ask() < 5:
             if time.monotonic() > give_up:
-                raise SystemExit(f"{side}: nothing arrives")
+                raise SystemExit(f"{side}: no message arrives")
             time.sleep(0.1)
         time.sleep(0.5)
         begin, first = time.monotonic(), counter.ask()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How quick the engine for DDS and the gateway are, beside bare Cyclone DDS in C and bare Zenoh, in one run.
+"""The speed of the DDS engine and the gateway, and of bare Cyclone DDS in C and bare Zenoh, in one run.
 
     benchmarks/ros2.py [--rounds 3] [--only discovery,flow,...] [--quick]
 
@@ -153,7 +153,7 @@ def latched(writer, reader):
 
 
 def rate(writer, reader, loss=0.0, count=10_000, size=100, period_us=1000, timeout_s=5.0):
-    """Return how many of the messages were lost, and how many arrived per second."""
+    """Return the number of lost messages, and the number that arrived per second."""
     with running(reader, "sub", TOPIC, "reliable", loss=loss) as listener:
         listener.wait_for("ready")
         with running(writer, "pub", TOPIC, count, size, period_us, "reliable", loss=loss) as talker:
@@ -177,7 +177,7 @@ def service(server, client, count):
 
 
 def crowd(count):
-    """Return how many calls of concurrent clients were answered right."""
+    """Return the number of calls of concurrent clients with a correct answer."""
     with contextlib.ExitStack() as stack:
         stack.enter_context(running(OURS, "server", "/add")).wait_for("ready")
         callers = [
@@ -220,7 +220,7 @@ def gateway():
 
 
 def through_gateway(size, count):
-    """Return how many of the messages from ROS 1 were lost, and how many arrived per second."""
+    """Return the number of lost messages from ROS 1, and the number that arrived per second."""
     from pipros.msg import load_message_class
 
     with gateway() as node:

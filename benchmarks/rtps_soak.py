@@ -47,7 +47,7 @@ def message(number, size):
 
 
 class Gaps:
-    """Counts what each remote writer's messages lack: from its first one on, none may be missing."""
+    """Counts missing messages of each remote writer: from its first one on, none may be missing."""
 
     def __init__(self):
         self.received = self.lost = 0
@@ -62,7 +62,7 @@ class Gaps:
 
 
 class Visitors:
-    """Keeps peers running, each for a while, and checks what those that subscribe have printed."""
+    """Keeps peers running, each for a while, and checks the output of those that subscribe."""
 
     def __init__(self):
         self.started = self.killed = self.lost = self.wrong = 0

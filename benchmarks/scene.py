@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Costs of the Scene tab: the first picture, the time of a picture, clouds, and the server's processor time.
+"""Costs of the Scene tab: time to the first picture, time for each picture, clouds, and processor time.
 
     benchmarks/scene.py [--seconds 8] [--only TEXT]
 

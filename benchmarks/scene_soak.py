@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The Scene tab for a long time, with a bag that loops in simulated time: nothing is stale, no memory grows.
+"""A long run of the Scene tab, with a bag that loops in simulated time: no stale objects, no growing memory.
 
     benchmarks/scene_soak.py [--minutes 60]
 

@@ -10,7 +10,7 @@ QUEUE_BYTES = 65536
 
 
 class SlowLink:
-    """Forwards connections to a port of this computer.
+    """Forwarder of connections to a port of this computer.
 
     Attributes:
         port: where it listens.

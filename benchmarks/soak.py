@@ -59,7 +59,7 @@ class Sequence:
         self.received += 1
 
 
-# -- a visitor: a node that starts and ends ------------------------------------------------
+# -- visitors: nodes that start and end ----------------------------------------------------
 
 
 def visit(name: str) -> None:
@@ -87,7 +87,7 @@ def visit(name: str) -> None:
                 calls["bad"] += 1
 
 
-# -- the process that stays ----------------------------------------------------------------
+# -- the permanent process -----------------------------------------------------------------
 
 
 @dataclass(slots=True)

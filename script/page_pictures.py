@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Takes the pictures of the page in docs/: `script/pictures --page [NAME…]` calls it, for all or some.
 
-In the meantime, a small robot runs: tests/browser/programs, with relays as its other nodes. For the picture
+Meanwhile, a small robot runs: tests/browser/programs, with relays as its other nodes. For the picture
     `battery`, the package vehicle_battery runs instead. It needs Chromium, Playwright and Pillow.
 """
 

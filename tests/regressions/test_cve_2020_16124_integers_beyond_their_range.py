@@ -1,4 +1,4 @@
-"""CVE-2020-16124: lengths and integers beyond 32 bits wrapped around in ROS' XML-RPC library."""
+"""CVE-2020-16124: lengths and integers beyond 32 bits wrapped around in the XML-RPC library of ROS."""
 
 from __future__ import annotations
 

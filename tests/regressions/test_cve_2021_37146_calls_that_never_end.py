@@ -1,4 +1,4 @@
-"""CVE-2021-37146: one crafted call kept ROS' C++ XML-RPC server busy forever."""
+"""CVE-2021-37146: one crafted call kept the C++ XML-RPC server of ROS busy forever."""
 
 from __future__ import annotations
 

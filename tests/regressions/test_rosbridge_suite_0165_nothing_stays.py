@@ -1,4 +1,4 @@
-"""rosbridge_suite#165, ros_comm#533, #610: processes that opened and closed topics for weeks grew."""
+"""rosbridge_suite#165, ros_comm#533, #610: processes that opened and closed topics kept growing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The port of bridges: who enters, and what a client that misbehaves costs the others."""
+"""The port of bridges: which clients are admitted, and how a misbehaving client affects the others."""
 
 from __future__ import annotations
 

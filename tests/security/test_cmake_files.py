@@ -1,4 +1,4 @@
-"""A `CMakeLists.txt` beyond the limits fails its package, with file and line; the others are built."""
+"""A `CMakeLists.txt` beyond the limits: the error names file and line, and the other packages are built."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ HOSTILE = "$(touch${IFS}pwned)"
 
 
 def open_shell(ros: RosSystem, program: str) -> Terminal:
-    """A shell with pipros' functions and completion."""
+    """A shell with the functions and completion of pipros."""
     if shutil.which(program) is None:
         pytest.skip(f"{program} is not installed")
     terminal = ros.pipros.open_terminal(EDITING_SHELLS[program])

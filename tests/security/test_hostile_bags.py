@@ -65,7 +65,7 @@ def test_a_chunk_that_the_index_names_twice_is_refused() -> None:
 
 
 def test_chunks_that_share_an_index_are_refused() -> None:
-    """Each chunk's data contain the next chunk; the entries follow the innermost."""
+    """Each chunk's data contain the next chunk; the entries follow the innermost one."""
     start = len(chunk_of(b""))
     starts = [chunk_header_bytes("none", start * left, start * left) for left in reversed(range(500))]
     entries = index_record(0, ENTRY.pack(10, 0, 0) * 1000)

@@ -121,7 +121,7 @@ def close_code(socket: ClientConnection) -> int:
     return closed.value.rcvd.code
 
 
-# ---- the end
+# ---- shutdown
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -200,7 +200,7 @@ def test_a_second_signal_ends_the_process_at_once(ros: RosSystem) -> None:
     assert page.wait(AT_ONCE_S) == -signal.SIGTERM
 
 
-# ---- strangers
+# ---- unauthenticated clients
 
 
 def answered(page: Page) -> None:

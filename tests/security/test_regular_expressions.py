@@ -1,4 +1,4 @@
-"""Regular expressions that other nodes set as parameters cannot stop a process."""
+"""Regular expressions that other nodes set as parameters cannot block a process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hostile clients of rosbridge and hostile publishers: refused or limited, while other clients go on."""
+"""Hostile clients of rosbridge and publishers: refused or limited, without effect on other clients."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def test_a_class_that_is_not_a_message_is_not_returned(modules: Path) -> None:
 
 
 def test_tools_do_not_import_modules_named_by_a_peer(ros: RosSystem) -> None:
-    """`import this` prints a poem."""
+    """`import this` would print a poem."""
     message_class = message_classes_from_text("this/Foo", "string data")["this/Foo"]
     service_class: Any = type(
         "Foo",

@@ -41,8 +41,8 @@ def ask(
 ) -> Answer:
     """Return the output of a program that uses no master and changes no file, by default in the home.
 
-    An answer of genuine ROS is cached for the same words, variables, files below the test's home and packages
-    of Debian. The address of the test's master may differ, and is put into the answer.
+    An answer of genuine ROS is cached for the same arguments, variables, files below the test's home and
+    packages of Debian. The address of the test's master may differ, and is put into the answer.
     In continuous integration nothing is cached.
     """
     words, folder = [str(word) for word in argv], cwd or side.home

@@ -37,14 +37,14 @@ def roslibpy_python(version: str) -> Path:
 
 
 def missing() -> list[str]:
-    """What this machine lacks."""
+    """Return the missing requirements of this machine."""
     lacking = [] if shutil.which("node") else ["node"]
     lacking += [] if roslib().exists() else ["roslib"]
     return lacking + [f"roslibpy {each}" for each in ROSLIBPY if not _has_roslibpy(each)]
 
 
 def missing_foxglove() -> list[str]:
-    """What this machine lacks for Foxglove's client."""
+    """Return the missing requirements of Foxglove's client."""
     lacking = [] if shutil.which("node") else ["node"]
     return lacking + [name for name in _FOXGLOVE if not (MODULES / name).is_dir()]
 

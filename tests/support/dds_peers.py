@@ -1,4 +1,4 @@
-"""Peers on Fast DDS and Cyclone DDS, compiled once, each test's in a network of its own.
+"""Peers on Fast DDS and Cyclone DDS, compiled once; those of each test run in a separate network.
 
 python -m tests.support.dds_peers prints the Debian packages that they need; `wheel` prints those from PyPI.
 """
@@ -45,7 +45,7 @@ _PROGRAMS = {"idlc": "cyclonedds-tools", "g++": "g++", "tshark": "tshark"}
 
 
 def missing() -> list[str]:
-    """Return the packages that this machine lacks."""
+    """Return the packages that are missing on this machine."""
     files = [package for file, package in _FILES.items() if not Path(file).exists()]
     if WHEEL and importlib.util.find_spec("cyclonedds") is None:
         files.append(f"{WHEEL} (PyPI)")

@@ -19,7 +19,7 @@ class _InstantSelector(selectors.SelectSelector):
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         if timeout is None:
-            raise RuntimeError("the loop would wait for ever: no timer and no task is left to run")
+            raise RuntimeError("the loop would wait forever: no timer and no task is left to run")
         self.waited_s += max(timeout, 0)
         return super().select(0)
 

@@ -83,7 +83,7 @@ class LivePage:
         self._numbers = itertools.count(1)
 
     def watch(self, view: str, **args: Any) -> Iterator[Any]:
-        """Yield the updates of a view, endlessly. Only one view may be read at a time."""
+        """Yield the updates of a view, without end. Only one view may be read at a time."""
         number = next(self._numbers)
         self.socket.send(json.dumps({"id": number, "view": view, "args": args}))
         while True:

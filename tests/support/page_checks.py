@@ -1,4 +1,4 @@
-"""Checks of the pages' JavaScript by eslint and the TypeScript compiler."""
+"""Checks of the page's JavaScript by eslint and the TypeScript compiler."""
 
 from __future__ import annotations
 

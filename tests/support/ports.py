@@ -1,4 +1,4 @@
-"""Free ports for masters, each claimed by one test at a time, even if several users run tests."""
+"""Free ports for masters, each claimed by one test at a time, even among several users."""
 
 from __future__ import annotations
 

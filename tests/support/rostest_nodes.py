@@ -41,7 +41,7 @@ class Scene:
 
     Attributes:
         cases: the contents of its result file: class and name of each case, and whether it passed.
-        expected: the text of a failure, in pipros' words.
+        expected: the text of a failure as pipros reports it.
     """
 
     node: str

@@ -79,11 +79,11 @@ class SimulatedNetwork:
         return host
 
     def stop(self, host: Host) -> None:
-        """Let a participant vanish without a word."""
+        """Remove a participant without an announcement."""
         del self.hosts[host.address]
 
     def flush(self) -> None:
-        """Deliver datagrams until all participants are silent."""
+        """Deliver datagrams until no participant sends any."""
         for _ in range(10_000):
             for host in self.hosts.values():
                 for outgoing in host.engine.take_outgoing():
@@ -101,7 +101,7 @@ class SimulatedNetwork:
             host.events += host.engine.take_events()
 
     def run(self, seconds: float) -> None:
-        """Let the time pass, from one deadline to the next."""
+        """Advance the time, from one deadline to the next."""
         end = self.now + seconds
         while self.now < end:
             self.flush()
@@ -112,7 +112,7 @@ class SimulatedNetwork:
         self.flush()
 
     def run_until(self, condition: Callable[[], bool], seconds: float = 20.0) -> None:
-        """Let the time pass until a condition is true."""
+        """Advance the time until a condition is true."""
         end = self.now + seconds
         while not condition():
             assert self.now < end, f"not within {seconds} simulated seconds"

@@ -1,4 +1,4 @@
-"""What the mouse does with interactive markers, in genuine rviz and in the Scene tab alike.
+"""Mouse actions on interactive markers, the same for genuine rviz and the Scene tab.
 
 `script/record-rviz controls` does it in genuine rviz, and records the feedback in
 tests/golden/rviz_controls.json. `tests/browser/programs/controls_program.py` has the markers.
@@ -25,8 +25,8 @@ class Grip:
     Attributes:
         at: where, in metres from the middle of the picture.
         by: how far, in metres.
-        key: what is held on the keyboard, if anything.
-        menu_entry: what is chosen in the menu that opens; empty if there is none.
+        key: the key that is held, if any.
+        menu_entry: the entry chosen in the menu; empty if no menu opens.
     """
 
     marker: str
@@ -71,7 +71,7 @@ def controls_file() -> str:
 
 
 def feedback_by_marker(lines: Sequence[Mapping[str, Any]]) -> dict[str, list[dict[str, Any]]]:
-    """Group feedback by marker, without signs of life.
+    """Group feedback by marker, without keep-alives.
 
     rviz repeats the pose in each picture: poses without a point that repeat the one before are dropped, too.
     """

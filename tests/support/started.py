@@ -17,7 +17,7 @@ class Program(Protocol):
 
     @property
     def transcript(self) -> list[str]:
-        """Everything it printed so far, line by line."""
+        """Everything that it has printed so far, line by line."""
 
 
 class Started:

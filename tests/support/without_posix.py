@@ -1,6 +1,6 @@
 """A Python without the modules and names that Windows, macOS or a browser lacks.
 
-The lists are here alone. Modules and names are missing on at least one of these systems; Pyodide, Python in a
+Modules and names in the lists are missing on at least one of these systems; Pyodide, Python in a
 browser, lacks the modules, too. `_BROWSER` has functions that exist in a browser, but do not work.
 """
 

@@ -269,7 +269,7 @@ def test_imports_point_down_only() -> None:
 
 
 def module_name(file: Path) -> str:
-    """`pipros.msg.base` for pipros/msg/base.py, `pipros.msg` for pipros/msg/__init__.py."""
+    """Return `pipros.msg.base` for pipros/msg/base.py, `pipros.msg` for pipros/msg/__init__.py."""
     parts = parts_of(file)
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 

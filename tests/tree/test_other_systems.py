@@ -49,7 +49,7 @@ def empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("packages", [["pipros"], FACADES], ids=["pipros", "facades"])
 def test_every_module_can_be_imported_without_what_only_posix_has(packages: list[str]) -> None:
-    """In one process for many modules, because a failed import does not affect the others."""
+    """One process imports many modules, because a failed import does not affect the others."""
     modules = [module for package in packages for module in modules_of(folder_of(package))]
     assert set(packages) <= set(modules)
     modules = [module for module in modules if module not in NEED_PYKDL]

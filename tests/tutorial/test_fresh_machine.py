@@ -99,7 +99,7 @@ def test_an_installation_is_unchanged_until_the_project_changes(machine: Machine
     assert first.returncode == 0, first.output
     assert calls[-1].endswith("--editable .[dev]")
 
-    # A plain installation has nothing that one for developers lacks.
+    # Whatever is in a plain installation is also in one for developers.
     for arguments in (["dev"], []):
         assert machine.run(*arguments).stderr == []
     assert [call for call in machine.calls() if "pip install" in call] == calls[-1:]

@@ -47,7 +47,7 @@ def main(router, mode, name, _type, *words):
                     time.sleep(period_us / 1e6)
             print("published", flush=True)
         elif mode == "sub":
-            # Zenoh's own thread must not wait for this one.
+            # Zenoh's thread must not wait for this one.
             arrived = queue.SimpleQueue()
             session.declare_subscriber(key, zenoh.handlers.Callback(arrived.put, indirect=False))
             threading.Thread(

@@ -1,4 +1,4 @@
-"""The command that a hint prints installs an extra of this pipros, wherever it came from."""
+"""The command in a hint installs an extra of this pipros, whatever its source."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.basics.extras import install_command
 
 @pytest.fixture
 def come_from(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """Sets what pip noted at the installation."""
+    """Sets the record that pip makes of an installation."""
 
     def note(noted: object) -> None:
         text = noted if noted is None or isinstance(noted, str) else json.dumps(noted)

@@ -46,7 +46,7 @@ def test_an_item_of_a_queue_is_taken_at_once_and_an_empty_queue_gives_none() -> 
 
 
 def interrupted_at(byte_code: int, event: OnceEvent) -> bool:
-    """Return whether a wait for the event was interrupted by KeyboardInterrupt before that byte code."""
+    """Return whether a wait for the event was interrupted by KeyboardInterrupt before that instruction."""
     left = byte_code
 
     def step(_frame: FrameType, kind: str, _arg: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Rate limits for what one client sends."""
+"""Rate limits for the messages of one client."""
 
 from __future__ import annotations
 

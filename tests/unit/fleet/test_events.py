@@ -11,7 +11,7 @@ from pipros.fleet.warnings_once import WarningsOnce
 
 
 def handled(events: Events) -> list[str]:
-    """Handle all events that wait."""
+    """Handle all pending events."""
     found: list[str] = []
     while (event := events.next(0)) is not None:
         found.append(str(event()))

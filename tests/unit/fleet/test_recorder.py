@@ -1,4 +1,4 @@
-"""The recorder's thread and its limits, with a link that the tests play."""
+"""The recorder's thread and its limits, with a link that the tests simulate."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class FakeQuestion:
 
 
 class FakeLink:
-    """Link whose other members are played by the test.
+    """Link whose other members are simulated by the test.
 
     Attributes:
         answers: payloads that members answer, by key.
@@ -69,7 +69,7 @@ class FakeLink:
         self._served[pattern] = on_question
 
     def ask(self, pattern: str, question: FakeQuestion) -> None:
-        """Play a member that sends a request."""
+        """Simulate a member that sends a request."""
         self._served[pattern](question)
 
     def subscribe(self, pattern: str, on_message: Callable[..., object]) -> None:
@@ -89,7 +89,7 @@ class FakeLink:
         self.wanted[key.rpartition("/")[2]] = json.loads(payload)["topics"]
 
     def join(self, member: str, *entries: Entry) -> None:
-        """Play a member that joins and sends its directory."""
+        """Simulate a member that joins and sends its directory."""
         self._on_token(keys.live(member, keys.VERSION, RUN), True)
         self.send_directory(member, *entries)
 
@@ -104,7 +104,7 @@ class FakeLink:
     def send(
         self, member: str, entry: Entry, sequence: int, body: bytes, *, is_latched: bool = False
     ) -> None:
-        """Play a member that sends a message."""
+        """Simulate a member that sends a message."""
         attachment = pack(Attachment(0, RUN, sequence, 0, entry.md5sum, is_latched=is_latched))
         self._subscribers[keys.topic("*", keys.EVERY)](keys.topic(member, entry.name), body, attachment)
 

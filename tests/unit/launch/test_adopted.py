@@ -41,7 +41,7 @@ class Program:
 
 
 class Page:
-    """Printer that keeps what was printed."""
+    """Printer that keeps its output."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -57,7 +57,7 @@ class Page:
 
 
 class Watch:
-    """Adopted processes, and what happened to them."""
+    """Adopted processes, and a record of their ends."""
 
     def __init__(self, *programs: Program) -> None:
         self.page = Page()

@@ -66,7 +66,7 @@ def test_a_message_without_fields_takes_no_bytes() -> None:
 
 def test_a_handwritten_class_has_the_methods_of_messages() -> None:
     class Nothing(Message):
-        __slots__: list[str] = []  # as genpy's classes have it
+        __slots__: list[str] = []  # as in genpy's classes
         _slot_types: list[str] = []  # noqa: RUF012
 
     message = Nothing()

@@ -1,4 +1,4 @@
-"""Messages to bytes and back. test_golden.py compares the bytes with genpy's."""
+"""Messages: conversion to bytes and back. test_golden.py compares the bytes with genpy's."""
 
 from __future__ import annotations
 

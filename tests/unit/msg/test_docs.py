@@ -1,4 +1,4 @@
-"""The examples of docs/messages.md run, and its limits are true."""
+"""The examples of docs/messages.md run, and its limits are those of the code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The states of an outgoing link."""
+"""The state machine of an outgoing link."""
 
 from __future__ import annotations
 

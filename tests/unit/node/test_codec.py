@@ -1,4 +1,4 @@
-"""Messages are encoded and decoded by the fastest methods of their class."""
+"""Messages are encoded and decoded with the fastest methods of their class."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conversion between ROS 1 and CDR: rosbags is the oracle, and rules decide what corresponds."""
+"""Conversion between ROS 1 and CDR: results equal those of rosbags; rules decide which fields match."""
 
 from __future__ import annotations
 

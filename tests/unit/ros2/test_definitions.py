@@ -1,4 +1,4 @@
-"""The language of ROS 2's definitions, and where definitions are found."""
+"""The language of ROS 2's definitions, and the places where definitions are found."""
 
 from __future__ import annotations
 

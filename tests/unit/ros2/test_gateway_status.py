@@ -1,4 +1,4 @@
-"""What a gateway reports: for `pipros ros2 status`, for diagnostics, and as the doctor reads it."""
+"""The reports of a gateway: for `pipros ros2 status`, for diagnostics, and for the doctor."""
 
 from __future__ import annotations
 

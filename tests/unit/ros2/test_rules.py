@@ -1,4 +1,4 @@
-"""The rules of a gateway: what passes, under which name, and with which quality of service."""
+"""The rules of a gateway: which topics pass, under which name, and with which quality of service."""
 
 from __future__ import annotations
 

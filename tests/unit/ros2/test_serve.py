@@ -1,4 +1,4 @@
-"""Which gateways reach ROS 2 on this machine only, and the pace of topics."""
+"""Which gateways reach ROS 2 on this machine only, and the rate limits of topics."""
 
 from __future__ import annotations
 

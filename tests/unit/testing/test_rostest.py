@@ -1,4 +1,4 @@
-"""How rostest runs the tests of a launch file, on a stage without processes."""
+"""How rostest runs the tests of a launch file, without processes."""
 
 from __future__ import annotations
 

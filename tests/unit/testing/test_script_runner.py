@@ -12,7 +12,7 @@ from pipros.testing.script_runner import run_program
 
 
 class Fine(unittest.TestCase):
-    __test__ = False  # not for pytest
+    __test__ = False  # pytest must not collect the class
 
     def test_it(self) -> None:
         pass

@@ -1,4 +1,4 @@
-"""Reading a bag for a browser that jumps in it."""
+"""Reading a bag for a browser that jumps between times."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class EndlessReader(BagReader):
 
 @pytest.fixture(params=[MARKERS, EMPTY])
 def endless(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[EndlessReader]:
-    """A bag of a type of which a jump reads many messages, or of one of which it needs only the newest."""
+    """A bag of a type for which a jump reads many messages, or of one for which it reads only the newest."""
     reader = EndlessReader(write_bag(tmp_path / "a.bag", request.param, [0, 0]))
     yield reader
     reader.stopped.set()

@@ -14,7 +14,7 @@ from pipros.web.watched_system import WatchedSystem
 
 
 class ClumsyObserver:
-    """Fails twice, and then observes."""
+    """Fails twice, and then succeeds."""
 
     def __init__(self, *_: object, **__: object) -> None:
         self.looks = 0

@@ -1,4 +1,4 @@
-"""The quick XML-RPC reader agrees with the complete one, or gives up."""
+"""The quick XML-RPC reader agrees with the complete one, or leaves the text to it."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ def workspace(tmp_path: Path) -> Workspace:
 
 
 def touch_later(file: Path) -> None:
-    """Make a file newer than everything made so far."""
+    """Make a file newer than everything created so far."""
     later = max(path.stat().st_mtime_ns for path in file.parents[2].rglob("*")) + 1_000_000_000
     os.utime(file, ns=(later, later))
 

@@ -1,4 +1,4 @@
-"""The files of a package in the devel and install spaces, and the checks before they are written."""
+"""The files of a package in the devel and install spaces, and the checks before those are written."""
 
 from __future__ import annotations
 

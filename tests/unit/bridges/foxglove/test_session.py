@@ -52,7 +52,7 @@ class FakeTopics:
 
 
 class FakeBridge:
-    """What sessions share, without ROS."""
+    """The state that sessions share, without ROS."""
 
     def __init__(self, *, has_control: bool = True, limits: Limits | None = None) -> None:
         self.node = Node("bridge", limits=limits)
@@ -95,7 +95,7 @@ class FakeBridge:
 
 
 class FakeClient:
-    """The connection of the client: what it would be sent."""
+    """The connection of the client, which records what is sent."""
 
     def __init__(self) -> None:
         self.outbox = Outbox(1_000_000, lambda: None)
@@ -117,7 +117,7 @@ class FakeClient:
 
 
 class Conversation:
-    """A session, and what its client sends and receives."""
+    """A session and its client."""
 
     def __init__(self, **options: Any) -> None:
         self.bridge = FakeBridge(**options)
@@ -130,7 +130,7 @@ class Conversation:
         return self.client.received()
 
     async def answer(self) -> Any:
-        """The next answer of a request that takes time."""
+        """The next answer to a request that takes time."""
         while not (found := self.client.received()):
             await asyncio.sleep(0)
         return found[0]

@@ -14,7 +14,7 @@ NOW = 1000
 
 
 def claims(**changed: Any) -> dict[str, Any]:
-    """Return authentic claims of now, with changes made before they are signed."""
+    """Return valid claims for the present time; changes are made before they are signed."""
     values: dict[str, Any] = {
         "client": "127.0.0.1",
         "dest": "here",

@@ -1,4 +1,4 @@
-"""Messages to JSON, CBOR and BSON, and back."""
+"""Messages: conversion to JSON, CBOR and BSON, and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Operations of one client as literal JSON, and the effects or answers that they have."""
+"""Operations of one client as literal JSON, and their effects or answers."""
 
 from __future__ import annotations
 

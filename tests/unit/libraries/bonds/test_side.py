@@ -12,7 +12,7 @@ SOON_S, NEVER_S = 0.001, 3600.0
 
 
 class Owner:
-    """What a side has published and reported."""
+    """The messages and reports of a side."""
 
     def __init__(
         self, durations_s: dict[Event, float], ignored_silences: int = 0, is_over: bool = False

@@ -12,7 +12,7 @@ S = 1_000_000_000
 
 
 class SetClock:
-    """A simulated clock that shows the given times, one at each look, and then the last of them."""
+    """A simulated clock that returns the given times, one at each reading, and then the last of them."""
 
     is_simulated = True
 

@@ -1,4 +1,4 @@
-"""Every message or file leads to a value of the documented type, or to the documented error."""
+"""Every message or file results in a value of the documented type, or in the documented error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""cv_bridge: images of messages as arrays, and back."""
+"""cv_bridge: conversion of image messages to arrays, and back."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def is_new_enough(python: str) -> bool:
 
 
 class Workspace:
-    """ROS packages in a folder, and Python processes that see them."""
+    """ROS packages in a folder, and Python processes with this folder on their package path."""
 
     def __init__(self, folder: Path) -> None:
         self.source = folder / "src"

@@ -1,4 +1,4 @@
-"""Announcements of participants and endpoints to bytes and back."""
+"""Announcements of participants and endpoints: conversion to bytes and back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Datagrams that were read and not yet handled."""
+"""Datagrams that have been read but not yet handled."""
 
 from __future__ import annotations
 

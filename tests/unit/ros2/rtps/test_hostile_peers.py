@@ -1,4 +1,4 @@
-"""Floods and lies of peers: bounded, reported, and no reason to fail others."""
+"""Floods and false claims of peers: bounded, reported, and without effect on other peers."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_flood_of_participants_is_bounded() -> None:
 
 
 def test_a_flood_of_fragments_stays_within_its_bytes() -> None:
-    """Each fragment begins a sample of 100 MB, of which nothing else arrives."""
+    """Each fragment begins a sample of 100 MB, whose other fragments never arrive."""
     limits = Limits(ros2_incomplete_bytes=500_000)
     network, victim, _, peer, writer = connected(limits)
     reader_id = b"\0\0\0\0"
@@ -98,7 +98,7 @@ def test_a_sample_beyond_the_limit_is_dropped_and_counted() -> None:
 
 
 def test_promises_of_endless_samples_cause_little_work() -> None:
-    """A heartbeat announces 2**62 samples, GAPs leave holes everywhere, and nothing else follows."""
+    """A heartbeat announces 2**62 samples, GAPs leave holes everywhere, and no data follow."""
     network, victim, reader, peer, writer = connected(Limits())
     head = datagram_head(peer.engine.prefix, victim.engine.prefix)
     for number in range(500):
@@ -156,7 +156,7 @@ def test_small_fragments_do_not_keep_their_large_datagrams() -> None:
 
 
 def test_a_last_fragment_promises_no_memory() -> None:
-    """The last fragments of samples of 128 MB arrive, and nothing else of them."""
+    """Only the last fragments of samples of 128 MB arrive."""
     network, victim, _, peer, writer = connected(Limits(ros2_incomplete_bytes=2_000_000))
     head = datagram_head(peer.engine.prefix, victim.engine.prefix)
     tracemalloc.start()

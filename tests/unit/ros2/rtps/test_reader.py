@@ -1,4 +1,4 @@
-"""The reading end, with a writer that does not keep its promises."""
+"""The reading end, with a writer that announces data and does not send them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Ears:
         self.requests()
 
     def requests(self) -> list[Submessage]:
-        """What the reader has sent since the last call."""
+        """The submessages that the reader has sent since the last call."""
         sent = [read_datagram(b"".join(each.parts), PEER) for each in self.outbox.take()]
         return [submessage for each in sent if each for submessage in each.submessages]
 
@@ -77,7 +77,7 @@ class Ears:
         self.receive(heartbeat(READER, WRITER, first, last, number, is_final=is_final))
 
     def wait(self, seconds: float) -> None:
-        """Let the time pass, from one deadline to the next."""
+        """Advance the time, from one deadline to the next."""
         end = self.now + seconds
         while self.reader.deadline <= end:
             self.now = max(self.now, self.reader.deadline)
@@ -268,7 +268,7 @@ def fragment_requests(ears: Ears) -> list[tuple[int, ...]]:
 
 
 def test_heartbeats_cause_no_second_request_while_the_first_is_answered() -> None:
-    """Cyclone DDS sends many heartbeats; each repeated answer would take the place of something new."""
+    """Cyclone DDS sends many heartbeats; each repeated answer would displace a new one."""
     ears = Ears()
     ears.beat(1, 1)
     ears.requests()

@@ -1,4 +1,4 @@
-"""Submessages to bytes and back, in both byte orders."""
+"""Submessages: conversion to bytes and back, in both byte orders."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class Voice:
         self.writer.on_nack_frag(GUID, NackFrag(READER, WRITER, sequence, missing, self._answers))
 
     def sent(self) -> list[Submessage]:
-        """What the writer has sent since the last call, after all bursts."""
+        """The submessages that the writer has sent since the last call, after all bursts."""
         while self.outbox.deadline <= self.now:
             self.outbox.poll(self.now)
             self.now += 0.001
@@ -65,7 +65,7 @@ class Voice:
 
 
 def test_samples_wait_for_the_first_answer_of_a_reliable_reader() -> None:
-    """Cyclone DDS drops what is sent before it knows the writer, and never requests it."""
+    """Cyclone DDS drops samples that arrive before it knows the writer, and never requests them."""
     voice = Voice(Qos(depth=10), Qos())
     for number in range(3):
         voice.write(b"%4d" % number)
@@ -80,7 +80,7 @@ def test_samples_wait_for_the_first_answer_of_a_reliable_reader() -> None:
 
 
 def test_a_request_for_a_heartbeat_does_not_answer_one() -> None:
-    """Readers ask before they have seen a heartbeat; Cyclone DDS passes over what its first one announces."""
+    """Readers ask before a heartbeat; Cyclone DDS ignores the samples that the first one announces."""
     voice = Voice(Qos(depth=10), Qos())
     voice.write(b"one.")
     voice.sent()

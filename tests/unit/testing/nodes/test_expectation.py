@@ -1,4 +1,4 @@
-"""Topics and services that must appear, or not, each within its own time from a common start."""
+"""Topics and services that must appear, or must not, each within its own time from a common start."""
 
 from __future__ import annotations
 
