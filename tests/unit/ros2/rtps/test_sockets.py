@@ -88,7 +88,7 @@ def test_static_peers_are_looked_for_at_all_ports(domain: int) -> None:
         assert {each.host for each in found.announce_to} == {"127.0.0.1", "192.0.2.7"}
 
 
-def test_nobody_is_looked_for_if_the_range_is_off(domain: int) -> None:
+def test_no_address_is_announced_to_if_the_range_is_off(domain: int) -> None:
     with sockets(domain, DiscoveryRange.OFF, "192.0.2.7") as found:
         assert found.announce_to == ()
 
