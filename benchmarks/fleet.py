@@ -1,22 +1,28 @@
 #!/usr/bin/env python3
 """The fleet link beside bare Zenoh and direct TCPROS, in one run.
 
-    benchmarks/fleet.py [--only trip,flow,cost,robots,wan] [--rounds 3] [--seconds 2] [--robots 100] [--quick]
+    benchmarks/fleet.py [--only trip,flow,cost,robots,slow,wan] [--rounds 3] [--seconds 2] [--robots 100]
+        [--quick]
 
 trip: round trip of a message between two nodes: on one master, there also with a pause of a millisecond
 before each trip (`paused`), between two sessions of Zenoh over a router, and between the masters of two
-members. flow: messages per second that arrive, sent as fast as possible. cost: memory and processor time of
-an agent, idle and at 1,000 messages/s. robots: members with 20 topics each in one process, without masters:
-the time until an operator knows all directories, also after a restart of the router. wan (only if named, as
-root): round trips of a command to a robot behind a link of 1 Mbit/s, 50 ms of delay each way and 1 % of lost
-packets, alone and while the robot sends images of twice the link's bandwidth. Each side is a process of its
-own. The sides take turns, and the median of the rounds counts. Nothing else should be running.
+members. flow: messages per second that arrive, sent as fast as possible by a sender that waits for room.
+cost: memory and processor time of an agent, idle and at 1,000 messages/s. robots: members with 20 topics
+each in two processes, without masters: the time until an operator knows all directories; until an agent
+shows all topics on its master, if they are at most 5,000; until all members are back after a restart of the
+router; and until half of them, whose process is stopped, count as gone, and are back. slow: two operators
+receive 10 messages/s of 10 kB from each of up to 100 robots; one of them handles only 100/s. wan (only if
+named, as root): round trips of a command to a robot behind a link of 1 Mbit/s, 50 ms of delay each way and
+1 % of lost packets, alone and while the robot sends images of twice the link's bandwidth. Each side is a
+process of its own. The sides take turns, and the median of the rounds counts. Nothing else should be
+running.
 """
 
 import argparse
 import contextlib
 import json
 import os
+import signal
 import socket
 import statistics
 import subprocess
@@ -29,6 +35,8 @@ SIZES = [16, 1_000, 100_000, 1_000_000]
 PAUSED = "paused"
 PAUSE_S = 0.001  # about the time between the messages of a round trip over a fleet link; threads sleep
 DEADLINE_S = 60.0
+TOPICS = 20
+MOST_TOPICS = 5000  # the limit fleet_topics
 
 
 # ---- workers, in processes of their own
@@ -50,7 +58,8 @@ class TcprosEnd:
         self._class = load_message_class("std_msgs/UInt8MultiArray")
         self._node = Node("bench", anonymous=True, environment=Environment(master_uri=master))
         self._node.start()
-        self._publisher = self._node.advertise(sends, self._class, queue_size=100)
+        # without a queue, `publish` waits for room, as Zenoh does with CongestionControl.BLOCK
+        self._publisher = self._node.advertise(sends, self._class, queue_size=None)
         self._node.subscribe(receives, self._class, lambda message: on_message(message.data))
 
     def send(self, body):
@@ -167,7 +176,7 @@ def master():
         sys.stdin.read()
 
 
-def many(router, number):
+def many(router, first, number):
     """Run `number` members with 20 topics each."""
     import itertools
 
@@ -175,13 +184,15 @@ def many(router, number):
     from pipros.fleet.agent import new_instance
     from pipros.fleet.directory import Directory, Entry, to_json
     from pipros.fleet.zenoh_session import connect
+    from pipros.msg import load_message_class
 
     held, counter = [], itertools.count()
+    md5sum = load_message_class("std_msgs/String")._md5sum
+    entries = tuple(Entry(f"/topic{each}", "std_msgs/String", md5sum) for each in range(TOPICS))
 
     def join():
         while (index := next(counter)) < number:
-            link, name, instance = connect(router), f"robot{index}", new_instance()
-            entries = tuple(Entry(f"/topic{each}", "std_msgs/String", "0" * 32) for each in range(20))
+            link, name, instance = connect(router), f"robot{first + index}", new_instance()
             document = to_json(Directory(name, instance, 1, entries))
 
             def answer(question, document=document):
@@ -201,7 +212,55 @@ def many(router, number):
     os._exit(0)
 
 
-WORKERS = {"echo": echo, "count": count, "trips": trips, "flood": flood, "many": many, "master": master}
+def senders(router, number, rate, size):
+    """Send `rate` messages per second, of `size` bytes, from each of `number` members, with send times."""
+    from pipros.fleet import keys
+    from pipros.fleet.zenoh_session import connect
+
+    links = [(connect(router), keys.topic(f"robot{each}", "/data")) for each in range(number)]
+    threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
+    print("ready", flush=True)
+    begin, sent = time.monotonic(), 0
+    while True:
+        for link, key in links:
+            link.put(key, time.monotonic_ns().to_bytes(8, "little").ljust(size))
+            sent += 1
+            time.sleep(max(0.0, begin + sent / rate / number - time.monotonic()))
+
+
+def watch(router, pause_ms):
+    """Receive all messages, with a pause after each. Print their number and the 95th percentile of delays."""
+    from pipros.fleet import keys
+    from pipros.fleet.zenoh_session import connect
+
+    delays = []
+
+    def take(_key, payload, _attachment):
+        delays.append((time.monotonic_ns() - int.from_bytes(payload[:8], "little")) // 1000)
+        if pause_ms:
+            time.sleep(pause_ms / 1000)
+
+    link = connect(router)
+    held = link.subscribe(keys.topic("*", keys.EVERY), take)
+    print("ready", flush=True)
+    for _ in sys.stdin:
+        found = sorted(delays)
+        delays.clear()
+        print(len(found), found[len(found) * 95 // 100] if found else 0, flush=True)
+    del held  # until now, so that messages arrive
+    os._exit(0)
+
+
+WORKERS = {
+    "echo": echo,
+    "count": count,
+    "trips": trips,
+    "flood": flood,
+    "many": many,
+    "senders": senders,
+    "watch": watch,
+    "master": master,
+}
 
 
 # ---- the run
@@ -235,10 +294,13 @@ class Program:
             raise SystemExit(f"{self.process.args} ended")
         return line
 
-    def ask(self):
+    def ask_all(self):
         self.process.stdin.write("\n")
         self.process.stdin.flush()
-        return int(self.line())
+        return [int(each) for each in self.line().split()]
+
+    def ask(self):
+        return self.ask_all()[0]
 
     def end(self):
         with contextlib.suppress(OSError):
@@ -399,12 +461,27 @@ def robots(number):
     from pipros.fleet.status import directory_of, present
     from pipros.fleet.zenoh_session import connect
 
-    router = f"tcp/127.0.0.1:{free_port()}"
+    router, half = f"tcp/127.0.0.1:{free_port()}", number // 2
+
+    def until_present(expected):
+        """Return the time until the operator sees this number of members."""
+        begin = time.monotonic()
+        while time.monotonic() < begin + DEADLINE_S:
+            if link.is_connected and len({each.member for each in present(link)}) == expected:
+                return time.monotonic() - begin
+            time.sleep(0.05)
+        raise SystemExit(f"{expected} members are not present after {DEADLINE_S} s")
+
     with contextlib.ExitStack() as stack:
         first = stack.enter_context(contextlib.ExitStack())
         program = pipros(first, "fleet", "router", router, wait="router at")
         begin = time.monotonic()
-        worker(stack, "many", router, number)
+        parts = [
+            worker(stack, "many", router, 0, number - half, wait=""),
+            worker(stack, "many", router, number - half, half, wait=""),
+        ]
+        for part in parts:
+            part.line()
         print(f"{number} members joined in {time.monotonic() - begin:.1f} s")
         begin, link = time.monotonic(), connect(router)
         stack.callback(link.close)
@@ -416,17 +493,71 @@ def robots(number):
             f"an operator knows {len(members)} members after {1000 * known:.0f} ms, and "
             f"{sum(each is not None for each in found)} directories, one by one, after {passed:.2f} s"
         )
-        print(f"router: {program.usage()[1]:.0f} MB")
+        print(f"router: {program.usage()[1]:.0f} MB", flush=True)
+        if number * TOPICS <= MOST_TOPICS:
+            show(router, number)
         first.close()
         begin = time.monotonic()
         pipros(stack, "fleet", "router", router, wait="router at")
         started = time.monotonic() - begin
+        passed = started + until_present(number)
+        print(f"a new router was started in {started:.1f} s; all were back after {passed:.1f} s", flush=True)
+        parts[1].process.send_signal(signal.SIGSTOP)
+        gone = until_present(number - half)
+        parts[1].process.send_signal(signal.SIGCONT)
+        back = until_present(number)
+        print(f"{half} stopped members were gone after {gone:.1f} s, and back after {back:.1f} s")
+
+
+def show(router, number):
+    """Measure how long an agent takes to show all topics of the members."""
+    from pipros.master.master import Master
+
+    with contextlib.ExitStack() as stack:
+        running = stack.enter_context(Master(port=0))
+        begin = time.monotonic()
+        agent = pipros(
+            stack, "fleet", "join", "operator", "--router", router, wait="joined", ROS_MASTER_URI=running.uri
+        )
+        from xmlrpc.client import ServerProxy
+
+        proxy = ServerProxy(running.uri)
         while time.monotonic() < begin + DEADLINE_S:
-            if link.is_connected and len({each.member for each in present(link)}) == number:
+            published = proxy.getSystemState("/bench")[2][0]
+            if sum(topic.startswith("/robot") for topic, _ in published) == TOPICS * number:
                 break
-            time.sleep(0.05)
-        passed = time.monotonic() - begin
-        print(f"a new router was started in {started:.1f} s; all were back after {passed:.1f} s")
+            time.sleep(0.1)
+        seconds, megabytes = agent.usage()
+        print(
+            f"an agent shows {TOPICS * number} topics after {time.monotonic() - begin:.1f} s "
+            f"({seconds:.1f} s of processor time): {megabytes:.0f} MB",
+            flush=True,
+        )
+
+
+def slow(number, seconds):
+    router = f"tcp/127.0.0.1:{free_port()}"
+    with contextlib.ExitStack() as stack:
+        program = pipros(stack, "fleet", "router", router, wait="router at")
+        operator = worker(stack, "watch", router, 0)
+        worker(stack, "senders", router, number, 10, 10_000)
+        for what in ("alone", "beside a slow operator"):
+            if what != "alone":
+                other = worker(stack, "watch", router, 10)
+                time.sleep(seconds)  # until its buffers are full
+                other.ask()
+            operator.ask()
+            begin = time.monotonic()
+            time.sleep(seconds)
+            received, delay = operator.ask_all()
+            rate = received / (time.monotonic() - begin)
+            print(
+                f"operator, {what}: {rate:.0f} messages/s, 95th percentile of delays {delay / 1000:.1f} ms",
+                flush=True,
+            )
+        received, delay = other.ask_all()
+        print(f"the slow operator: {received / seconds:.0f} messages/s, delay {delay / 1000:.0f} ms")
+        print(f"router: {program.usage()[1]:.0f} MB")
 
 
 def main():
@@ -435,7 +566,7 @@ def main():
         WORKERS[name](*(int(each) if each.isdecimal() else each for each in arguments))
         return
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--only", default="trip,flow,cost,robots")
+    parser.add_argument("--only", default="trip,flow,cost,robots,slow")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=int, default=2)
     parser.add_argument("--robots", type=int, default=100)
@@ -465,6 +596,8 @@ def main():
             cost(system, 5 * options.seconds)
     if "robots" in wanted:
         robots(options.robots)
+    if "slow" in wanted:
+        slow(min(options.robots, 100), 5 * options.seconds)
     if "wan" in wanted:
         wan(5 * options.seconds)
 

@@ -65,6 +65,26 @@ def test_members_with_certificates_work_together(authority: Authority, router: s
         publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
 
 
+def test_members_at_the_routers_of_two_sites_work_together(authority: Authority, router: str) -> None:
+    port = ClaimedPort()
+    other = f"tls/127.0.0.1:{port.number}"
+    site = open_router([other], authority.router_tls(), authority.access(), others=[router])
+    try:
+        with (
+            member(authority, "robot1", router, ACCEPTS) as robot,
+            member(authority, "operator", other) as operator,
+        ):
+            talker = robot.node("talker").advertise("/chatter", String)
+            commands = robot.receive("/cmd", name="base")
+            operator.wait_for_topic("/robot1/chatter")
+            publish_until(talker, operator.receive("/robot1/chatter"), "hello")
+            operator.wait_for_input("/robot1/cmd")
+            publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
+    finally:
+        site.close()
+        port.release()
+
+
 def test_without_a_certificate_of_the_fleet_nothing_is_reached(
     authority: Authority, router: str, tmp_path: Path
 ) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import threading
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from pipros.fleet.agent import NameTaken
+from pipros.fleet.zenoh_session import connect
 from pipros.msg import load_message_class
 from tests.support.fleet import Member, String, running_router
 from tests.support.ports import ClaimedPort
@@ -255,3 +257,26 @@ def test_links_and_members_are_on_diagnostics(router: str) -> None:
 
         wait_until(lambda: names() == {"/Fleet/operator", "/Fleet/operator/robot1"}, 15, "both components")
         assert {status.message for status in received[-1].status} == {"connected", "present"}
+
+
+def test_the_callbacks_of_a_link_keep_the_state_of_their_thread(router: str) -> None:
+    """Creating it again for each message takes longer than handling the message."""
+    kept, counts = threading.local(), [0]
+
+    def take(*_: object) -> None:
+        kept.count = getattr(kept, "count", 0) + 1
+        counts.append(kept.count)
+
+    sender, receiver = connect(router), connect(router)
+    try:
+        subscriber = receiver.subscribe("pipros/robot1/t/x", take)
+
+        def is_kept() -> bool:
+            sender.put("pipros/robot1/t/x", b"")
+            return max(counts) >= 3
+
+        wait_until(is_kept, 15, "a third message in one thread")
+        subscriber.undeclare()
+    finally:
+        sender.close()
+        receiver.close()

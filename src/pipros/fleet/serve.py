@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 import logging
+import os
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
 RETRY_S: Final = 1.0
 CHANGES_S: Final = 1.0
 """Interval at which a router checks its list of members for changes."""
+
+
+_THREADS: Final = "(rx: (worker_threads: 1))"
+"""Zenoh's threads in an agent, which has only one link to receive from. By default, each message also wakes a
+second thread for receiving, which finds nothing to do.
+"""
 
 
 class OpenToAll(PiprosError):
@@ -73,6 +80,7 @@ def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls |
 
     Waits for the router and the master. Return the exit code: 1 if the name is taken.
     """
+    os.environ.setdefault("ZENOH_RUNTIME", _THREADS)
     over = OnceEvent()
     failures: list[PiprosError] = []
     with set_by_signals(over):

@@ -8,6 +8,7 @@ without `close` would hang. Shared memory is disabled, because a killed process 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import json
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -241,6 +242,7 @@ class Link:
         """Call `on_message` with each matching sample from other sessions."""
 
         def on_sample(sample: zenoh.Sample) -> None:
+            _keep_thread_state()
             answer = _answer_of(sample)
             on_message(answer.key, answer.payload, answer.attachment)
 
@@ -263,6 +265,24 @@ class Link:
 
 
 _SLICE_S: Final = 0.1
+
+_MOST_THREADS: Final = 64
+_threads = threading.local()
+_kept_states: list[int] = []
+"""Threads whose Python state is kept. The list is limited, because a state outlives its thread."""
+
+
+def _keep_thread_state() -> None:
+    """Make the Python state of the calling thread outlive the callback.
+
+    Python creates a state for a foreign thread when it enters, and deletes it when it leaves. For
+    Zenoh's threads, this happens with each callback and takes up to 60 us, because it unmaps memory.
+    Entering once more than leaving keeps the state.
+    """
+    if not hasattr(_threads, "is_kept") and len(_kept_states) < _MOST_THREADS:
+        _threads.is_kept = True
+        _kept_states.append(threading.get_ident())
+        ctypes.pythonapi.PyGILState_Ensure()
 
 
 def _answer_of(sample: zenoh.Sample) -> Answer:
