@@ -7,14 +7,16 @@ If a chain has no result, `tree` finds either another path or the reason.
 
 from __future__ import annotations
 
-from pipros.libraries.transforms.history import FrameHistory, MovingFrame
-from pipros.libraries.transforms.pose import Pose, joined
+from bisect import bisect_right
+
+from pipros.libraries.transforms.history import FrameHistory
+from pipros.libraries.transforms.pose import Pose, interpolate, joined
 from pipros.libraries.transforms.tree import MAX_DEPTH, Frames
 
 CHAIN_BYTES = 800
 """Estimated memory per pair of frames, excluding its steps."""
 
-_STEP_BYTES = 32
+_STEP_BYTES = 100
 
 
 class Chain:
@@ -26,15 +28,16 @@ class Chain:
         size_bytes: estimated memory.
     """
 
-    __slots__ = ("_common", "_down", "_stamps", "_up", "size_bytes")
+    __slots__ = ("_common", "_down", "_moving", "_up", "size_bytes")
 
     def __init__(self, up: list[FrameHistory], down: list[FrameHistory]) -> None:
-        self._up = up
-        self._down = down
-        self._stamps = [frame.stamps for frame in up + down if isinstance(frame, MovingFrame)]
+        # The lists of a frame's history are read directly: a call for each frame would take as long.
+        self._up = [(frame.stamps, frame.poses) for frame in up]
+        self._down = [(frame.stamps, frame.poses) for frame in down]
+        self._moving = [frame.stamps for frame in up + down if frame.stamps]
         # Frames above the first common ancestor are in both parts. As in tf2, they do not count here.
         below = set(up) ^ set(down)
-        self._common = [frame.stamps for frame in below if isinstance(frame, MovingFrame)]
+        self._common = [frame.stamps for frame in below if frame.stamps]
         self.size_bytes = CHAIN_BYTES + _STEP_BYTES * (len(up) + len(down))
 
     def latest_common_time(self) -> int:
@@ -43,18 +46,37 @@ class Chain:
 
     def is_available(self, time: int) -> bool:
         """Return whether all frames have a pose at `time`."""
-        for stamps in self._stamps:  # noqa: SIM110 # `all` takes twice as long
+        for stamps in self._moving:  # noqa: SIM110 # `all` takes twice as long
             if not stamps[0] <= time <= stamps[-1]:
                 return False
         return True
 
     def pose(self, time: int) -> Pose | None:
         """Return the pose of the source relative to the target at `time`, or None if it is not available."""
-        if not self.is_available(time):
+        up = _poses_at(self._up, time)
+        down = _poses_at(self._down, time)
+        return None if up is None or down is None else joined(up, down)
+
+
+def _poses_at(frames: list[tuple[list[int], list[Pose]]], time: int) -> list[Pose] | None:
+    """Return the pose of each frame at `time`, or None if one is not available.
+
+    `frames` are the timestamps and poses of each frame, as in `FrameHistory`.
+    """
+    found = []
+    for stamps, poses in frames:
+        if not stamps:  # a static frame
+            found.append(poses[0])
+        elif not stamps[0] <= time <= stamps[-1]:
             return None
-        return joined(
-            [frame.pose_at(time) for frame in self._up], [frame.pose_at(time) for frame in self._down]
-        )
+        elif time == stamps[-1] or time == 0:
+            found.append(poses[-1])
+        else:
+            after = bisect_right(stamps, time)
+            older = stamps[after - 1]
+            ratio = (time - older) / (stamps[after] - older)
+            found.append(interpolate(poses[after - 1], poses[after], ratio))
+    return found
 
 
 def find_chain(frames: Frames, target: str, source: str) -> Chain | None:

@@ -20,13 +20,19 @@ class FrameHistory(Protocol):
 
     Implementations are not thread-safe; the caller holds a lock.
 
+    The three lists stay the same objects; every change is made in place.
+
     Attributes:
+        stamps: the timestamps of the poses in ascending order; empty for a static frame.
+        parents, poses: the parents and the poses.
         only_parent: the parent of all poses; None if there are no poses, or if they have several parents.
         size_bytes: estimated memory that the poses use.
     """
 
-    only_parent: str | None
+    stamps: list[int]
     parents: list[str]
+    poses: list[Pose]
+    only_parent: str | None
     authority: str
     size_bytes: int
 
@@ -38,12 +44,6 @@ class FrameHistory(Protocol):
 
     def pose(self, number: int, time: int) -> Pose:
         """Return the pose at `time`. `number` is the result of `locate(time)`."""
-
-    def pose_at(self, time: int) -> Pose:
-        """Return the pose at `time`, which must be in range (see `locate`).
-
-        The frame must have had only one parent (`only_parent`).
-        """
 
     def why_not(self, time: int) -> str:
         """Return the reason why no pose is available for `time`."""
@@ -139,16 +139,6 @@ class MovingFrame:
         ratio = (time - older) / (self.stamps[after] - older)
         return interpolate(self.poses[number], self.poses[after], ratio)
 
-    def pose_at(self, time: int) -> Pose:
-        """Return the pose at `time`, which must be in range. The frame must have had only one parent."""
-        stamps = self.stamps
-        if time == stamps[-1] or time == 0:
-            return self.poses[-1]
-        after = bisect_right(stamps, time)
-        older = stamps[after - 1]
-        ratio = (time - older) / (stamps[after] - older)
-        return interpolate(self.poses[after - 1], self.poses[after], ratio)
-
     def why_not(self, time: int) -> str:
         """Return the reason why no pose is available for `time`."""
         if not self.stamps:
@@ -185,21 +175,22 @@ class MovingFrame:
 class StaticFrame:
     """The pose of a static frame."""
 
-    __slots__ = ("_pose", "authority", "only_parent", "parents", "size_bytes")
+    __slots__ = ("authority", "only_parent", "parents", "poses", "size_bytes", "stamps")
 
     def __init__(self) -> None:
         self.authority = ""
         self.only_parent: str | None = None
         self.size_bytes = 0
+        self.stamps: list[int] = []
         self.parents: list[str] = []
-        self._pose: Pose | None = None
+        self.poses: list[Pose] = []
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # valid for every time
         """Replace the pose. Never rejects it."""
         self.only_parent = parent
-        self.parents = [parent]
+        self.parents[:] = [parent]
+        self.poses[:] = [pose]
         self.size_bytes = _POSE_BYTES + len(parent)
-        self._pose = pose
         return None
 
     def locate(self, time: int) -> int:  # noqa: ARG002 # valid for every time
@@ -208,12 +199,7 @@ class StaticFrame:
 
     def pose(self, number: int, time: int) -> Pose:  # noqa: ARG002
         """Return the pose, which is the same for every time."""
-        return self.pose_at(time)
-
-    def pose_at(self, time: int) -> Pose:  # noqa: ARG002
-        """Return the pose, which is the same for every time."""
-        assert self._pose is not None  # noqa: S101 # `locate` found it
-        return self._pose
+        return self.poses[number]
 
     def why_not(self, time: int) -> str:  # noqa: ARG002
         """Return an empty string, because the pose is available at every time."""

@@ -34,9 +34,20 @@ def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
     # One loop instead of calls of `composed`, because lookups spend most of their time here.
     px, py, pz, qx, qy, qz, qw = pose
     for opx, opy, opz, oqx, oqy, oqz, oqw in frames:
-        # This is a fast path, because most frames of a robot are not rotated.
-        if oqw == 1.0 and oqx == oqy == oqz == 0.0:
-            px, py, pz = opx + px, opy + py, opz + pz
+        # Two fast paths, because most frames of a robot are not rotated, or about the z axis only. They
+        # omit products with zeros from the formulas below.
+        if oqx == 0.0 and oqy == 0.0:
+            if oqz == 0.0 and oqw == 1.0:
+                px, py, pz = opx + px, opy + py, opz + pz
+                continue
+            ix, iy, iz, iw = oqw * px - oqz * py, oqw * py + oqz * px, oqw * pz, oqz * pz
+            px, py, pz = ix * oqw - iy * oqz + opx, iy * oqw + ix * oqz + opy, iz * oqw + iw * oqz + opz
+            qx, qy, qz, qw = (
+                oqw * qx - oqz * qy,
+                oqw * qy + oqz * qx,
+                oqw * qz + oqz * qw,
+                oqw * qw - oqz * qz,
+            )
             continue
         # (ix, iy, iz, -iw) is the product of the outer quaternion and the position.
         ix = oqw * px + oqy * pz - oqz * py
@@ -69,9 +80,21 @@ def joined(up: list[Pose], down: list[Pose]) -> Pose:
 
 def inverted(pose: Pose) -> Pose:
     """Return the inverse of a pose."""
+    # The negative position, rotated by the conjugate quaternion as in `composed_up`.
     px, py, pz, qx, qy, qz, qw = pose
-    rotation = (0.0, 0.0, 0.0, -qx, -qy, -qz, qw)
-    return (*composed(rotation, (-px, -py, -pz, -qx, -qy, -qz, qw))[:3], -qx, -qy, -qz, qw)
+    ix = qy * pz - qw * px - qz * py
+    iy = qz * px - qw * py - qx * pz
+    iz = qx * py - qw * pz - qy * px
+    iw = qx * px + qy * py + qz * pz
+    return (
+        ix * qw - iw * qx + iy * qz - iz * qy,
+        iy * qw - iw * qy + iz * qx - ix * qz,
+        iz * qw - iw * qz + ix * qy - iy * qx,
+        -qx,
+        -qy,
+        -qz,
+        qw,
+    )
 
 
 def transform_point(frame: Pose, point: Vector) -> Vector:

@@ -17,6 +17,7 @@ from pipros.libraries.transforms.matrices.quaternions import (
     quaternion_slerp,
 )
 from pipros.libraries.transforms.pose import (
+    IDENTITY,
     Pose,
     composed,
     from_roll_pitch_yaw,
@@ -70,6 +71,27 @@ def test_angles_are_the_same(pose: Pose) -> None:
 @pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 0.4])
 def test_angles_make_the_same_quaternion_even_at_the_poles(pitch: float) -> None:
     assert from_roll_pitch_yaw(0.3, pitch, -2.0) == pytest.approx(quaternion_from_euler(0.3, pitch, -2.0))
+
+
+@pytest.mark.parametrize("inner", ANY_NORM[:20])
+@pytest.mark.parametrize("angle", [0.0, 0.1, -2.0, math.pi])
+def test_rotations_about_z_give_the_bits_of_the_general_formula(inner: Pose, angle: float) -> None:
+    z, w = math.sin(angle / 2), math.cos(angle / 2)
+
+    # The smallest float vanishes in every sum, but is not the zero for which products are omitted.
+    assert composed((1.5, -2.5, 3.5, 0.0, 0.0, z, w), inner) == composed(
+        (1.5, -2.5, 3.5, 5e-324, 0.0, z, w), inner
+    )
+
+
+@pytest.mark.parametrize("pose", ANY_NORM)
+def test_inverses_have_the_bits_of_a_rotation_by_the_conjugate_quaternion(pose: Pose) -> None:
+    px, py, pz, qx, qy, qz, qw = pose
+    conjugate = (-qx, -qy, -qz, qw)
+
+    turned = composed((0.0, 0.0, 0.0, *conjugate), (-px, -py, -pz, *IDENTITY[3:]))
+
+    assert inverted(pose) == (*turned[:3], *conjugate)
 
 
 @pytest.mark.parametrize(("outer", "inner"), [*zip(UNIT[::2], UNIT[1::2], strict=True)])
