@@ -2,54 +2,51 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Collection
 from typing import Any, Final
 
 VALUE_BYTES: Final = 32
 ENTRY_BYTES: Final = 32
 """Weight of a value, and of a dictionary entry, in addition to their text."""
-_SMALL: Final = 2_000
+SMALL: Final = 2_000
 """Maximum number of elements in a value that is weighed on the event loop."""
 _UTF8_BYTES: Final = 4
 
 
-def weigh(value: Any) -> int:
+class TooManyElements(Exception):
+    """A value has more elements than `elements_limit`."""
+
+
+def weigh(value: Any, *, elements_limit: int = sys.maxsize) -> int:
     """Return the weight of a value.
+
+    Raises:
+        TooManyElements: its lists and dictionaries together have more than `elements_limit` elements.
 
     >>> weigh("abc"), weigh([1, 2]), weigh({"a": 1})
     (35, 96, 97)
     """
     weight = 0
+    elements_left = elements_limit
     stack: list[Collection[Any]] = [[value]]
     while stack:
         values = stack.pop()
         weight += VALUE_BYTES * len(values)
         for each in values:
             kind = type(each)
-            if kind is dict:
-                weight += ENTRY_BYTES * len(each) + _total_text_bytes(each)
-                stack.append(each.values())
-            elif kind is list:
-                stack.append(each)
+            if kind is dict or kind is list:
+                elements_left -= len(each)
+                if elements_left < 0:
+                    raise TooManyElements
+                if kind is dict:
+                    weight += ENTRY_BYTES * len(each) + _total_text_bytes(each)
+                stack.append(each.values() if kind is dict else each)
             elif kind is str:
                 weight += _text_bytes(each)
             elif kind is not float and kind is not int and kind is not bool:
                 weight += len(getattr(each, "data", ""))  # Binary
     return weight
-
-
-def is_small(value: Any) -> bool:
-    """Return whether a value can be weighed without delaying other calls."""
-    left = _SMALL
-    stack = [value]
-    while stack:
-        value = stack.pop()
-        if type(value) is dict or type(value) is list:
-            left -= len(value)
-            if left < 0:
-                return False
-            stack.extend(value.values() if type(value) is dict else value)
-    return True
 
 
 def entry_weight(key: str) -> int:

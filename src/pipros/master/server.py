@@ -17,7 +17,7 @@ from pipros.master.api import MasterApi
 from pipros.master.liveness import Liveness, find_live_nodes
 from pipros.master.notifier import Notifier
 from pipros.master.options import MasterOptions
-from pipros.master.param_weight import is_small, weigh
+from pipros.master.param_weight import SMALL, TooManyElements, weigh
 from pipros.master.params import ParamTree
 from pipros.master.recipients import RegisteredNodes
 from pipros.master.registry import Registry
@@ -147,9 +147,12 @@ class MasterServer:
     def _change_param(self, method: str, *params: Any) -> Any:
         """Set or delete a parameter. Return an awaitable if the new or the replaced value is large."""
         value, former = params[2] if len(params) > 2 else None, self._former(params)
-        if is_small(value) and is_small(former):
+        try:
+            weights = {id(each): weigh(each, elements_limit=SMALL) for each in (value, former)}
+        except TooManyElements:
+            return self._change_large_param(method, params)
+        with self.params.weights_known(weights):
             return self._api.methods[method](*params)
-        return self._change_large_param(method, params)
 
     async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
         """Weigh large values in a thread. Meanwhile, another call may replace the value again."""

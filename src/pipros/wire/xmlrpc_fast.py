@@ -18,20 +18,27 @@ class NeedsExpat(Exception):
 
 def decode_call(body: bytes | bytearray, nesting_limit: int) -> tuple[str, tuple[Any, ...]]:
     """Return the method and parameters of a call, like `wire.xmlrpc.decode_call`, or raise `NeedsExpat`."""
-    return _Scanner(body).call(nesting_limit)
+    try:
+        return _Scanner(body).call(nesting_limit)
+    except ValueError:  # a malformed double
+        raise NeedsExpat from None
 
 
 def decode_response(body: bytes | bytearray, nesting_limit: int) -> Any:
     """Return the value of a response, like `wire.xmlrpc.decode_response`, or raise `NeedsExpat`."""
-    return _Scanner(body).response(nesting_limit)
+    try:
+        return _Scanner(body).response(nesting_limit)
+    except ValueError:  # a malformed double
+        raise NeedsExpat from None
 
 
 # White space and text are bounded, so that a megabyte of either is left to Expat, which handles it faster.
 _S = r"[ \t\n]{0,80}"
 _T = r"([^<]{0,20000})"
 _VALUE = (
-    rf"{_S}<value>(?:{_S}<(?:int>([+-]?[0-9]{{1,10}})</int|i4>([+-]?[0-9]{{1,10}})</i4"
-    rf"|string>{_T}</string|double>([0-9eE.+-]{{1,40}})</double|boolean>([01])</boolean)>{_S}"
+    rf"{_S}<value>(?:{_S}<(?:int>([+-]?[0-9]{{1,9}})</int|i4>([+-]?[0-9]{{1,9}})</i4"
+    rf"|string>{_T}</string|double>([0-9eE.+-]{{1,40}})</double|boolean>([01])</boolean"
+    rf"|int>([+-]?[0-9]{{10}})</int|i4>([+-]?[0-9]{{10}})</i4)>{_S}"
     rf"|{_T})</value>"
 )
 
@@ -70,13 +77,6 @@ def _integer(text: str) -> int:
     return value
 
 
-def _double(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise NeedsExpat from None
-
-
 _ENTITY = re.compile("&([^;]{0,8})(;?)")
 _ENTITIES = {"amp": "&", "lt": "<", "gt": ">", "quot": '"', "apos": "'"}
 
@@ -92,8 +92,17 @@ def _string(text: str) -> str:
     return _ENTITY.sub(_replace_entity, text) if "&" in text else text
 
 
-# In the order of the groups in _VALUE.
-_CONVERT: tuple[Callable[[str], Any], ...] = (_integer, _integer, _string, _double, "1".__eq__, _string)
+# In the order of the groups in _VALUE. Integers with up to nine digits are never out of range.
+_CONVERT: tuple[Callable[[str], Any], ...] = (
+    int,
+    int,
+    _string,
+    float,
+    "1".__eq__,
+    _integer,
+    _integer,
+    _string,
+)
 
 
 class _Scanner:
@@ -167,7 +176,8 @@ class _Scanner:
             if match := _SCALAR_MEMBER(text, at):
                 at = match.end()
                 group = match.lastindex or 0
-                members[_string(match[1])] = _CONVERT[group - 2](match[group])
+                name, value = match.group(1, group)
+                members[_string(name) if "&" in name else name] = _CONVERT[group - 2](value)
             elif match := _MEMBER_START(text, at):
                 self._at = match.end()
                 members[_string(match[1])] = self._container(depth_left)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pipros.basics.limits import Limits
 from pipros.master.api import MasterApi
-from pipros.master.param_weight import is_small, weigh
+from pipros.master.param_weight import TooManyElements, weigh
 from pipros.master.params import NotSet, ParamsFull, ParamTree
 from pipros.master.registry import Registry, RegistryFull, Role
 
@@ -57,11 +57,12 @@ def test_parameters_above_the_limit_can_become_fewer() -> None:
     assert tree.get("/") == {"a": ""}
 
 
-def test_only_small_values_are_measured_at_once() -> None:
-    assert is_small("x" * 1_000_000)
-    assert is_small([[1] * 100, {"a": 2}])
-    assert not is_small([[1] * 1000] * 3)
-    assert not is_small({"a": {"b": [0] * 3000}})
+def test_the_elements_of_a_weighed_value_can_be_limited() -> None:
+    assert weigh("x" * 10_000, elements_limit=0) == 10_032
+    assert weigh([[1] * 100, {"a": 2}], elements_limit=103) == 3_361
+    for value in ([[1] * 100, {"a": 2}], [[1] * 51] * 2, {"a": {"b": [0] * 101}}):
+        with pytest.raises(TooManyElements):
+            weigh(value, elements_limit=102)
 
 
 def test_the_response_names_the_limit_that_a_parameter_exceeds() -> None:
