@@ -95,6 +95,9 @@ class MessageReader:
             self._start, self._end = 0, pending
         if self._end == len(self._store):
             self._grow()
+        if self._keeps_large and pending + (missing := self._missing()) > _COMFORTABLE_BYTES:
+            # Read no further than this message, so that the next one can be received whole.
+            return self._view[self._end : self._end + missing]
         return self._view[self._end :]
 
     @property

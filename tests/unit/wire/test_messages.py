@@ -218,6 +218,22 @@ def test_a_large_message_after_another_is_passed_without_a_copy() -> None:
     assert message is body
 
 
+def test_large_messages_that_follow_each_other_at_once_are_passed_without_a_copy() -> None:
+    buffer = MessageReader(keeps_large=True)
+    stream = memoryview(framed(*[bytes([number]) * 200_000 for number in range(5)]))
+    messages = list[memoryview | bytes]()
+    while stream:
+        if whole := buffer.whole_bytes:
+            count = buffer.feed_whole(bytes(stream[:whole]))
+        else:
+            count = min(len(space := buffer.space()), len(stream))
+            space[:count] = stream[:count]
+        stream = stream[count:]
+        messages += buffer.received(count)
+    assert [type(message) for message in messages] == [memoryview, bytes, bytes, bytes, bytes]
+    assert messages[4] == bytes([4]) * 200_000
+
+
 def test_a_message_larger_than_all_before_is_not_received_whole() -> None:
     buffer = MessageReader(keeps_large=True)
     receive(buffer, framed(bytes(200_000)))
