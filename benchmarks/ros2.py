@@ -12,7 +12,7 @@ flow: messages of 20 bytes and of 1 MB as fast as they are sent, and those that 
 large: 8 MB at 10 Hz.
 service: the mean time of a call, without the start; and four clients of each vendor at once.
 trip: the median time from ROS 1 to ROS 2 through the gateway, and from pipros to pipros by DDS alone.
-gateway: messages per second from ROS 1 to Cyclone DDS through the gateway.
+gateway: messages per second from ROS 1 to Cyclone DDS through the gateway; those of 1 MB five at a time.
 end: how long `close` takes, and when a peer notices the end, announced or by SIGKILL.
 idle: the processor time and the memory of two participants with 200 writers and 200 readers.
 Each test has a network of its own, so it needs root, and the peers of tests/dds: python -m
@@ -219,8 +219,11 @@ def gateway():
             process.wait()
 
 
-def through_gateway(size, count):
-    """Return how many of the messages from ROS 1 were lost, and how many arrived per second."""
+def through_gateway(size, count, ahead):
+    """Return how many of the messages from ROS 1 were lost, and how many arrived per second.
+
+    Up to `ahead` messages are on the way at a time: the gateway keeps the last ten of a topic.
+    """
     from pipros.msg import load_message_class
 
     with gateway() as node:
@@ -228,19 +231,18 @@ def through_gateway(size, count):
         with running(CYCLONE, "sub", "rt/a", "reliable") as listener:
             publisher = node.advertise("/a", blob, queue_size=0)
             wait_until(lambda: publisher.connection_count)
-            number = 0
             while not listener.count():  # until the whole way exists
                 publisher.publish(blob(0, b""))
                 time.sleep(0.05)
-            before, began = listener.count(), time.perf_counter()
-            for number in range(count):
-                publisher.publish(blob(number, bytes([number % 256]) * size))
-            last, changed_at = 0, time.perf_counter()
+            began = changed_at = time.perf_counter()
+            published = last = 0
             while last < count and time.perf_counter() - changed_at < 3:
+                while published < min(count, last + ahead):
+                    publisher.publish(blob(published, bytes([published % 256]) * size))
+                    published += 1
                 if (arrived := listener.text().count(f" {size}\n")) != last:
                     last, changed_at = arrived, time.perf_counter()
-                time.sleep(0.01)
-    del before
+                time.sleep(0.001)
     return count - last, last / (changed_at - began)
 
 
@@ -381,8 +383,8 @@ def measure(arguments):
     if "trip" in wanted:
         yield from trips(count // 10)
     if "gateway" in wanted:
-        for size, number in ((20, 2 * count), (1_000_000, 150)):
-            lost, flow = through_gateway(size, number)
+        for size, number, ahead in ((20, 2 * count, 2 * count), (1_000_000, 150, 5)):
+            lost, flow = through_gateway(size, number, ahead)
             yield (
                 f"{number} x {size} B through the gateway",
                 f"ROS 1 to {CYCLONE}",

@@ -38,7 +38,7 @@ OTHERS = {
     ("page.md", "xml"): "tests/graph/test_page_tabs.py",
     ("ros2.md", "console"): "tests/graph/test_ros2_command.py",
     ("ros2.md", "yaml"): "tests/unit/ros2/test_docs.py",
-    ("rtps.md", "python"): "tests/graph/test_rtps_participant.py",
+    ("rtps.md", "python"): "tests/unit/ros2/rtps/test_participant.py",
     ("scene.md", "console"): "tests/graph/test_rviz.py",
     ("testing.md", "console"): "tests/graph/test_pytest_plugin.py",
     ("testing.md", "python"): "tests/graph/test_pytest_plugin.py",

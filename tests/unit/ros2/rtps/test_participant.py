@@ -30,14 +30,12 @@ from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Durability, Qos
 from pipros.ros2.rtps.reader import Sample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK
-from pipros.ros2.rtps.services import Client, Server, UnknownStyle
 from tests.support.environments import REPOSITORY
 from tests.support.processes import Processes
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
 
 TYPE = "std_msgs::msg::dds_::String_"
-REQUEST, REPLY = "a::srv::dds_::B_Request_", "a::srv::dds_::B_Response_"
 MARKED = f"enclave=/;{PIPROS_MARK}=test;".encode()
 QOS = Qos(depth=1000)
 
@@ -186,45 +184,6 @@ def test_a_writer_of_unlimited_depth_waits_for_its_readers(discovery: Discovery)
             writer.write(payload, timeout_s=10)
 
         wait_until(lambda: received == sent)
-
-
-def test_services_are_called_by_many_clients(pair: tuple[Participant, Participant]) -> None:
-    server = Server(pair[0], "/twice", REQUEST, REPLY, lambda payload: payload[:4] + payload[4:] * 2)
-    clients = [Client(pair[1], "/twice", REQUEST, REPLY) for _ in range(3)]
-    for client in clients:
-        assert client.wait_for_server()
-    for number in range(30):
-        payload = b"\0\1\0\0" + number.to_bytes(4, "little")
-        assert clients[number % 3].call(payload, 10.0) == payload + payload[4:]
-
-    assert (server.clients(), server.refused, server.unanswered) == (3, 0, 0)
-    server.close()
-    wait_until(lambda: not clients[0].wait_for_server(0.0))
-    with pytest.raises(NotFound, match="/twice"):
-        clients[0].call(b"\0\1\0\0", 1.0)
-    clients[0].close()
-
-
-def test_a_service_that_does_not_reply_times_out(pair: tuple[Participant, Participant]) -> None:
-    server = Server(pair[0], "/silent", REQUEST, REPLY, lambda _: None)
-    client = Client(pair[1], "/silent", REQUEST, REPLY)
-    assert client.wait_for_server()
-    with pytest.raises(TimeoutError, match="/silent"):
-        client.call(b"\0\1\0\0", 0.3)
-    assert server.unanswered == 0
-
-
-def test_nothing_is_sent_to_a_server_of_unknown_style(pair: tuple[Participant, Participant]) -> None:
-    """Both endpoints of a service, by a peer that neither is a known vendor nor has ids in its USER_DATA."""
-    with Participant(pair[0].discovery, b"enclave=/;") as stranger:
-        received: list[Sample] = []
-        stranger.add_reader("rq/oddRequest", REQUEST, QOS, received.append)
-        stranger.add_writer("rr/oddReply", REPLY, QOS)
-        client = Client(pair[1], "/odd", REQUEST, REPLY)
-        assert client.wait_for_server()
-        with pytest.raises(UnknownStyle, match="/odd"):
-            client.call(b"\0\1\0\0", 1.0)
-        assert received == []
 
 
 def test_latched_samples_reach_late_readers(pair: tuple[Participant, Participant]) -> None:

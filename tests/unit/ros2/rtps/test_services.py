@@ -1,0 +1,176 @@
+"""Servers and clients on real sockets, with peers of both styles and of none."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from pipros.basics.errors import NotFound
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.qos import Qos
+from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.service_styles import PIPROS_MARK, cyclone_head, id_entry, with_head
+from pipros.ros2.rtps.services import Client, Server, UnknownStyle
+from pipros.ros2.rtps.topics import TopicWriter
+from tests.support.ros2_domains import free_domain
+from tests.support.waiting import wait_until
+
+REQUEST, REPLY = "a::srv::dds_::B_Request_", "a::srv::dds_::B_Response_"
+MARKED = f"enclave=/;{PIPROS_MARK}=test;".encode()
+UNMARKED = b"enclave=/;"
+"""USER_DATA of a participant of no known vendor."""
+QOS = Qos(depth=1000)
+CDR = b"\0\1\0\0"
+
+
+@pytest.fixture
+def pair() -> Iterator[tuple[Participant, Participant]]:
+    with (
+        free_domain() as domain,
+        Participant(Discovery(domain), MARKED) as one,
+        Participant(Discovery(domain), MARKED) as other,
+    ):
+        yield one, other
+
+
+def test_services_are_called_by_many_clients(pair: tuple[Participant, Participant]) -> None:
+    server = Server(pair[0], "/twice", REQUEST, REPLY, lambda payload: payload[:4] + payload[4:] * 2)
+    clients = [Client(pair[1], "/twice", REQUEST, REPLY) for _ in range(3)]
+    for client in clients:
+        assert client.wait_for_server()
+    for number in range(30):
+        payload = b"\0\1\0\0" + number.to_bytes(4, "little")
+        assert clients[number % 3].call(payload, 10.0) == payload + payload[4:]
+
+    assert (server.clients(), server.refused, server.unanswered) == (3, 0, 0)
+    server.close()
+    wait_until(lambda: not clients[0].wait_for_server(0.0))
+    with pytest.raises(NotFound, match="/twice"):
+        clients[0].call(b"\0\1\0\0", 1.0)
+    clients[0].close()
+
+
+def test_a_service_that_does_not_reply_times_out(pair: tuple[Participant, Participant]) -> None:
+    server = Server(pair[0], "/silent", REQUEST, REPLY, lambda _: None)
+    client = Client(pair[1], "/silent", REQUEST, REPLY)
+    assert client.wait_for_server()
+    with pytest.raises(TimeoutError, match="/silent"):
+        client.call(b"\0\1\0\0", 0.3)
+    assert server.unanswered == 0
+
+
+def test_nothing_is_sent_to_a_server_of_unknown_style(pair: tuple[Participant, Participant]) -> None:
+    """Both endpoints of a service, by a peer that neither is a known vendor nor has ids in its USER_DATA."""
+    with Participant(pair[0].discovery, UNMARKED) as stranger:
+        received: list[Sample] = []
+        stranger.add_reader("rq/oddRequest", REQUEST, QOS, received.append)
+        stranger.add_writer("rr/oddReply", REPLY, QOS)
+        client = Client(pair[1], "/odd", REQUEST, REPLY)
+        assert client.wait_for_server()
+        with pytest.raises(UnknownStyle, match="/odd"):
+            client.call(b"\0\1\0\0", 1.0)
+        assert received == []
+
+
+class CycloneClient:
+    """A client in the style of rmw_cyclonedds, which sees the replies for all clients."""
+
+    def __init__(
+        self, participant: Participant, service: str, number: int, *, has_reader: bool = True
+    ) -> None:
+        entry = id_entry(number.to_bytes(16, "big"), is_client=True)
+        self._number = number
+        self.replies: list[bytes] = []
+        if has_reader:
+            participant.add_reader(f"rr{service}Reply", REPLY, QOS, self._on_reply, entry)
+        self.requests = participant.add_writer(f"rq{service}Request", REQUEST, QOS, entry)
+
+    def _on_reply(self, sample: Sample) -> None:
+        self.replies.append(sample.payload)
+
+    def call(self, sequence: int, payload: bytes) -> None:
+        wait_for_reader(self.requests)
+        self.requests.write(with_head(payload, cyclone_head(self._number, sequence)))
+
+    def reply(self, sequence: int, payload: bytes) -> bytes:
+        return with_head(payload, cyclone_head(self._number, sequence))
+
+
+def wait_for_reader(writer: TopicWriter) -> None:
+    assert writer.wait_for_readers(timeout_s=20)
+
+
+def test_each_client_of_cyclone_gets_its_own_replies_alone(pair: tuple[Participant, Participant]) -> None:
+    server = Server(pair[0], "/twice", REQUEST, REPLY, lambda payload: payload[:4] + payload[4:] * 2)
+    with Participant(pair[0].discovery, UNMARKED) as peer:
+        clients = [CycloneClient(peer, "/twice", number) for number in (1, 2)]
+        for sequence in range(3):
+            for client in clients:
+                client.call(sequence, CDR + b"abcd")
+
+        for client in clients:
+            expected = [client.reply(sequence, CDR + b"abcdabcd") for sequence in range(3)]
+            wait_until(lambda client=client, expected=expected: sorted(client.replies) == expected)
+    assert (server.refused, server.unanswered) == (0, 0)
+
+
+def test_requests_that_cannot_be_answered_are_counted(pair: tuple[Participant, Participant]) -> None:
+    calls: list[bytes] = []
+
+    def handle(payload: bytes) -> bytes:
+        calls.append(payload)
+        return payload
+
+    server = Server(pair[0], "/odd", REQUEST, REPLY, handle)
+    with Participant(pair[0].discovery, UNMARKED) as peer:
+        without_reader = CycloneClient(peer, "/odd", 3, has_reader=False)
+        without_reader.call(1, CDR + b"abcd")
+        wait_until(lambda: server.unanswered == 1)
+        assert calls == [CDR + b"abcd"]
+        without_reader.requests.write(CDR + b"short")
+        wait_until(lambda: server.refused == 1)
+        stranger = peer.add_writer("rq/oddRequest", REQUEST, QOS)
+        wait_for_reader(stranger)
+        stranger.write(CDR + b"abcd" * 8)
+        wait_until(lambda: server.refused == 2)
+
+    assert calls == [CDR + b"abcd"]
+
+
+def test_a_server_in_the_style_of_cyclone_is_called(pair: tuple[Participant, Participant]) -> None:
+    """It answers with a reply for another client first, which the client ignores."""
+    with Participant(pair[0].discovery, UNMARKED) as peer:
+        entry = id_entry(bytes(16), is_client=False)
+        replies = peer.add_writer("rr/addReply", REPLY, QOS, entry)
+
+        def answer(sample: Sample) -> None:
+            head, body = sample.payload[4:20], sample.payload[20:]
+            for client in (cyclone_head(4711, 1), head):
+                replies.write(CDR + client + body[::-1])
+
+        peer.add_reader("rq/addRequest", REQUEST, QOS, answer, entry)
+        client = Client(pair[1], "/add", REQUEST, REPLY)
+        assert client.wait_for_server(20)
+
+        assert client.call(CDR + b"abcd", 20.0) == CDR + b"dcba"
+        assert client.call(CDR + b"efgh", 20.0) == CDR + b"hgfe"
+
+
+def test_calls_that_timed_out_do_not_affect_later_ones(pair: tuple[Participant, Participant]) -> None:
+    going_on = threading.Event()
+
+    def handle(payload: bytes) -> bytes | None:
+        assert going_on.wait(20)
+        return None if payload == CDR + b"none" else payload
+
+    Server(pair[0], "/slow", REQUEST, REPLY, handle)
+    client = Client(pair[1], "/slow", REQUEST, REPLY)
+    assert client.wait_for_server(20)
+    with pytest.raises(TimeoutError, match="/slow"):
+        client.call(CDR + b"none", 0.05)
+    going_on.set()
+
+    assert client.call(CDR + b"some", 20.0) == CDR + b"some"

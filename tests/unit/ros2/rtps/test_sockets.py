@@ -1,0 +1,109 @@
+"""The sockets of a participant: which ports it takes, what it announces, and whom it looks for."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from collections.abc import Iterator
+
+import pytest
+
+from pipros.basics.errors import Unreachable
+from pipros.basics.limits import Limits
+from pipros.ros2.rtps.domain import (
+    MAX_PARTICIPANT,
+    PROBED_PARTICIPANTS,
+    Discovery,
+    DiscoveryRange,
+    discovery_port,
+)
+from pipros.ros2.rtps.outbox import Outgoing
+from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.sockets import RtpsSockets, interface_addresses
+from tests.support.ros2_domains import free_domain
+from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def domain() -> Iterator[int]:
+    with free_domain() as free:
+        yield free
+
+
+@contextlib.contextmanager
+def sockets(
+    domain: int, where: DiscoveryRange = DiscoveryRange.LOCALHOST, *peers: str
+) -> Iterator[RtpsSockets]:
+    opened = RtpsSockets(Discovery(domain, where, peers), Limits())
+    try:
+        yield opened
+    finally:
+        opened.close()
+
+
+def test_participants_of_a_domain_take_ports_in_turn(domain: int) -> None:
+    with sockets(domain) as one, sockets(domain) as other:
+        (here,), (there,) = one.discovery, other.discovery
+
+        assert (here.host, there.host) == ("127.0.0.1", "127.0.0.1")
+        assert here.port < there.port
+        assert [each.data[0].port - each.discovery[0].port for each in (one, other)] == [1, 1]
+        assert here not in one.announce_to
+        assert there in one.announce_to
+        assert len(one.announce_to) == PROBED_PARTICIPANTS - 1
+
+
+def test_a_full_domain_is_reported(domain: int) -> None:
+    with contextlib.ExitStack() as taken:
+        for number in range(MAX_PARTICIPANT + 1):
+            port = taken.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            with contextlib.suppress(OSError):  # another program has it
+                port.bind(("127.0.0.1", discovery_port(domain, number)))
+
+        with pytest.raises(Unreachable, match=f"domain {domain}.*in use"):
+            RtpsSockets(Discovery(domain), Limits())
+
+
+def test_datagrams_arrive_in_one_piece(domain: int) -> None:
+    with sockets(domain) as one, sockets(domain) as other:
+        one.send(
+            [Outgoing(Address("127.0.0.1", 0), (b"refused",)), Outgoing(other.data[0], (b"one", b"two"))]
+        )
+        found: list[bytes] = []
+
+        def has_arrived() -> bool:
+            with contextlib.suppress(BlockingIOError):
+                found.append(other.receiving[1].recv(100))
+            return bool(found)
+
+        wait_until(has_arrived)
+        assert found == [b"onetwo"]
+
+
+def test_static_peers_are_looked_for_at_all_ports(domain: int) -> None:
+    with sockets(domain, DiscoveryRange.LOCALHOST, "192.0.2.7", "::1") as found:
+        ports = {each.port for each in found.announce_to if each.host == "192.0.2.7"}
+
+        assert ports == {discovery_port(domain, number) for number in range(PROBED_PARTICIPANTS)}
+        assert {each.host for each in found.announce_to} == {"127.0.0.1", "192.0.2.7"}
+
+
+def test_no_address_is_announced_to_if_the_range_is_off(domain: int) -> None:
+    with sockets(domain, DiscoveryRange.OFF, "192.0.2.7") as found:
+        assert found.announce_to == ()
+
+
+def test_the_group_is_announced_to_on_a_subnet(domain: int) -> None:
+    with sockets(domain, DiscoveryRange.SUBNET) as found:
+        assert found.announce_to[0] == Address("239.255.0.1", 7400 + 250 * domain)
+        assert len(found.receiving) == 3
+        assert {each.host for each in found.discovery} <= set(interface_addresses())
+        own = [each for each in interface_addresses() if not each.startswith("127.")]
+        assert len(found.discovery) == max(1, len(own))
+
+
+def test_loopback_is_the_last_interface() -> None:
+    found = interface_addresses()
+
+    assert found[-1].startswith("127.")
+    assert len(set(found)) == len(found)
