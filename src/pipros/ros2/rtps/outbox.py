@@ -39,9 +39,14 @@ class Transfer(NamedTuple):
 
 
 class Outbox:
-    """Collects the datagrams of all writers and readers of a participant."""
+    """Collects the datagrams of all writers and readers of a participant.
+
+    Attributes:
+        sending: key of the transfer that is being sent, or None.
+    """
 
     def __init__(self) -> None:
+        self.sending: tuple[bytes, bytes, int] | None = None
         self._ready: list[Outgoing] = []
         self._transfers: dict[tuple[bytes, bytes, int], Transfer] = {}
         self._next_burst_at = -math.inf
@@ -72,6 +77,7 @@ class Outbox:
         while left_bytes > 0 and self._transfers:
             key, transfer = next(iter(self._transfers.items()))
             datagram = next(transfer.datagrams, None) if transfer.is_current() else None
+            self.sending = key if datagram is not None else None
             if datagram is None:
                 del self._transfers[key]
                 continue

@@ -182,8 +182,7 @@ class RtpsEngine:
                 found[what] = _reason(remote, policy)
         if self._nodes is not None and self._nodes.knowledge is Knowledge.MIXED:
             found["the nodes of this gateway"] = (
-                "`ros2 node list` does not show them: nodes of Humble and of later distributions are in the "
-                "domain; set --distro"
+                "`ros2 node list` does not show them: Humble and later distributions share the domain"
             )
         return found
 

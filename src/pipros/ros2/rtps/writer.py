@@ -198,10 +198,16 @@ class Writer:
 
     def _drop_oldest(self) -> None:
         oldest = self._oldest()
+        if self.outbox.sending is not None and self.outbox.sending[::2] == (self.entity, oldest):
+            # A sample that is being sent is completed first. Otherwise no large sample would ever arrive
+            # while samples are written faster than they can be sent.
+            oldest = next((each for each in self._history if each > oldest), oldest)
         if any(reader.acked < oldest <= reader.wanted for reader in self._behind.values()):
             self.dropped += 1
         waiting = [
-            each for each in self.readers.values() if self.outbox.is_queued((self.entity, each.guid, oldest))
+            each
+            for each in self.readers.values()
+            if each.acked < oldest and self.outbox.is_queued((self.entity, each.guid, oldest))
         ]
         self.lost += bool(waiting)
         for reader in waiting:

@@ -125,6 +125,21 @@ def test_samples_that_are_displaced_before_they_are_sent_completely_are_lost() -
     assert voice.writer.lost == 2
 
 
+def test_a_sample_that_is_being_sent_is_completed_before_newer_ones_displace_it() -> None:
+    voice = Voice(Qos(depth=2), Qos(), fragment_bytes=50_000)
+    voice.answer(1)
+    voice.write(bytes(200_000))
+    voice.outbox.poll(voice.now)
+    voice.now += 0.001
+    for _ in range(3):
+        voice.write(bytes(200_000))
+
+    sent = [(each.sequence, each.first) for each in voice.sent() if isinstance(each, DataFrag)]
+
+    assert sent == [(sequence, number) for sequence in (1, 4) for number in range(1, 5)]
+    assert voice.writer.lost == 2
+
+
 def test_samples_that_a_reader_requests_in_vain_are_lost() -> None:
     voice = Voice(Qos(depth=2), Qos())
     voice.answer(1)
