@@ -30,7 +30,7 @@ def test_headers_survive_a_round_trip(fields: dict[str, str]) -> None:
     ("body", "problem"),
     [
         (b"\x01\x00", "ends inside a field length"),
-        (b"\x09\x00\x00\x00a=b", "claims 9 bytes, 3 are left"),
+        (b"\x09\x00\x00\x00a=b", "claims 9 bytes, but only 3 are left"),
         (b"\x03\x00\x00\x00abc", "has no '='"),
         (b"\x03\x00\x00\x00a=\xff", "is not UTF-8"),
     ],
