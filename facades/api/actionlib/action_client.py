@@ -255,7 +255,7 @@ class GoalManager:
             machine.update_status(status_array)
 
     def update_results(self, action_result: Any) -> None:
-        """Pass a result to the goal that it is for."""
+        """Pass a result to its goal."""
         for machine in self._tracked():
             machine.update_result(action_result)
 

@@ -1,4 +1,4 @@
-"""`pipros`: commands that Noetic lacks, and the map of all commands."""
+"""`pipros`: commands that Noetic lacks, and a list of all commands."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.cli.entry_point import command
 from pipros.cli.runner import USAGE_ERROR, dispatch, run
 
 OVERVIEW = f"""\
-pipros {pipros.__version__}: ROS 1 from pip. ROS' own commands have their own names: roscore, rostopic, …
+pipros {pipros.__version__}: ROS 1 from pip. The commands of ROS keep their names: roscore, rostopic, …
 
 Commands:
 \tpipros doctor\tfind out why nodes do not talk to each other, and what to do about it

@@ -54,10 +54,10 @@ class PublishCount:
 
 
 class AdaptiveBackoff:
-    """Decides whether to try an optimization that pays only sometimes.
+    """Decides whether to try an optimization that is only sometimes useful.
 
-    After a trial that did not pay, the next opportunity is skipped, then the next two, four, and so on up to
-    LONGEST_PAUSE. A trial that pays resets this.
+    After one that was not useful, the next opportunity is skipped, then the next two, four, and so on up to
+    LONGEST_PAUSE. A useful trial resets this.
     """
 
     __slots__ = ("_passing", "_pause")

@@ -51,7 +51,7 @@ _IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # aliases: enum lookups per m
 
 @dataclass(slots=True)
 class SendStatistics:
-    """Counts of messages sent, and dropped because the peer was too slow or the link ended."""
+    """Numbers of sent messages, and of messages dropped because the peer was too slow or the link ended."""
 
     frames: int = 0
     bytes: int = 0

@@ -57,6 +57,6 @@ def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_byte
         except OSError as error:
             if error.errno == errno.EFBIG:
                 raise AssetRefused(f"[{shown}]: {error.strerror}") from None
-        except (RuntimeError, ValueError):  # a cycle of links, or a null character
+        except (RuntimeError, ValueError):  # the links form a cycle, or the path contains a null character
             continue
     raise AssetRefused(f"[{shown}] was not found")

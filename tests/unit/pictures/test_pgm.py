@@ -30,17 +30,17 @@ def test_each_kind_of_file_is_read(content: bytes, pixels: bytes) -> None:
     ("content", "complaint"),
     [
         (b"P6 1 1 255 abc", "must start with P5 or P2, got b'P6'"),
-        (b"P5 2", "height must be a whole number"),
-        (b"P5 2 -1 255 ab", "height must be a whole number"),
+        (b"P5 2", "height must be an integer"),
+        (b"P5 2 -1 255 ab", "height must be an integer"),
         (b"P5 0 1 255 ", "pixels, got 0 x 1"),
         (b"P5 99999999 99999999 255 a", "pixels, got 99999999 x 99999999"),
         (b"P5 1 1 0 a", "maximum grey value must be 1 to 65535, got 0"),
         (b"P5 1 1 70000 a", "maximum grey value must be 1 to 65535, got 70000"),
         (b"P5 2 2 255 abc", "must have 4 bytes of pixels, got 3"),
         (b"P5 2 2 999 abc", "must have 8 bytes of pixels, got 3"),
-        (b"P2 2 1 255 1", "must contain 2 whole numbers"),
-        (b"P2 2 1 255 1 a", "must contain 2 whole numbers"),
-        (b"P2 2 1 255 1 -1", "must contain 2 whole numbers"),
+        (b"P2 2 1 255 1", "must contain 2 integers"),
+        (b"P2 2 1 255 1 a", "must contain 2 integers"),
+        (b"P2 2 1 255 1 -1", "must contain 2 integers"),
     ],
 )
 def test_a_broken_file_is_refused(content: bytes, complaint: str) -> None:

@@ -229,8 +229,8 @@ def _laser(robot: Model) -> Laser | None:
         x, y, _, turn, *_ = _numbers(part, "pose", [0.0, 0.0, 0.0, 0.0])
         if not (0 < angle <= math.tau + 1e-6 and 0 < rays <= MAX_RAYS and 0 <= nearest < farthest):
             raise InvalidSettings(
-                f"a scanner must have fov > 0 to 360, 1 to {MAX_RAYS} samples and a range, got fov "
-                f"{math.degrees(angle):g}, samples {rays}, range {nearest:g} to {farthest:g}"
+                f"a scanner needs a fov above 0 and at most 360, 1 to {MAX_RAYS} samples and a range, got "
+                f"fov {math.degrees(angle):g}, samples {rays}, range {nearest:g} to {farthest:g}"
             )
         usual = Laser(rays, -angle / 2, angle, nearest, farthest, 0.0, no_echo=farthest)
         return replace(usual, x=x, y=y, yaw=math.radians(turn))

@@ -81,7 +81,7 @@ def test_each_operation_is_read(data: str | bytes, request_read: ClientRequest) 
         ("x" * (REQUEST_CHARACTERS + 1), "at most"),
         ("1", "must be a JSON object, got int"),
         ("{}", "unknown operation None"),
-        ('{"op": ["subscribe"]}', "no operation"),
+        ('{"op": ["subscribe"]}', "unknown operation"),
         ('{"op": "fly"}', "unknown operation 'fly'"),
         ('{"op": "subscribe"}', "subscriptions must be a list, got NoneType"),
         ('{"op": "subscribe", "subscriptions": [1]}', "subscriptions must contain objects, got int"),

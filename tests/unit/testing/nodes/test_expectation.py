@@ -77,7 +77,7 @@ def test_a_type_is_compared_only_if_it_is_given() -> None:
     graph = Graph(level="std_msgs/String")
 
     assert Watch([Expectation("/level", type="std_msgs/String")], "topic").check(0, graph.find)
-    with pytest.raises(AssertionError, match=r"has the type \[std_msgs/String\], not \[std_msgs/Int8\]"):
+    with pytest.raises(AssertionError, match=r"have the type \[std_msgs/Int8\], got \[std_msgs/String\]"):
         Watch([Expectation("/level", type="std_msgs/Int8")], "topic").check(0, graph.find)
 
 
