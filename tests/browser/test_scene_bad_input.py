@@ -50,7 +50,7 @@ PROBLEMS = """() => {
 }"""
 
 
-INVALID = "Message: Message contained invalid floating point values (nans or infs)"
+INVALID = "Topic: Message contained invalid floating point values (nans or infs)"
 EXPECTED = {
     **dict.fromkeys(("Path", "Pose", "PoseArray", "Odometry", "PoseWithCovariance", "Polygon"), INVALID),
     **dict.fromkeys(("PointStamped", "GridCells", "Range", "WrenchStamped", "Imu"), INVALID),

@@ -1,4 +1,4 @@
-"""The Scene tab draws what genuine rviz drew: `script/record-rviz` recorded tests/golden/rviz."""
+"""The Scene tab draws and says what genuine rviz did: `script/record-rviz` recorded tests/golden."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from tests.browser.conftest import OpenTab
 from tests.support.environments import REPOSITORY
 from tests.support.page import Page
 from tests.support.ros import RosSystem
+from tests.support.rviz_panels import PANELS, display_of, panel_file
 from tests.support.rviz_scenes import (
     HEIGHT,
     LEVELS,
@@ -28,10 +29,13 @@ from tests.support.rviz_scenes import (
     overlap,
     unpacked,
 )
+from tests.support.rviz_statuses import Statuses, comparable, statuses_file
 from tests.support.waiting import wait_until
 
 PROGRAM = Path(__file__).parent / "programs" / "scene_program.py"
+BAD_PROGRAM = PROGRAM.with_name("bad_scene_program.py")
 GOLDEN = REPOSITORY / "tests" / "golden" / "rviz"
+PANEL_LEVELS = 2
 UNLIKE = 0.02
 """Share of probes that may differ: Ogre lights the vertices of coarse meshes, and three.js pixels."""
 
@@ -60,6 +64,17 @@ READ = """([places, size]) => {
   for (const byte of bits) text += String.fromCharCode(byte);
   const colours = places.map(([x, y]) => [...pixels.slice(at(x, y), at(x, y) + 3)]);
   return { colours, silhouette: btoa(text) };
+}"""
+
+READ_PANEL = """([kind, places]) => {
+  const { scene } = document.querySelector(".tab-scene");
+  const drawing = scene.all().find(({ config }) => config.Name === kind)?.canvas?.getContext("2d");
+  return drawing ? places.map(([x, y]) => [...drawing.getImageData(x, y, 1, 1).data].slice(0, 3)) : [];
+}"""
+READ_STATUSES = """() => {
+  const displays = document.querySelector(".tab-scene")?.scene?.all() ?? [];
+  const own = ({ statuses }) => [...statuses].map(([name, { level, text }]) => [name, [level, text]]);
+  return Object.fromEntries(displays.map((display) => [display.name, Object.fromEntries(own(display))]));
 }"""
 
 
@@ -97,3 +112,56 @@ def test_all_scenes_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab) -> None:
         except AssertionError:
             unlike[name] = differences(tab, name)
     assert unlike == {}
+
+
+def panel_differences(tab: Tab, name: str, golden: Mapping[str, Any]) -> str:
+    """Return how the picture of a panel differs from the recorded one; empty if it does not."""
+    places = [[int(part) for part in place.split(",")] for place in golden]
+    found = tab.evaluate(READ_PANEL, [display_of(name), places])
+    unlike = [
+        f"{place}: {actual}, not {expected}"
+        for place, actual, expected in zip(places, found, golden.values(), strict=bool(found))
+        if any(abs(one - other) > PANEL_LEVELS for one, other in zip(actual, expected, strict=True))
+    ]
+    return "; ".join(unlike[:8]) if found else "no picture yet"
+
+
+def test_images_and_cameras_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, PROGRAM)
+    ros.wait_for_publisher("/shapes")
+    tab = open_tab(Page(ros, command="rviz"), "scene", (1200, 900))
+    wait_until(lambda: tab.evaluate("Boolean(document.querySelector('.tab-scene')?.scene?.view)"), 30.0)
+    recorded: Mapping[str, Mapping[str, Any]] = json.loads((GOLDEN.parent / "rviz_panels.json").read_text())
+    assert list(recorded) == list(PANELS)
+    for name, golden in recorded.items():
+        tab.evaluate(SHOW, read_rviz(panel_file(name)))
+        wait_until(
+            lambda name=name, golden=golden: not panel_differences(tab, name, golden),  # type: ignore[misc]
+            30.0,
+            what=lambda name=name, golden=golden: f"{name}: {panel_differences(tab, name, golden)}",  # type: ignore[misc]
+        )
+
+
+def test_statuses_are_those_of_rviz(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
+    ros.pipros.start_master()
+    ros.pipros.start(sys.executable, PROGRAM)
+    ros.pipros.start(sys.executable, BAD_PROGRAM, tmp_path)
+    for topic in ("/shapes", "/bad/controls/update_full"):
+        ros.wait_for_publisher(topic)
+    file = tmp_path / "scene.rviz"
+    file.write_text(statuses_file())
+    golden: Statuses = json.loads((GOLDEN.parent / "rviz_statuses.json").read_text())
+    tab = open_tab(Page(ros, "-d", file, command="rviz"), "scene", (1200, 900))
+
+    def unlike() -> list[str]:
+        found: Statuses = tab.evaluate(READ_STATUSES)
+        return [
+            f"{display}: {name}: {actual}, not {expected}"
+            for display, statuses in golden.items()
+            for own in [comparable(found.get(display, {}))]
+            for name, expected in comparable(statuses).items()
+            if (actual := own.get(name)) != expected
+        ]
+
+    wait_until(lambda: not unlike(), 60.0, what=lambda: "\n".join(unlike()))

@@ -15,7 +15,9 @@ from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.pose import Pose
 from pipros.msg import load_message_class
 from pipros.web.message_layout import message_layout
+from pipros.web.rviz_file import read_rviz
 from tests.browser.conftest import OpenTab
+from tests.support.environments import REPOSITORY
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 
@@ -205,6 +207,55 @@ def test_changed_properties_leave_the_others_alone(tab: Tab) -> None:
         },
         False,
     ]
+
+
+def test_defaults_are_those_of_rviz(tab: Tab) -> None:
+    config = read_rviz((REPOSITORY / "tests" / "golden" / "rviz_defaults.rviz").read_bytes())
+    found = tab.evaluate(
+        """async ({ Displays, Views }) => {
+          const { Properties, childrenOf } = await import("/scene/properties.js");
+          const { DISPLAYS, VIEWS } = await import("/scene/schema.js");
+          const wrong = [];
+          const isClose = (one, other) => one === other || Math.abs(one - other) < 1e-6
+            || (Array.isArray(one) && one.every((part, i) => isClose(part, other[i])));
+          const check = (own, schema, properties, fallbacks, path) => {
+            for (const definition of schema) {
+              const [name, kind] = definition;
+              const here = [...path, name];
+              if (kind !== "group" && kind !== "names") {
+                const [value, fallback] = [properties, fallbacks].map((each) => each.get(...here));
+                if (!isClose(value, fallback)) wrong.push(`${own}: ${here}: ${value}, not ${fallback}`);
+              }
+              const inner = childrenOf(definition);
+              if (inner) check(own, inner, properties, fallbacks, here);
+            }
+          };
+          for (const [table, list] of [[DISPLAYS, Displays], [VIEWS, Views.Saved]]) for (const each of list) {
+            const schema = table[each.Class];
+            check(each.Class, schema, new Properties(schema, each), new Properties(schema, {}), []);
+          }
+          return wrong;
+        }""",
+        config["Visualization Manager"],
+    )
+    assert found == []
+
+
+def test_a_silent_server_of_markers_is_reported_until_it_returns(tab: Tab) -> None:
+    found = tab.evaluate(
+        """async () => {
+          const { InteractiveClient } = await import("/scene/interactive_client.js");
+          const said = [];
+          const client = new InteractiveClient({ clear() {}, say: (...words) => said.push(words) });
+          client.initialize({ server_id: "a", seq_num: 1, markers: [] }, 0);
+          for (const now of [1000, 5000]) client.check(now);
+          client.update({ server_id: "a", seq_num: 1, type: 0 }, 6000);
+          client.check(7000);
+          return said;
+        }"""
+    )
+    receiving = ["ok", "Receiving updates.", "a"]
+    assert found == [receiving, ["warning", "No update received for 5 seconds.", "a"], receiving]
 
 
 def _buffers(message: Any) -> list[bytes]:

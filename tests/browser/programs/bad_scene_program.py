@@ -18,12 +18,13 @@ from geometry_msgs.msg import (
     PoseStamped,
     PoseWithCovarianceStamped,
     TransformStamped,
+    Vector3,
     WrenchStamped,
 )
 from nav_msgs.msg import GridCells, OccupancyGrid, Odometry
 from nav_msgs.msg import Path as Way
 from sensor_msgs.msg import CameraInfo, Image, Imu, PointCloud2, Range
-from std_msgs.msg import Header
+from std_msgs.msg import ColorRGBA, Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarker, InteractiveMarkerInit, Marker, MarkerArray
 
@@ -83,6 +84,42 @@ def markers() -> MarkerArray:
     return MarkerArray(found)
 
 
+def bad_markers() -> MarkerArray:
+    """Return a marker with each mistake that rviz reports."""
+    corners = [Point(x, 0, 0) for x in range(4)]
+    changes: list[dict[str, Any]] = [
+        {"pose": Pose()},
+        {"pose": pose(0.0, 0.5)},
+        {"pose": pose()},
+        {"scale": Vector3(1, 0, 1)},
+        {"color": ColorRGBA(1, 1, 1, 0)},
+        {"type": Marker.LINE_STRIP, "scale": Vector3(), "points": corners},
+        {"type": Marker.LINE_LIST, "points": corners[:3]},
+        {"type": Marker.LINE_LIST, "points": []},
+        {"type": Marker.LINE_STRIP, "points": corners[:1]},
+        {"type": Marker.POINTS, "scale": Vector3(), "points": corners},
+        {"type": Marker.POINTS, "points": corners, "colors": [ColorRGBA(1, 1, 1, 1)]},
+        {"type": Marker.TRIANGLE_LIST, "points": corners},
+        {"type": Marker.ARROW, "points": corners[:1]},
+        {"type": Marker.ARROW, "points": corners[:3]},
+        {"type": Marker.TEXT_VIEW_FACING, "text": " "},
+        {"type": Marker.TEXT_VIEW_FACING, "text": "a", "scale": Vector3()},
+        {"type": Marker.MESH_RESOURCE},
+        {"type": Marker.CUBE_LIST},
+        {"type": 99},
+        {"action": 9},
+        {"header": Header(frame_id="nowhere")},
+    ]
+    found = []
+    for number, change in enumerate(changes):
+        each = Marker(header=Header(frame_id="map"), ns="bad", id=number, type=Marker.CUBE, pose=pose(0.0))
+        each.scale, each.color = Vector3(1, 1, 1), ColorRGBA(1, 1, 1, 1)
+        for name, value in change.items():
+            setattr(each, name, value)
+        found.append(each)
+    return MarkerArray(found)
+
+
 def messages() -> dict[str, Any]:
     header = Header(frame_id="map")
     way = Way(header=header, poses=[PoseStamped(pose=pose())])
@@ -115,9 +152,10 @@ def messages() -> dict[str, Any]:
         "cloud": cloud,
         "lost": PointStamped(header=Header(frame_id="nowhere")),
         "meshes": markers(),
+        "markers": bad_markers(),
         "image": Image(header=header, width=4_000_000_000, height=4_000_000_000, encoding="rgb8", step=1),
         "camera_info": CameraInfo(header=header, P=[NAN] * 12),
-        "controls/update_full": InteractiveMarkerInit(server_id="bad", markers=[marker]),
+        "controls/update_full": InteractiveMarkerInit(server_id="server", markers=[marker]),
     }
 
 

@@ -149,6 +149,10 @@ def cameras() -> dict[str, object]:
     )
     large_info = CameraInfo(header=header, width=40, height=40)
     large_info.P = [20.0, 0, 20.0, 0, 0, 20.0, 20.0, 0, 0, 0, 1.0, 0]
+    wide = Image(header=header, width=160, height=160, encoding="rgb8", step=480)
+    wide.data = bytes([200, 100, 0] * 80 + [0, 100, 200] * 80) * 160
+    wide_info = CameraInfo(header=header, width=160, height=160)
+    wide_info.P = [50.0, 0, 80.0, 0, 0, 50.0, 80.0, 0, 0, 0, 1.0, 0]
     imu = Imu(header=Header(frame_id="map"))
     imu.orientation.w = 1.0
     imu.linear_acceleration.x = 4.0
@@ -158,8 +162,23 @@ def cameras() -> dict[str, object]:
         "colour/image": colour,
         "camera/image": large,
         "camera/camera_info": large_info,
+        "wide/image": wide,
+        "wide/camera_info": wide_info,
         "imu": imu,
     }
+
+
+def pictures() -> dict[str, object]:
+    """Return images of 8 x 6 fields of 5 x 5 pixels, with colours, 16-bit numbers and floats."""
+    fields = [(x // 5, y // 5) for y in range(30) for x in range(40)]
+    made = {}
+    for name, encoding, size, data in (
+        ("picture", "rgb8", 3, bytes(part for x, y in fields for part in (30 * x, 40 * y, 100))),
+        ("picture_16", "16UC1", 2, b"".join(struct.pack("<H", 1000 + 400 * x + 50 * y) for x, y in fields)),
+        ("picture_32", "32FC1", 4, b"".join(struct.pack("<f", 0.5 * x + 0.1 * y) for x, y in fields)),
+    ):
+        made[name] = Image(Header(frame_id="camera"), 30, 40, encoding, 0, 40 * size, data)
+    return made
 
 
 def interactive() -> InteractiveMarker:
@@ -184,6 +203,7 @@ def main() -> None:
     rospy.init_node("scene_program")
     rospy.set_param("/robot_description", ROBOT)
     rospy.set_param("/meshes", mesh_robot())
+    rospy.set_param("/empty_robot", "")
     frames = tf2_ros.StaticTransformBroadcaster()
     camera = transform("map", "camera", 0, 0)
     camera.transform.translation.z, camera.transform.rotation.x, camera.transform.rotation.w = 5.0, 1.0, 0.0
@@ -229,7 +249,7 @@ def main() -> None:
     spheres.color.r = spheres.color.a = 1.0
     messages = {"map": grid, "path": path, "cloud": cloud, "scan": scan, "visualization_marker": cube}
     messages |= {"markers": MarkerArray([spheres]), "rgb_cloud": coloured, "old_cloud": old}
-    messages |= poses() | cameras() | {"shapes": shapes()}
+    messages |= poses() | cameras() | pictures() | {"shapes": shapes()}
     publishers = {
         name: rospy.Publisher(f"/{name}", type(message), queue_size=1, latch=True)
         for name, message in messages.items()

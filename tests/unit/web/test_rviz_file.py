@@ -6,7 +6,9 @@ import pytest
 
 from pipros.basics.errors import PiprosError
 from pipros.web.rviz_file import RvizFileError, read_rviz, write_rviz
+from tests.support.environments import REPOSITORY
 
+GENUINE = REPOSITORY / "tests" / "golden" / "rviz_defaults.rviz"
 FILE = """\
 Panels:
   - Class: rviz/Displays
@@ -49,6 +51,17 @@ def test_a_written_file_has_the_same_content_in_the_same_order() -> None:
     assert "Enabled: true\n" in text
     assert "Saved: ~\n" in text
     assert "- 007\n" in text
+
+
+def test_a_file_of_genuine_rviz_survives_with_all_properties() -> None:
+    config = read_rviz(GENUINE.read_bytes())
+    shown = config["Visualization Manager"]["Displays"]
+    assert len(shown) == 25
+    for display in shown:
+        display["Invented: Key"] = "007"
+    written = read_rviz(write_rviz(config))
+    assert written == config
+    assert list(map(list, written["Visualization Manager"]["Displays"])) == list(map(list, shown))
 
 
 @pytest.mark.parametrize(

@@ -150,18 +150,19 @@ export class Display {
 
   // -- messages ---------------------------------------------------------------------------------------------------------
 
-  // Subscribes to the topic in a property. `take(message, arrival)` is called with each decoded message.
-  subscribe(property, take, { queue = 0, name = null } = {}) {
+  // Subscribes to the topic in a property. `take(message, arrival)` is called with each decoded message. The status Topic has
+  // their number, unless `isCounted` is false.
+  subscribe(property, take, { queue = 0, name = null, isCounted = true } = {}) {
     const topic = this.scene.topicName(name ?? this.get(property));
     this.received = 0;
     if (!topic) {
       this.setStatus("Topic", "error", "Error subscribing: Empty topic name");
       return;
     }
-    this.setStatus("Topic", "warning", "No messages received");
+    this.setStatus("Topic", isCounted ? "warning" : "ok", isCounted ? "No messages received" : "OK");
     this.stops.push(this.scene.subscribe(topic, queue || Math.max(1, this.queueSize()), (message, arrival, sender) => {
       this.sender = sender;
-      this.countMessage();
+      this.countMessage(isCounted);
       take(message, arrival);
     }, (text) => this.setStatus("Topic", "error", text), (count) => this.setStatus("Queue", "warning", `${count} messages were dropped: more than the Queue Size came at once.`)));
   }
@@ -170,11 +171,11 @@ export class Display {
     return this.properties.find(["Queue Size"])[0] ? this.get("Queue Size") : 10;
   }
 
-  countMessage() {
+  countMessage(isCounted = true) {
     this.arrivals = [...this.arrivals.slice(1 - REGULAR), performance.now()];
     this.dropStatus("Age");
     this.received += 1;
-    this.setStatus("Topic", "ok", `${this.received} messages received`);
+    this.setStatus("Topic", "ok", isCounted ? `${this.received} messages received` : "OK");
   }
 
   // Reports a topic whose regular messages have ended. In simulated time, whatever sends them may pause.
@@ -251,18 +252,17 @@ export class Display {
     }
   }
 
-  // Moves the display to the newest pose of a frame. Returns whether it is known; if not, it stays where it is.
-  follow(frame, object = this.root) {
+  // Moves the display to the newest pose of a frame; if that is unknown, it stays where it is. `textOf(name, error)` returns
+  // the text of the status then.
+  follow(frame, textOf = (name, _error) => `No transform from [${name}] to [${this.scene.fixedFrame}]`) {
     const name = frame === "<Fixed Frame>" ? this.scene.fixedFrame : withoutSlash(frame);
     try {
-      place(object, this.scene.poseOf(name, 0n));
+      place(this.root, this.scene.poseOf(name, 0n));
       this.setStatus("Transform", "ok", "Transform OK");
       this.dropStatus("Link");
-      return true;
     } catch (error) {
       this.explain(name);
-      this.setStatus("Transform", "error", error instanceof TransformError ? `No transform from [${name}] to [${this.scene.fixedFrame}]` : error.message);
-      return false;
+      this.setStatus("Transform", "error", error instanceof TransformError ? textOf(name, error) : error.message);
     }
   }
 }

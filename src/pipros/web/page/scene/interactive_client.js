@@ -7,18 +7,19 @@ const MOST_QUEUED = 100;
 const MOST_SERVERS = 100;
 const SILENT_MS = 2000;
 const KEEP_ALIVE = 0;
+const RECEIVING = "Receiving updates.";
 
 export class InteractiveClient {
-  // `sink` has add(server, marker), move(server, pose), erase(server, name), clear(server), and say(level, text).
+  // `sink` has add(server, marker), move(server, pose), erase(server, name), clear(server), and say(level, text, server).
   constructor(sink) {
     this.sink = sink;
-    this.servers = new Map(); // id to {seq, isReady, queue, seenAt}
+    this.servers = new Map(); // id to {seq, isReady, queue, seenAt, isSilent}
   }
 
   server(id) {
     if (!this.servers.has(id)) {
       if (this.servers.size >= MOST_SERVERS) throw new Error(`More than ${MOST_SERVERS} servers on one topic`);
-      this.servers.set(id, { seq: 0n, isReady: false, queue: [], seenAt: 0 });
+      this.servers.set(id, { seq: 0n, isReady: false, queue: [], seenAt: 0, isSilent: false });
     }
     return this.servers.get(id);
   }
@@ -34,7 +35,7 @@ export class InteractiveClient {
     Object.assign(server, { seq, isReady: true, queue: [] });
     this.sink.clear(id);
     for (const marker of markers) this.sink.add(id, marker);
-    this.sink.say("ok", "OK");
+    this.sink.say("ok", RECEIVING, id);
     for (const update of later) this.update(update, nowMs);
   }
 
@@ -43,6 +44,8 @@ export class InteractiveClient {
     const { server_id: id } = update;
     const server = this.server(id);
     server.seenAt = nowMs;
+    if (server.isSilent) this.sink.say("ok", RECEIVING, id);
+    server.isSilent = false;
     const seq = BigInt(update.seq_num);
     const isAlive = update.type === KEEP_ALIVE;
     if (!server.isReady) {
@@ -66,12 +69,17 @@ export class InteractiveClient {
   restart(id, server) {
     Object.assign(server, { isReady: false, queue: [] });
     this.sink.clear(id);
-    this.sink.say("warning", `Lost updates of server ${id}; waiting for its whole state.`);
+    this.sink.say("warning", "Updates were lost; waiting for the whole state.", id);
     this.sink.resubscribe();
   }
 
   // Reports servers without a sign of life.
   check(nowMs) {
-    for (const [id, { isReady, seenAt }] of this.servers) if (isReady && nowMs - seenAt > SILENT_MS) this.sink.say("warning", `No update received for ${Math.floor((nowMs - seenAt) / 1000)} seconds from server ${id}`);
+    for (const [id, server] of this.servers) {
+      const silence = nowMs - server.seenAt;
+      if (!server.isReady || silence <= SILENT_MS) continue;
+      server.isSilent = true;
+      this.sink.say("warning", `No update received for ${Math.floor(silence / 1000)} seconds.`, id);
+    }
   }
 }

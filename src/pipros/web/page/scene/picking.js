@@ -8,10 +8,14 @@ const FRAGMENT = `
 uniform sampler2D depth;
 void main() { gl_FragColor = packDepthToRGBA(texture2D(depth, vec2(0.5)).r); }`;
 
+export const MARGIN = 64; // pixels drawn around what is read: points are clipped by their middles
+
+const SIZE = 2 * MARGIN + 1;
+
 export class Picker {
   constructor(scene) {
     this.scene = scene;
-    this.target = new THREE.WebGLRenderTarget(1, 1, { depthTexture: new THREE.DepthTexture(1, 1, THREE.FloatType) });
+    this.target = new THREE.WebGLRenderTarget(SIZE, SIZE, { depthTexture: new THREE.DepthTexture(SIZE, SIZE, THREE.FloatType) });
     this.packed = new THREE.WebGLRenderTarget(1, 1);
     const uniforms = { depth: { value: this.target.depthTexture } };
     this.material = new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, depthTest: false });
@@ -33,7 +37,7 @@ export class Picker {
   depth(x, y) {
     const { renderer, world, tools, view, canvas } = this.scene;
     const { camera } = view;
-    camera.setViewOffset(canvas.clientWidth, canvas.clientHeight, x, y, 1, 1);
+    camera.setViewOffset(canvas.clientWidth, canvas.clientHeight, x - MARGIN, y - MARGIN, SIZE, SIZE);
     tools.visible = false;
     renderer.setRenderTarget(this.target);
     renderer.clear();

@@ -99,9 +99,9 @@ export function points(style, positions, tints, size, alpha = 1, hasAlpha = fals
   made.frustumCulled = false;
   const buffer = new THREE.Vector2();
   made.onBeforeRender = (renderer) => {
-    renderer.getDrawingBufferSize(buffer);
-    uniforms.height.value = buffer.y;
-    uniforms.size.value = style === "Points" ? size * renderer.getPixelRatio() : size;
+    const target = renderer.getRenderTarget();
+    uniforms.height.value = target ? target.height : renderer.getDrawingBufferSize(buffer).y;
+    uniforms.size.value = style === "Points" && !target ? size * renderer.getPixelRatio() : size;
     material.uniformsNeedUpdate = true;
   };
   return made;

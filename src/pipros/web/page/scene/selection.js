@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { h, replace } from "../dom.js";
+import { MARGIN } from "./picking.js";
 import { clear, thinLines } from "./shapes.js";
 
 const MOST_LISTED = 100;
@@ -62,16 +63,17 @@ export class Selection {
         next += unit.count ?? 1;
       }
     }
-    const target = new THREE.WebGLRenderTarget(width, height);
+    const [wide, high] = [width + 2 * MARGIN, height + 2 * MARGIN];
+    const target = new THREE.WebGLRenderTarget(wide, high);
     const pixels = new Uint8Array(width * height * 4);
     const alpha = renderer.getClearAlpha();
-    view.camera.setViewOffset(canvas.clientWidth, canvas.clientHeight, left, top, width, height);
+    view.camera.setViewOffset(canvas.clientWidth, canvas.clientHeight, left - MARGIN, top - MARGIN, wide, high);
     try {
       renderer.setClearColor(0x000000, 0);
       renderer.setRenderTarget(target);
       renderer.clear();
       renderer.render(world, view.camera);
-      renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
+      renderer.readRenderTargetPixels(target, MARGIN, MARGIN, width, height, pixels);
     } finally {
       renderer.setRenderTarget(null);
       renderer.setClearAlpha(alpha);

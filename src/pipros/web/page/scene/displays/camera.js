@@ -20,7 +20,7 @@ export class Camera extends Image {
     this.camera = new THREE.PerspectiveCamera();
     this.target = new THREE.WebGLRenderTarget(1, 1, { samples: 4 });
     const info = infoTopic(topic);
-    this.setStatus("Camera Info", "warning", `No CameraInfo received on [${info}].  Topic may not exist.`);
+    this.setStatus("Camera Info", "warning", `No CameraInfo received on [${info}]. Topic may not exist.`);
     this.stops.push(this.scene.subscribe(info, 1, (message) => this.locate(message), (text) => this.setStatus("Camera Info", "error", text)));
   }
 
@@ -43,7 +43,7 @@ export class Camera extends Image {
       this.setStatus("Camera Info", "error", model.problem);
       return;
     }
-    this.setStatus("Camera Info", "ok", "OK");
+    this.setStatus("Camera Info", "ok", "received");
     this.whenPlaced(info, (_, pose) => {
       this.model = model;
       this.pose = pose;

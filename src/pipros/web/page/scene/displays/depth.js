@@ -20,7 +20,7 @@ export class DepthCloud extends Cloud {
     }
     this.model = null;
     this.colours = null;
-    this.setStatus("Depth Map", "warning", "No depth map received");
+    this.setStatus("Depth Map", "ok", "0 depth maps received");
     this.listen(depth, (message) => this.take(message));
     this.listen(infoTopic(depth), (info) => { this.model = new CameraModel(info); });
     const colour = this.scene.topicName(this.get("Color Image Topic"));
@@ -46,7 +46,8 @@ export class DepthCloud extends Cloud {
     this.dropStatus("Camera Info");
     try {
       const columns = depthColumns(image, model, this.colours);
-      this.dropStatus("Message");
+      this.setStatus("Message", "ok", "Ok");
+      this.setStatus("Depth Image Size", "ok", `${image.width} x ${image.height}`);
       this.model = model;
       this.whenPlaced(image, (_, pose) => this.show(columns, pose));
     } catch (error) {

@@ -14,10 +14,11 @@ export class Image extends Display {
     this.bounds = []; // of the newest images
     const hint = this.get("Transport Hint");
     const name = hint && hint !== "raw" ? `${base}/${hint}` : base;
-    this.setStatus("Image", "warning", "No image received");
+    this.setStatus("Image", "warning", "No Image received");
     this.canvas = h("canvas", { width: 2, height: 2, role: "img", "aria-label": this.name });
     this.figure = h("figure", {}, this.canvas, h("figcaption", {}, this.name));
     this.scene.images?.append(this.figure);
+    this.setStatus("Topic", "ok", "OK");
     this.stops.push(this.scene.context.watch("image", { name }, (data) => this.show(data), (text) => text && this.setStatus("Image", "error", text)));
   }
 

@@ -28,7 +28,7 @@ export class InteractiveMarkers extends Markers {
     this.held = null; // {entry, control, drag} while a button is down
     const topic = this.scene.topicName(this.get("Update Topic"));
     if (!topic || !UPDATE.test(topic)) {
-      this.setStatus("Topic", "error", topic ? "Invalid topic name: the topic must end in /update" : "Error subscribing: Empty topic name");
+      this.setStatus("Topic", "error", topic ? `Invalid topic name: ${topic}` : "Error subscribing: Empty topic name");
       return;
     }
     this.base = topic.replace(UPDATE, "");
@@ -37,13 +37,19 @@ export class InteractiveMarkers extends Markers {
       move: (server, pose) => this.shift(`${server}/${pose.name}`, pose),
       erase: (server, name) => this.erase(`${server}/${name}`),
       clear: (server) => this.eraseOf(server),
-      say: (level, text) => this.setStatus("Topic", level, text),
+      say: (level, text, server) => this.report(level, text, server),
       resubscribe: () => this.listenForStates(),
     });
-    this.setStatus("Topic", "warning", "Waiting for the state of a server");
+    this.setStatus("General", "ok", "Waiting for messages.");
     this.stops.push(this.scene.subscribe(topic, QUEUE, (update) => this.client.update(update, performance.now()), (text) => this.setStatus("Topic", "error", text)));
     this.listenForStates();
     if (this.canAct) this.send(null);
+  }
+
+  // Shows the state of the connection to a server.
+  report(level, text, server) {
+    this.setStatus("General", "ok", "Receiving messages.");
+    this.setStatus(server, level, text);
   }
 
   listenForStates() {
@@ -165,7 +171,8 @@ export class InteractiveMarkers extends Markers {
         entry.frame = this.scene.poseOf(frame, entry.header.stamp);
         entry.isPlaced = !this.isLocked(entry);
         entry.holder.visible = true;
-        if (entry.isLost) this.dropStatus(name);
+        if (this.isLocked(entry)) this.setStatus(name, "ok", `Locked to frame ${frame}`);
+        else if (entry.isLost) this.dropStatus(name);
         entry.isLost = false;
       } catch (error) {
         if (!(error instanceof TransformError)) throw error;

@@ -21,10 +21,12 @@ void main() {
 export class MapDisplay extends Display {
   begin() {
     this.map = null;
-    this.setStatus("Map", "warning", "No map received");
-    this.subscribe("Topic", (message) => this.take(message), { queue: 1 });
+    this.setStatus("Message", "warning", "No map received");
+    this.subscribe("Topic", (message) => this.take(message), { queue: 1, isCounted: false });
     const topic = this.scene.topicName(this.get("Topic"));
-    if (topic) this.stops.push(this.scene.subscribe(`${topic}_updates`, 100, (update) => this.update(update)));
+    if (!topic) return;
+    this.setStatus("Update Topic", "ok", "OK");
+    this.stops.push(this.scene.subscribe(`${topic}_updates`, 100, (update) => this.update(update)));
   }
 
   // Map messages are latched: the shown one stays until the next.
@@ -44,6 +46,7 @@ export class MapDisplay extends Display {
     const most = this.scene.renderer.capabilities.maxTextureSize;
     if (width > most || height > most) return this.setStatus("Map", "error", `The map is larger than ${most} cells, the limit of this browser's graphics card`);
     if (![...poseOf(origin), resolution].every(Number.isFinite)) return this.setStatus("Map", "error", "Message contained invalid floating point values (nans or infs)");
+    this.setStatus("Message", "ok", "Map received");
     this.setStatus("Map", "ok", "Map OK");
     const cells = new Uint8Array(message.data.buffer, message.data.byteOffset, message.data.length);
     const texture = new THREE.DataTexture(cells, width, height, THREE.RedFormat);

@@ -130,7 +130,7 @@ export class Markers extends Display {
     if (marker.type === MESH) return this.mesh(marker, rgb, key);
     const make = TYPES[marker.type];
     if (make) return make(marker, rgb);
-    this.setStatus(key, "error", `Unknown marker type: ${marker.type}`);
+    this.setStatus(key, "error", `Unknown marker type: ${marker.type}.`);
     return null;
   }
 
@@ -157,7 +157,7 @@ export class Markers extends Display {
 export class Marker extends Markers {
   begin() {
     super.begin();
-    this.subscribe("Marker Topic", (marker) => this.take(marker));
+    this.subscribe("Marker Topic", (marker) => this.take(marker), { isCounted: false });
     const topic = this.scene.topicName(this.get("Marker Topic"));
     if (!topic) return;
     this.stops.push(this.scene.subscribe(`${topic}_array`, this.queueSize(), ({ markers }) => markers.forEach((marker) => this.take(marker))));
@@ -167,7 +167,7 @@ export class Marker extends Markers {
 export class MarkerArray extends Markers {
   begin() {
     super.begin();
-    this.subscribe("Marker Topic", ({ markers }) => markers.forEach((marker) => this.take(marker)));
+    this.subscribe("Marker Topic", ({ markers }) => markers.forEach((marker) => this.take(marker)), { isCounted: false });
   }
 }
 

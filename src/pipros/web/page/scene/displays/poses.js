@@ -47,7 +47,7 @@ export class Placed extends Display {
   }
 
   refuse() {
-    this.setStatus("Message", "error", INVALID);
+    this.setStatus("Topic", "error", INVALID);
     return null;
   }
 
@@ -76,7 +76,6 @@ export class Path extends Placed {
     group.position.set(...this.get("Offset"));
     const strip = message.poses.flatMap(({ pose: { position } }) => [position.x, position.y, position.z]);
     if (!strip.every(Number.isFinite)) return this.refuse();
-    this.dropStatus("Message");
     const [rgb, alpha] = [this.get("Color"), this.get("Alpha")];
     if (this.get("Line Style") === "Billboards") group.add(wideLines(segments(strip), this.get("Line Width"), [...rgb.map((part) => part / 255), alpha], alpha < 0.9998));
     else group.add(thinLines(strip, rgb, 1, { isStrip: true }));
@@ -187,7 +186,6 @@ export class Polygon extends Placed {
   draw({ polygon: { points } }) {
     const strip = points.flatMap(({ x, y, z }) => [x, y, z]);
     if (!strip.every(Number.isFinite)) return this.refuse();
-    this.dropStatus("Message");
     return thinLines([...strip, ...strip.slice(0, 3)], this.get("Color"), 1, { isStrip: true });
   }
 }
@@ -199,7 +197,6 @@ export class PointStamped extends Placed {
 
   draw({ point: { x, y, z } }) {
     if (![x, y, z].every(Number.isFinite)) return this.refuse();
-    this.dropStatus("Message");
     const mesh = new THREE.Mesh(SPHERE, lit(this.get("Color"), this.get("Alpha")));
     mesh.scale.setScalar(2 * this.get("Radius"));
     mesh.position.set(x, y, z);
@@ -214,7 +211,6 @@ export class GridCells extends Placed {
       return null;
     }
     if (![width, height, ...cells.map(({ x, y, z }) => x + y + z)].every(Number.isFinite)) return this.refuse();
-    this.dropStatus("Message");
     const corners = [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]];
     const points = cells.flatMap(({ x, y, z }) => corners.flatMap(([u, v]) => [x + (u * width) / 2, y + (v * height) / 2, z]));
     const geometry = new THREE.BufferGeometry();
@@ -230,7 +226,6 @@ export class Range extends Placed {
 
   draw(message) {
     if (Number.isNaN(message.range) || !Number.isFinite(message.field_of_view)) return this.refuse();
-    this.dropStatus("Message");
     const length = shownRange(message);
     const mesh = new THREE.Mesh(CONE, lit(this.get("Color"), this.get("Alpha")));
     const width = 2 * length * Math.tan(message.field_of_view / 2);

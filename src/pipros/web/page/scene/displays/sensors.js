@@ -20,7 +20,6 @@ export class WrenchStamped extends Placed {
   draw({ wrench }) {
     const [force, torque] = [vectorOf(wrench.force), vectorOf(wrench.torque)];
     if (!isFinite(force) || !isFinite(torque)) return this.refuse();
-    this.dropStatus("Message");
     const group = new THREE.Group();
     const [alpha, width] = [this.get("Alpha"), this.get("Arrow Width")];
     const add = (vector, scale, colour) => {
@@ -66,7 +65,6 @@ export class Imu extends Placed {
     const own = [0, 0, 0, orientation.x, orientation.y, orientation.z, orientation.w];
     const acceleration = vectorOf(linear);
     if (!isFinitePose(own) || !isFinite(acceleration)) return this.refuse();
-    this.dropStatus("Message");
     const turned = normalized(own);
     const holder = new THREE.Group();
     // The orientation is relative to the fixed frame, or to that of the sensor.

@@ -31,7 +31,7 @@ export class Grid extends Display {
   }
 
   frame() {
-    this.follow(this.get("Reference Frame"));
+    this.follow(this.get("Reference Frame"), (name, error) => this.scene.whyNot(name, error));
   }
 }
 
@@ -67,6 +67,6 @@ export class Axes extends Display {
   }
 
   frame() {
-    this.follow(this.get("Reference Frame"));
+    this.follow(this.get("Reference Frame"), (name, error) => this.scene.whyNot(name, error));
   }
 }

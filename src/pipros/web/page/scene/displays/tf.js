@@ -79,12 +79,12 @@ export class Tf extends Display {
     try {
       pose = this.scene.poseOf(name, 0n);
     } catch {
-      this.setStatus(name, "warning", `No transform from [${name}] to [${fixedFrame}]`);
+      this.setStatus(name, "warning", `No transform from [${name}] to frame [${fixedFrame}]`);
     }
     entry.group.visible = pose !== null && age < timeout;
     entry.line.visible = false;
     if (!pose) return;
-    if (this.statuses.has(name)) this.setStatus(name, "ok", "Transform OK");
+    this.setStatus(name, "ok", "Transform OK");
     place(entry.group, pose);
     // The name does not turn with its frame.
     entry.label.visible = entry.group.visible && this.get("Show Names");

@@ -1,0 +1,93 @@
+"""Displays whose status texts genuine rviz and the Scene tab have alike, good and bad ones.
+
+`script/record-rviz statuses` records genuine rviz's in tests/golden/rviz_statuses.json. The messages are
+those of `tests/browser/programs/scene_program.py` and `bad_scene_program.py`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pipros.web.rviz_file import read_rviz, write_rviz
+from tests.support.rviz_scenes import SCENES, config_of, display
+
+LEVELS = ("ok", "warning", "error")
+Statuses = dict[str, dict[str, tuple[str, str]]]
+"""Display to status name to level and text."""
+
+BAD = {
+    "Path": "path",
+    "Pose": "pose",
+    "PoseArray": "poses",
+    "Odometry": "odom",
+    "PoseWithCovariance": "covariance",
+    "Polygon": "polygon",
+    "PointStamped": "point",
+    "WrenchStamped": "wrench",
+}
+DISPLAYS: Mapping[str, str] = {
+    **{f"bad {kind}": display(kind, Topic=f"/bad/{topic}") for kind, topic in BAD.items()},
+    "zero quaternion": display("Pose", Topic="/bad/zero"),
+    "bad markers": display("MarkerArray", Marker_Topic="/bad/markers"),
+    "wrong update topic": display("InteractiveMarkers", Update_Topic="/a"),
+    "silent map": display("Map", Topic="/silent_map"),
+    "silent image": display("Image", Image_Topic="/silent_image"),
+    "silent camera": display("Camera", Image_Topic="/silent_camera"),
+    "silent markers": display("MarkerArray", Marker_Topic="/silent_markers"),
+    "silent controls": display("InteractiveMarkers", Update_Topic="/silent/update"),
+    "no robot": display("RobotModel", Robot_Description="nothing"),
+    "empty robot": display("RobotModel", Robot_Description="empty_robot"),
+    "axes of an unknown frame": display("Axes", Reference_Frame="nowhere"),
+    "grid of an unknown frame": display("Grid", Reference_Frame="nowhere"),
+    "image": display("Image", Image_Topic="/picture"),
+    "camera": display("Camera", Image_Topic="/camera/image"),
+    "camera without its info": display("Camera", Image_Topic="/picture"),
+}
+
+
+def statuses_file() -> str:
+    """Return an `.rviz` file with all these displays, and those of all scenes, by their names."""
+    config: dict[str, Any] = read_rviz(config_of("grid"))
+    shown = config["Visualization Manager"]["Displays"]
+    shown.clear()
+    for name, (_, text) in SCENES.items():
+        if text not in (other for _, other in list(SCENES.values())[: list(SCENES).index(name)]):
+            shown.append(_named(name, text))
+    shown += [_named(name, text) for name, text in DISPLAYS.items()]
+    return write_rviz(config)
+
+
+def _named(name: str, text: str) -> dict[str, Any]:
+    made: dict[str, Any] = read_rviz(f"Visualization Manager:\n  Displays: [{text}]\n")
+    return {**made["Visualization Manager"]["Displays"][0], "Name": name}
+
+
+NOT_COMPARED = frozenset({"Points", "Time"})
+"""Statuses that rviz leaves empty, or has for the synchronization by its panel Time."""
+SENDER = re.compile(r"\[sender=.*\]")
+
+
+def statuses_of(lines: Iterable[str]) -> Statuses:
+    """Return the statuses that are left after the changes that rviz_statuses.c wrote."""
+    found: Statuses = {}
+    for line in lines:
+        what, name, *more = line.rstrip("\n").split("\t")
+        own = found.setdefault(name, {})
+        if what == "clear":
+            own.clear()
+        elif what == "delete":
+            own.pop(more[0], None)
+        else:
+            own[more[1]] = LEVELS[int(more[0])], more[2]
+    return {name: own for name, own in found.items() if name}
+
+
+def comparable(statuses: Mapping[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
+    """Return the statuses that can be compared, without numbers; rviz does not know who sent a message."""
+    return {
+        SENDER.sub("[sender]", name): (level, re.sub(r"\d+", "#", text))
+        for name, (level, text) in statuses.items()
+        if name not in NOT_COMPARED
+    }
