@@ -95,7 +95,7 @@ def test_compiled_code_without_cmake_says_what_to_install(
 ) -> None:
     workspace.add("cpp", "add_executable(x x.cpp)")
     assert catkin_make_isolated.main([]) == 1
-    assert "the package [cpp] has to be built by genuine catkin, but cmake" in capsys.readouterr().err
+    assert "the package [cpp] must be built by genuine catkin, but cmake" in capsys.readouterr().err
 
 
 @pytest.fixture
