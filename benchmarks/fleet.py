@@ -183,8 +183,13 @@ def many(router, first, number):
     from pipros.fleet import keys
     from pipros.fleet.agent import new_instance
     from pipros.fleet.directory import Directory, Entry, to_json
-    from pipros.fleet.zenoh_session import connect
+    from pipros.fleet.zenoh_session import LinkFailed, connect
     from pipros.msg import load_message_class
+
+    def connected():
+        while True:
+            with contextlib.suppress(LinkFailed):  # timeouts on a busy machine
+                return connect(router)
 
     held, counter = [], itertools.count()
     md5sum = load_message_class("std_msgs/String")._md5sum
@@ -192,7 +197,7 @@ def many(router, first, number):
 
     def join():
         while (index := next(counter)) < number:
-            link, name, instance = connect(router), f"robot{first + index}", new_instance()
+            link, name, instance = connected(), f"robot{first + index}", new_instance()
             document = to_json(Directory(name, instance, 1, entries))
 
             def answer(question, document=document):
@@ -465,12 +470,13 @@ def robots(number):
 
     def until_present(expected):
         """Return the time until the operator sees this number of members."""
-        begin = time.monotonic()
+        begin, number = time.monotonic(), 0
         while time.monotonic() < begin + DEADLINE_S:
-            if link.is_connected and len({each.member for each in present(link)}) == expected:
+            number = len({each.member for each in present(link)}) if link.is_connected else 0
+            if number == expected:
                 return time.monotonic() - begin
-            time.sleep(0.05)
-        raise SystemExit(f"{expected} members are not present after {DEADLINE_S} s")
+            time.sleep(0.2)
+        raise SystemExit(f"{number} of {expected} members are present after {DEADLINE_S} s")
 
     with contextlib.ExitStack() as stack:
         first = stack.enter_context(contextlib.ExitStack())
