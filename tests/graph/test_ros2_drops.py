@@ -43,8 +43,7 @@ def test_subscribers_with_an_incompatible_qos_are_reported(system: System) -> No
     wait_until(lambda: gateway.status().left_out, what="the reason")
 
     ((what, left_out),) = gateway.status().left_out.items()
-    assert what.startswith("the subscriber ")
-    assert what.endswith(" of /chatter")
+    assert what.startswith("topics: to_ros2: /chatter (subscriber ")
     assert (left_out.reason, left_out.by_rule) == ("its QoS is incompatible (durability)", False)
     subscription.close()
     wait_until(lambda: not gateway.status().left_out, what="the end of the subscriber")

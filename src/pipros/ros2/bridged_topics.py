@@ -31,6 +31,7 @@ from pipros.ros2.engine import (
     TopicQos,
 )
 from pipros.ros2.qos_choice import QosOverride, offered_qos, requested_qos
+from pipros.ros2.rules import StaticRule
 from pipros.ros2.type_pairs import TypePair
 
 MARK: Final = "pipros_ros2"
@@ -101,6 +102,20 @@ class Route:
     def types(self) -> tuple[str, str]:
         """The types in ROS 1 and ROS 2."""
         return self.pair.plan.ros1_type, self.pair.plan.ros2_type
+
+
+def route_of(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Route:
+    """Return the route of a topic.
+
+    Raises:
+        PiprosError: the rule requires another type.
+    """
+    if rule is None:
+        return Route(ros1, ros2, pair)
+    for given, found in ((rule.ros1_type, pair.plan.ros1_type), (rule.ros2_type, pair.plan.ros2_type)):
+        if given and given != found:
+            raise PiprosError(f"the rule requires the type {given}, got {found}")
+    return Route(ros1, ros2, pair, rule.rate, rule.qos)
 
 
 class ToRos2:

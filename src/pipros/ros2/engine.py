@@ -7,7 +7,7 @@ convert messages.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -72,6 +72,22 @@ class Endpoint:
     node: str = ""
     gateway: str = ""
     problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A topic that a peer does not receive or send, or a node that peers do not see.
+
+    Attributes:
+        kind: what the peer does with the topic; None for a node of our own.
+        name: of the topic or node.
+        node: of the peer, its GUID if the node is unknown, or empty.
+    """
+
+    kind: EndpointKind | None
+    name: str
+    reason: str
+    node: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,8 +217,8 @@ class Ros2Engine(Protocol):
     def endpoints(self) -> Sequence[Endpoint]:
         """Return the known endpoints of other processes."""
 
-    def problems(self) -> Mapping[str, str]:
-        """Return what does not reach whom, such as a subscriber with an incompatible QoS, and the reasons."""
+    def problems(self) -> Sequence[Problem]:
+        """Return what peers do not receive or send, such as subscribers with an incompatible QoS."""
 
     def close(self) -> None:
         """Close all endpoints, stop the threads and notify the peers. May be called repeatedly."""

@@ -24,9 +24,9 @@ from pipros.node import Node
 from pipros.ros2.action_to_ros1 import ActionToRos1
 from pipros.ros2.action_to_ros2 import ActionToRos2
 from pipros.ros2.bridged_services import Ros1Service, Ros2Service
-from pipros.ros2.bridged_topics import Route, ToRos1, ToRos2
+from pipros.ros2.bridged_topics import ToRos1, ToRos2, route_of
 from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
-from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row
+from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 from pipros.ros2.interfaces.action_types import action_of_service
 from pipros.ros2.names import action_names, checked_name
 from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, Ros1Topic, is_part_of_action
@@ -224,7 +224,7 @@ class Gateway:
     def _outward(self, name: str, graph: Ros1Graph) -> _Wanted:
         topic, rule = graph.topics.get(name), self._rules.renamed(Direction.TO_ROS2, name)
         pair = self._pairs.of_ros1(topic.definition) if topic else self._pair_of(rule)
-        route = _route(name, rule.ros2 if rule else name, pair, rule)
+        route = route_of(name, rule.ros2 if rule else name, pair, rule)
         self._check_rivals(EndpointKind.PUBLISHER, route.ros2)
         is_latched = topic is not None and topic.is_latched
         version = route.ros2, route.pair.plan.ros2_type, is_latched
@@ -243,7 +243,7 @@ class Gateway:
             raise PiprosError(f"the type is {there.definition.type} in ROS 1, but {ros2_type} in ROS 2")
         if there is not None and target == _CLOCK:
             raise PiprosError("a ROS 1 node already publishes the clock")
-        route = _route(target, name, pair, rule)
+        route = route_of(target, name, pair, rule)
         return (target, ros2_type), lambda: ToRos1(
             self._node, self._engine, route, self.identity, self._publisher, self._changed.set
         )
@@ -355,7 +355,7 @@ class Gateway:
                 self._open.copy().items(), key=lambda item: [str(part) for part in item[0]]
             )
         ]
-        problems = {what: LeftOut(reason) for what, reason in self._engine.problems().items()}
+        problems = {problem_key(each): LeftOut(each.reason) for each in self._engine.problems()}
         return GatewayStatus(self.identity, rows, self._skipped | problems)
 
 
@@ -393,12 +393,3 @@ def _skipping(skipped: dict[str, LeftOut], key: Key) -> Iterator[None]:
         if len(skipped) < _SKIPPED:
             reason = LeftOut(str(error), by_rule=isinstance(error, _ByRule))
             skipped[f"{kind.value}: {direction.value}: {name}"] = reason
-
-
-def _route(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> Route:
-    if rule is None:
-        return Route(ros1, ros2, pair)
-    for given, found in ((rule.ros1_type, pair.plan.ros1_type), (rule.ros2_type, pair.plan.ros2_type)):
-        if given and given != found:
-            raise PiprosError(f"the rule requires the type {given}, got {found}")
-    return Route(ros1, ros2, pair, rule.rate, rule.qos)

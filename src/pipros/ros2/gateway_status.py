@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from pipros.fleet.link_status import Level, LinkStatus
+from pipros.ros2.engine import EndpointKind, Problem
+from pipros.ros2.rules import Direction, Kind
 
 _SHOWN: Final = 200
 """Topics, services and actions that a diagnostic status lists."""
@@ -47,7 +49,7 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class GatewayStatus:
-    """A report. The keys of `left_out` are of the form `topics: to_ros1: /name`."""
+    """A report. The keys of `left_out` are of the form `topics: to_ros1: /name`, then perhaps ` (node)`."""
 
     identity: str
     passed: Sequence[Row] = ()
@@ -95,3 +97,11 @@ class GatewayStatus:
             ", ".join(texts),
             dict(list(values.items())[:_SHOWN]),
         )
+
+
+def problem_key(problem: Problem) -> str:
+    """Return the key of a problem in `GatewayStatus.left_out`."""
+    direction = Direction.TO_ROS1 if problem.kind is EndpointKind.PUBLISHER else Direction.TO_ROS2
+    kind = Kind.TOPIC.value if problem.kind else "nodes"
+    node = f" ({problem.kind.value} {problem.node})" if problem.kind else ""
+    return f"{kind}: {direction.value}: {problem.name}{node}"

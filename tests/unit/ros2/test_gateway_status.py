@@ -9,7 +9,8 @@ import pytest
 from pipros.fleet.link_status import Level
 from pipros.health.gather_system import gateway_report
 from pipros.health.system_report import GatewayReport
-from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row
+from pipros.ros2.engine import EndpointKind, Problem
+from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 
 TYPES = ("std_msgs/String", "std_msgs/msg/String")
 CHATTER = Row("topics", "to_ros2", "/chatter", TYPES, count=9, rate=4.5)
@@ -50,3 +51,17 @@ def test_diagnostics_warn_of_drops_and_of_names_that_are_left_out() -> None:
         "topics: to_ros1: /strange": "left out: its type is unknown",
     }
     assert GatewayStatus("ab_12", [CHATTER]).diagnosis("/g").level is Level.OK
+
+
+def test_problems_have_keys_like_names_that_are_left_out() -> None:
+    problems = [
+        Problem(EndpointKind.SUBSCRIBER, "/chatter", "", "/listener"),
+        Problem(EndpointKind.PUBLISHER, "/scan", "", "/laser"),
+        Problem(None, "/ros1_gateway_a_1", ""),
+    ]
+
+    assert [problem_key(each) for each in problems] == [
+        "topics: to_ros2: /chatter (subscriber /listener)",
+        "topics: to_ros1: /scan (publisher /laser)",
+        "nodes: to_ros2: /ros1_gateway_a_1",
+    ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Final, TypeVar
 
 from pipros.basics.errors import PiprosError
@@ -19,6 +19,7 @@ from pipros.ros2.engine import (
     EndpointKind,
     EngineError,
     PartHashes,
+    Problem,
     Reliability,
     Sample,
     Subscription,
@@ -44,6 +45,7 @@ _NO_GATEWAY: Final = "1"
 """Value of the mark of participants that are not gateways."""
 _REQUEST: Final = "_Request"
 _UNKNOWN_STYLE: Final = "the form of service requests is unknown for its DDS implementation"
+_MIXED: Final = "`ros2 node list` does not show it: Humble and later distributions share the domain"
 _REPORTED: Final = 100
 _Made = TypeVar("_Made")
 _Owned = TypeVar("_Owned", bound="_Own")
@@ -172,18 +174,17 @@ class RtpsEngine:
             for guid in (*node.readers, *node.writers)
         }
 
-    def problems(self) -> Mapping[str, str]:
-        nodes, found = self._node_names(), {}
+    def problems(self) -> Sequence[Problem]:
+        nodes = self._node_names()
+        found = []
         for _, remote, policy in self._participant.ask(Engine.mismatched)[:_REPORTED]:
             topic = topic_of_dds(remote.topic)
             if topic is not None:
                 kind = EndpointKind.PUBLISHER if remote.is_writer else EndpointKind.SUBSCRIBER
-                what = f"the {kind.value} {nodes.get(remote.guid) or guid_text(remote.guid)} of {topic}"
-                found[what] = _reason(remote, policy)
+                node = nodes.get(remote.guid) or guid_text(remote.guid)
+                found.append(Problem(kind, topic, _reason(remote, policy), node))
         if self._nodes is not None and self._nodes.knowledge is Knowledge.MIXED:
-            found["the nodes of this gateway"] = (
-                "`ros2 node list` does not show them: Humble and later distributions share the domain"
-            )
+            found.append(Problem(None, f"{self._namespace}/{self._name}", _MIXED))
         return found
 
     def close(self) -> None:

@@ -7,7 +7,7 @@ import itertools
 import json
 import logging
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -22,6 +22,7 @@ from pipros.ros2.engine import (
     EndpointKind,
     EngineError,
     PartHashes,
+    Problem,
     Sample,
     Subscription,
     TopicQos,
@@ -144,8 +145,8 @@ class ZenohEngine:
         with self._lock:
             return list(self._known.values())
 
-    def problems(self) -> Mapping[str, str]:
-        return {}
+    def problems(self) -> Sequence[Problem]:
+        return ()
 
     def close(self) -> None:
         with self._lock:

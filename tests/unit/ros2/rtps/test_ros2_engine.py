@@ -13,6 +13,7 @@ from pipros.ros2.engine import (
     Endpoint,
     EndpointKind,
     EngineError,
+    Problem,
     Reliability,
     Ros2Engine,
     Sample,
@@ -113,16 +114,11 @@ def test_endpoints_that_cannot_be_connected_are_problems(engines: tuple[Ros2Engi
     other.announce("/map", KIND, HASH, TopicQos())
     other.subscribe("/scan", KIND, HASH, TopicQos(), print)
 
-    wait_until(
-        lambda: (
-            other.problems()
-            == {
-                "the subscriber /robot/camera of /map": "its QoS is incompatible (durability)",
-                "the publisher /robot/camera of /scan": "its type is sensor_msgs/msg/LaserScan",
-            }
-        ),
-        what=lambda: str(other.problems()),
-    )
+    expected = {
+        Problem(EndpointKind.SUBSCRIBER, "/map", "its QoS is incompatible (durability)", "/robot/camera"),
+        Problem(EndpointKind.PUBLISHER, "/scan", "its type is sensor_msgs/msg/LaserScan", "/robot/camera"),
+    }
+    wait_until(lambda: {*other.problems()} == expected, what=lambda: str(other.problems()))
 
 
 def test_servers_whose_requests_have_an_unknown_form_are_problems() -> None:
@@ -151,7 +147,8 @@ def test_domains_with_gids_of_two_sizes_are_a_problem() -> None:
         # The first one to notice stops publishing its nodes, perhaps before the other one has them.
         found = wait_until(lambda: [*engines[0].problems(), *engines[1].problems()], what="the problem")
 
-        assert set(found) == {"the nodes of this gateway"}
+        assert {each.name for each in found} == {"/a"}
+        assert found[0].reason.startswith("`ros2 node list` does not show it")
 
 
 def test_a_closed_engine_refuses_endpoints(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
