@@ -55,7 +55,8 @@ def wait_for_endpoint(engine: Ros2Engine, kind: EndpointKind, name: str) -> Endp
 def test_messages_pass_with_hash_qos_node_and_gateway(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
     one, other = engines
     samples: list[Sample] = []
-    one.subscribe("/map", KIND, HASH, TopicQos(durability=Durability.TRANSIENT_LOCAL), samples.append)
+    qos = TopicQos(durability=Durability.TRANSIENT_LOCAL)
+    subscription = one.subscribe("/map", KIND, HASH, qos, samples.append)
     publisher = other.announce("/map", KIND, HASH, TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1))
     publisher.publish(CDR + b"old!")
 
@@ -73,6 +74,7 @@ def test_messages_pass_with_hash_qos_node_and_gateway(engines: tuple[Ros2Engine,
     assert endpoint.qos == TopicQos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL)
     subscriber = wait_for_endpoint(other, EndpointKind.SUBSCRIBER, "/map")
     assert (subscriber.node, subscriber.gateway) == ("/robot/camera", "")
+    assert (publisher.dropped, subscription.dropped) == (0, 0)
     publisher.close()
     wait_until(lambda: not one.endpoints(), what="the end of the publisher")
 
