@@ -102,6 +102,15 @@ SCENES: Mapping[str, tuple[str, str]] = {
         display("Odometry", Topic="/odom", Shape="{Value: Arrow, Shaft Radius: 0.4, Head Radius: 0.8}"),
     ),
     "covariance": (ORTHO, display("PoseWithCovariance", Topic="/covariance", Shaft_Radius=0.2)),
+    "covariance_3d": (
+        ORBIT,
+        display(
+            "PoseWithCovariance",
+            Topic="/covariance_3d",
+            Shaft_Radius=0.2,
+            Covariance="{Position: {Value: false}, Orientation: {Offset: 3, Alpha: 1, Color Style: RGB}}",
+        ),
+    ),
     "point": (ORTHO, display("PointStamped", Topic="/point", Radius=1)),
     "range": (ORTHO, display("Range", Topic="/range")),
     "cells": (ORTHO, display("GridCells", Topic="/cells")),

@@ -87,6 +87,12 @@ def poses() -> dict[str, object]:
         each.covariance = [0.0] * 36
         each.covariance[0], each.covariance[7], each.covariance[35] = 1.0, 0.25, 0.1
         each.covariance[1] = each.covariance[6] = 0.2
+    solid = PoseWithCovarianceStamped(header=header)
+    solid.pose.pose = pose_at(0, 0, 0.5)
+    solid.pose.covariance = [0.0] * 36
+    for number, value in ((0, 1.0), (7, 0.25), (14, 0.5), (21, 0.05), (28, 0.1), (35, 0.2)):
+        solid.pose.covariance[number] = value
+    solid.pose.covariance[29] = solid.pose.covariance[34] = 0.08
     polygon = PolygonStamped(header=header)
     polygon.polygon.points = [Point32(-3, -3, 0), Point32(3, -3, 0), Point32(0, 3, 0)]
     cells = GridCells(header=header, cell_width=1.0, cell_height=0.5)
@@ -97,6 +103,7 @@ def poses() -> dict[str, object]:
         "poses": PoseArray(header=header, poses=[pose_at(-2, 0, 1.0), pose_at(1, 0), pose_at(1, 2, -2.0)]),
         "odom": odometry,
         "covariance": covariance,
+        "covariance_3d": solid,
         "polygon": polygon,
         "point": PointStamped(header=header, point=Point(1, 2, 0)),
         "range": reach,

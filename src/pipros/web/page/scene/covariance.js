@@ -72,7 +72,9 @@ function addDiscs(holder, covariance, get) {
   for (const axis of AXES) {
     const [p, q] = AXES.filter((each) => each !== axis);
     const cell = (row, column) => covariance[(row + 3) * 6 + column + 3];
-    const { values, vectors } = eigen([[cell(p, p), cell(p, q), 0], [cell(q, p), cell(q, q), 0], [0, 0, 0]]);
+    // A turn about q moves the tip along p, and a turn about p moves it against q. At the z axis, rviz does not exchange them.
+    const [one, other, both] = axis === 2 ? [p, q, cell(p, q)] : [q, p, -cell(p, q)];
+    const { values, vectors } = eigen([[cell(one, one), both, 0], [both, cell(other, other), 0], [0, 0, 0]]);
     const direction = (at) => new THREE.Vector3().setComponent(p, vectors[0][at]).setComponent(q, vectors[1][at]);
     const basis = new THREE.Matrix4().makeBasis(direction(0), direction(1), direction(0).cross(direction(1)));
     const colour = read("Color Style") === "RGB" ? AXES.map((each) => (each === axis ? 255 : 0)) : read("Color");

@@ -127,7 +127,7 @@ export class Display {
   }
 
   // Returns what the tool Select finds: {label, object, describe(index)}, where `describe` returns names and texts. An
-  // object that draws `count` points has each of them selected by its index.
+  // object that draws `count` points of a `radius` has each of them selected by its index.
   selectables() {
     return [];
   }

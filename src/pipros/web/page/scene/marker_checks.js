@@ -7,7 +7,8 @@ const isFinite = (...parts) => parts.every((part) => Object.values(part).every(N
 
 // Returns why a marker cannot be drawn, or an empty text.
 export function problemOf({ pose, scale, color, points, colors, type, text, mesh_resource: mesh }) {
-  const parts = { Position: [pose.position], Orientation: [pose.orientation], Scale: [scale], Color: [color], Points: points, Colors: colors };
+  const { position, orientation } = pose;
+  const parts = { Position: [position], Orientation: [orientation], Scale: [scale], Color: [color], Points: points, Colors: colors };
   const invalid = Object.keys(parts).filter((name) => !isFinite(...parts[name]));
   if (invalid.length) return invalid.map((name) => `${name} contains invalid floating point values (nans or infs)`).join("\n");
   if (LISTS.includes(type)) return problemOfList(type, points.length, colors.length);

@@ -9,7 +9,7 @@ const MOST_LISTED = 100;
 const REFRESH_MS = 500;
 const COLOUR = [0, 255, 255];
 const EDGES = [[0, 1], [1, 3], [3, 2], [2, 0], [4, 5], [5, 7], [7, 6], [6, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
-const POINT_BOX = 0.03; // metres around a selected point
+const POINT_RADIUS = 0.03; // metres, of points with a size in pixels
 
 export class Selection {
   // `signal` ends it.
@@ -164,7 +164,7 @@ function boxOf({ unit, index }) {
   const geometry = unit.object.geometry;
   const places = geometry.getAttribute("offset") ?? geometry.getAttribute("position");
   const at = new THREE.Vector3().fromBufferAttribute(places, index).applyMatrix4(unit.object.matrixWorld);
-  return new THREE.Box3(at, at).expandByScalar(POINT_BOX);
+  return new THREE.Box3(at, at).expandByScalar(unit.radius || POINT_RADIUS);
 }
 
 function outline({ min, max }) {

@@ -57,7 +57,8 @@ export class Cloud extends Display {
 
   selectables() {
     if (!this.get("Selectable")) return [];
-    return (this.kept ?? []).map(({ object, count, columns, pose }) => ({ label: "Point", object, count, describe: (index) => {
+    const radius = this.get("Style") === "Points" ? 0 : this.get("Size (m)") / 2;
+    return (this.kept ?? []).map(({ object, count, columns, pose }) => ({ label: "Point", object, count, radius, describe: (index) => {
       const at = transformed(pose, ["x", "y", "z"].map((axis) => columns.get(axis)[index]));
       const others = [...columns].filter(([name]) => !["x", "y", "z"].includes(name));
       return [["Position", vectorText(at)], ...others.map(([name, values]) => [name, valueText(name, values[index])])];

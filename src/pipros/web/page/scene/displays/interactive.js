@@ -7,6 +7,7 @@ import { Drag, MODE, rayAt } from "../dragging.js";
 import { withoutSlash } from "../display.js";
 import { TransformError } from "../frames.js";
 import { InteractiveClient } from "../interactive_client.js";
+import { feedbackOf } from "../interactive_feedback.js";
 import { menuOf } from "../interactive_menu.js";
 import { problemOf } from "../marker_checks.js";
 import { composed, inverted, isFinitePose, normalized, poseOf } from "../pose.js";
@@ -301,24 +302,10 @@ export class InteractiveMarkers extends Markers {
 
   // -- feedback -----------------------------------------------------------------------------------------------------------
 
-  // Publishes feedback as rviz does: in the marker's frame if its stamp is 0, else in the fixed frame.
   feed(event, { entry, control }, point = null, menuEntry = 0) {
     if (this.held) this.held.sentAt = performance.now();
-    const isLocked = this.isLocked(entry);
-    const world = composed(entry.frame, entry.pose);
-    const shown = isLocked ? entry.pose : world;
-    const at = point ? (isLocked ? composed(inverted(entry.frame), [point.x, point.y, point.z, 0, 0, 0, 1]) : point.toArray()) : [0, 0, 0];
-    this.send({
-      header: { frame_id: isLocked ? withoutSlash(entry.header.frame_id) : this.scene.fixedFrame },
-      client_id: this.name,
-      marker_name: entry.message.name,
-      control_name: control.name,
-      event_type: event,
-      pose: { position: { x: shown[0], y: shown[1], z: shown[2] }, orientation: { x: shown[3], y: shown[4], z: shown[5], w: shown[6] } },
-      menu_entry_id: menuEntry,
-      mouse_point: { x: at[0], y: at[1], z: at[2] },
-      mouse_point_valid: Boolean(point),
-    });
+    const frame = this.isLocked(entry) ? null : this.scene.fixedFrame;
+    this.send({ client_id: this.name, ...feedbackOf(event, entry, control, frame, point, menuEntry) });
   }
 
   send(feedback) {
