@@ -83,9 +83,9 @@ async function show() {
 
 // Lets the button in the head put what a tab shows beside what the panels show.
 async function linkToPanels(name, argument) {
-  toPanels.hidden = name === "panels";
   const { layoutText, leaf } = await import("./panels/layout.js");
   toPanels.href = placeOf("panels", `+${layoutText(leaf(name, argument))}`);
+  toPanels.hidden = name === "panels";
 }
 
 // Whether a tab may change the system.
