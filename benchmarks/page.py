@@ -291,7 +291,7 @@ def first_paint(browser, url):
     context = browser.new_context()
     page = context.new_page()
     page.goto(url)
-    page.locator("nav a").first.wait_for()
+    page.locator("#tabs a").first.wait_for()
     paint = None
     while paint is None:
         paint = page.evaluate("performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? null")

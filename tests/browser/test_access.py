@@ -99,6 +99,17 @@ def test_without_the_right_token_the_page_says_how_to_get_one(
     context.close()
 
 
+def test_a_shared_address_opens_with_the_token(page: Page, open_tab: OpenTab) -> None:
+    tab = open_tab(page, "graph")
+    tab.evaluate("sessionStorage.clear()")
+    tab.goto("about:blank")
+    tab.goto(f"http://{page.host}/#console/")
+    tab.get_by_label("Token or printed address").fill(page.url)
+    tab.get_by_role("button", name="Open").click()
+    expect_open(tab)
+    expect(tab.get_by_role("tab", selected=True)).to_have_text("Console")
+
+
 def test_a_restarted_server_has_another_token(ros: RosSystem, page: Page, chromium: Browser) -> None:
     context = chromium.new_context()
     tab = context.new_page()
@@ -108,22 +119,24 @@ def test_a_restarted_server_has_another_token(ros: RosSystem, page: Page, chromi
     page.process.wait()
     expect(tab.locator("#system")).to_contain_text("no connection to the server, trying again")
     again = Page(ros, "--bind", page.host.replace("localhost", "127.0.0.1"))
-    expect(tab.locator("#locked")).to_contain_text(LOCKED)
+    expect(tab.locator("#locked")).to_contain_text("The server was restarted")
     tab.goto(again.url)
     expect_open(tab)
     context.close()
 
 
 def test_an_address_with_a_token_from_a_file_outlives_the_server(
-    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
+    ros: RosSystem, chromium: Browser, tmp_path: Path
 ) -> None:
     ros.pipros.start_bare_master()
     file = tmp_path / "tokens"
     file.touch(mode=0o600)
     file.write_text("a.token~of-this_robot\n")
     page = Page(ros, "--token-file", file)
-    assert page.token == "a.token~of-this_robot"  # noqa: S105
-    tab = open_tab(page, "topics")
+    assert page.token == file.read_text().strip()
+    context = chromium.new_context()
+    tab = context.new_page()
+    tab.goto(page.url)
     expect_open(tab)
     page.process.press_ctrl_c()
     page.process.wait()
@@ -132,6 +145,7 @@ def test_an_address_with_a_token_from_a_file_outlives_the_server(
     tab.goto(page.url_of("console"))  # as a bookmark
     expect(tab.get_by_role("tab", selected=True)).to_have_text("Console")
     expect_open(tab)
+    context.close()
 
 
 def test_another_server_on_the_host_gets_no_secret(

@@ -13,7 +13,7 @@ from tests.support.ros import RosSystem
 
 AXE = MODULES / "axe-core" / "axe.min.js"
 # Hidden views are checked when they are shown. The tree of displays has check boxes in its summaries.
-# Only colours depend on the scheme.
+# The scheme changes only colours.
 RULES = """async (rules) => {
   const context = { include: [["html"]], exclude: [["#view > .tab[hidden]"], [".scene-displays"]] };
   const { passes, violations } = await axe.run(context, rules ? { runOnly: rules } : {});

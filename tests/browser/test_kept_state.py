@@ -123,13 +123,20 @@ def test_a_malformed_address_opens_the_tab(system: RosSystem, open_tab: OpenTab)
     expect(tab.locator("tr[data-name='/level']")).to_be_visible()
 
 
-def test_a_search_tells_of_hidden_topics(system: RosSystem, open_tab: OpenTab) -> None:
-    tab = open_tab(Page(system), "graph")
+def test_a_search_shows_hidden_topics_and_the_address_holds_it(system: RosSystem, open_tab: OpenTab) -> None:
+    page = Page(system)
+    tab = open_tab(page, "graph")
     expect(tab.locator('[data-key="topic:/level"]')).to_be_visible()
     system.pipros.start("rostopic", "pub", "/unheard", "std_msgs/String", "x", "__name:=lonely")
     expect(tab.locator('[data-key="node:/lonely"]')).to_be_visible()
     tab.get_by_label("Search nodes and topics").fill("unheard")
-    expect(tab.locator(".bar [role=status]")).to_have_text("0 found, 1 hidden")
+    expect(tab.locator(".bar [role=status]")).to_have_text("0 found, 1 hidden: show")
+    tab.get_by_role("button", name="1 hidden: show").click()
+    expect(tab.locator('[data-key="topic:/unheard"]')).to_be_visible()
+    tab.get_by_label("Search nodes and topics").press("Enter")  # selects the only hit
+    expect(tab.locator("aside h2")).to_have_text("/unheard")
+    other = open_tab(page, tab.url.partition("#")[2])
+    expect(other.locator('[data-key="topic:/unheard"].selected')).to_be_visible()
 
 
 def test_the_address_can_be_opened_again_in_the_same_tab(system: RosSystem, open_tab: OpenTab) -> None:

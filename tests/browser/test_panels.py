@@ -194,6 +194,12 @@ def test_any_tab_is_added_to_the_panels(robot: RosSystem, open_tab: OpenTab) -> 
     expect(panel(tab, "Nodes")).to_contain_text("/robot")
 
 
+def test_the_first_view_that_is_added_is_added_once(robot: RosSystem, open_tab: OpenTab) -> None:
+    tab = open_tab(Page(robot), "plot//imu/angular_velocity/x")
+    tab.get_by_role("link", name="Add this view to the panels").click()
+    expect_layout(tab, "panels/plot//imu/angular_velocity/x")
+
+
 def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, open_tab: OpenTab) -> None:
     tab = open_tab(Page(robot), "panels/row(topics//battery~plot//imu/angular_velocity/x)")
     expect(panel(tab, "Topics").get_by_role("meter")).to_be_visible()

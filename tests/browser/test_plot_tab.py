@@ -151,7 +151,7 @@ def test_log_entries_are_marks_that_the_cursor_names(ros: RosSystem, open_tab: O
     ros.wait_for_publisher("/circle")
     tab = open_tab(Page(ros), "plot//fast")
     tab.get_by_label("Time span").select_option("10 s")
-    tab.get_by_label("Log").check()
+    tab.get_by_label("Log entries").check()
     wait_until(lambda: tab.evaluate(COLUMNS, MARK) > 0.0005, 30, "a mark")
     tab.get_by_role("button", name="Pause").click()
     keep_screenshots(tab, "plot-marks")

@@ -54,7 +54,7 @@ def test_curves_pause_zoom_follow_and_are_saved(robot: RosSystem, open_tab: Open
     go_on()
     tab.get_by_role("button", name="Pause").click()
     assert wait_for_samples() == wait_for_samples()
-    tab.get_by_role("button", name="Go on").click()
+    tab.get_by_role("button", name="Resume").click()
     go_on()
 
     chart = tab.locator(".u-over").bounding_box()

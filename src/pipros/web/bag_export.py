@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import IO, Final
 
+from pipros.bag.connection import Connection, StoredMessage
 from pipros.bag.errors import BagError
 from pipros.bag.images import image_file
 from pipros.bag.reader import BagReader
@@ -16,7 +17,9 @@ from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
 from pipros.msg.time import NS_PER_S
 from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.web.bag_playback import newest_before
 
+STATIC_TRANSFORMS: Final = "/tf_static"
 FORMATS: Final = ("bag", "csv", "images")
 
 
@@ -44,7 +47,8 @@ def export(
     """Write the messages of some topics from one time to another, both inclusive.
 
     Args:
-        form: one of `FORMATS`; tables have the rows of `rostopic echo -p`, with the times of the bag.
+        form: one of `FORMATS`. Bags begin with the latched messages from before the range. Tables have the
+            rows of `rostopic echo -p`, with the times of the bag.
         limit_bytes: maximum total size of the messages.
 
     Raises:
@@ -74,10 +78,29 @@ def _bag(
     writer = BagWriter(file)
     wanted = [each for each in reader.connections if each.topic in topics]
     added = {each.id: writer.add_connection(each.topic, each.header) for each in wanted}
+    begin = divmod(range_ns[0], NS_PER_S)
+    for message in _latched_before(reader, wanted, range_ns[0]):
+        room.take(len(message.data))
+        writer.write(added[message.connection.id], *begin, message.data)
     for message in reader.stored_messages(wanted, *range_ns):
         room.take(len(message.data))
         writer.write(added[message.connection.id], *divmod(message.time_ns, NS_PER_S), message.data)
     writer.finish()
+
+
+def _latched_before(
+    reader: BagReader, connections: Collection[Connection], begin_ns: int
+) -> Iterator[StoredMessage]:
+    """Yield what a late subscriber of latched topics would get: all static transforms, and of other
+    connections the newest message.
+    """
+    for connection in connections:
+        if connection.header.get("latching") != b"1":
+            continue
+        if connection.topic == STATIC_TRANSFORMS:
+            yield from reader.stored_messages([connection], None, begin_ns - 1)
+        elif (newest := newest_before(reader, [connection], begin_ns - 1)) is not None:
+            yield newest
 
 
 def _table(

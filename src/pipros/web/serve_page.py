@@ -239,6 +239,7 @@ def services(
         "recording": recordings.recording,
         "reconfigurable": servers.reconfigurable,
         "reconfigure": servers.reconfigure,
+        "running_topics": topics.topics,  # also while the browser shows a bag
         "scene_cloud": scene.cloud,
         "scene_config": scene.config,
         "scene_messages": scene.messages,

@@ -50,3 +50,33 @@ def test_the_newest_message_before_a_moment_is_found_far_back(numbers: Path) -> 
         assert exact is not None
         assert exact.time_ns == 1007 * SECOND
         assert newest_before(bag, bag.connections_of("/text"), 999 * SECOND) is None
+
+
+def test_an_exported_bag_begins_with_the_latched_messages(tmp_path: Path) -> None:
+    path = tmp_path / "latched.bag"
+    kind = load_message_class("std_msgs/String")
+    fields = {"type": kind._type, "md5sum": kind._md5sum, "message_definition": kind._full_text}
+    header = {key: value.encode() for key, value in fields.items()}
+    with path.open("wb") as file:
+        bag = BagWriter(file)
+        for topic, latching in (("/map", b"1"), ("/tf_static", b"1"), ("/talk", b"0")):
+            added = bag.add_connection(topic, {"topic": topic.encode(), "latching": latching, **header})
+            for second, text in enumerate("abc"):
+                bag.write(added, 1000 + second, 0, b"\x01\x00\x00\x00" + text.encode())
+        bag.finish()
+    part = BytesIO()
+    with BagReader(path) as whole:
+        topics = ["/map", "/talk", "/tf_static"]
+        export(whole, topics, (1002 * SECOND, 1003 * SECOND), "bag", part, 1000)
+    (tmp_path / "part.bag").write_bytes(part.getvalue())
+    with BagReader(tmp_path / "part.bag") as cut:
+        found = sorted((message.connection.topic, message.data[-1:]) for message in cut.stored_messages())
+        assert cut.range_ns[0] == 1002 * SECOND
+    assert found == [
+        ("/map", b"b"),
+        ("/map", b"c"),
+        ("/talk", b"c"),
+        ("/tf_static", b"a"),
+        ("/tf_static", b"b"),
+        ("/tf_static", b"c"),
+    ]

@@ -73,18 +73,19 @@ async function show() {
     element.hidden = other !== name;
     if (other !== name) context.hide();
   }
-  const shown = opened.get(name) ?? open(name, argument, module);
+  const before = opened.get(name);
+  const shown = before ?? open(name, argument, module); // a new one has its argument, and may have replaced it
   shown.context.show();
-  if (shown.argument === argument) return;
+  if (!before || shown.argument === argument) return;
   shown.argument = argument;
   shown.handle.go?.(argument);
 }
 
 // Lets the button in the head put what a tab shows beside what the panels show.
 async function linkToPanels(name, argument) {
-  toPanels.hidden = name === "panels";
   const { layoutText, leaf } = await import("./panels/layout.js");
   toPanels.href = placeOf("panels", `+${layoutText(leaf(name, argument))}`);
+  toPanels.hidden = name === "panels";
 }
 
 // Whether a tab may change the system.
@@ -115,12 +116,23 @@ function permit() {
   return about.may.map((name) => PERMITS[name] ?? name).join(", ") || "read-only";
 }
 
+// Takes the token, or an address that contains it, and keeps the place that was asked for.
+function tokenForm() {
+  const token = h("input", { size: 40, placeholder: "or the token alone", "aria-label": "Token or printed address", spellcheck: "false", autocomplete: "off" });
+  return h("form", { class: "choices", onsubmit: (event) => {
+    event.preventDefault();
+    const found = token.value.trim().replace(/^.*#token=/, "").replace(/\/.*$/, "");
+    if (found) location.hash = `token=${found}/${location.hash.slice(1)}`;
+  } }, token, h("button", {}, "Open"));
+}
+
 function showState() {
   system.className = live.isOpen ? "" : "lost";
   locked.hidden = !live.isRefused;
   view.hidden = live.isRefused;
   const [title, text] = live.isRestarted ? RESTARTED : NO_TOKEN;
-  replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")),
+  if (!live.isRefused) replace(locked);
+  else if (!locked.childElementCount || locked.firstChild.textContent !== title) replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")), tokenForm(),
     h("p", { class: "pale" }, "Each start of the command makes a new token, so an address from before does not work. A tab that you open yourself needs the whole address, too; a reload does not."));
   if (live.isRefused) replace(system, "no access");
   else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");

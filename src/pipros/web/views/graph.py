@@ -106,7 +106,8 @@ class GraphViews:
         """Yield the nodes and topics added and removed in the last ten minutes, newest first."""
         shown = None
         async for _observation in self._system.observations():
-            found = self._system.changes.events(time.time())
+            own = "node", self._system.node.name  # registered only while the page subscribes
+            found = [event for event in self._system.changes.events(time.time()) if event.part != own]
             if found != shown:
                 shown = found
                 yield {

@@ -8,14 +8,22 @@ import { elapsed } from "./playback.js";
 const IMAGES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 const THUMBNAIL_WIDTH = 84;
 const MOST_THUMBNAILS = 30;
+const MOST_TICKS = 6;
+const STEPS_S = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400];
 const STEP = 0.01; // of the duration, by an arrow key
+
+// Round times from 0 on, at most six.
+function roundTimes(span) {
+  const step = STEPS_S.find((each) => span / each < MOST_TICKS) ?? span / MOST_TICKS;
+  return Array.from({ length: Math.ceil(span / step) }, (_, index) => index * step);
+}
 
 // `on.jump(seconds)`, `on.toggle()`, `on.select([from, to] or null)` and `on.choose()` are called with what the user does.
 export function timeline(on) {
   const cursor = h("div", { class: "cursor" });
   const chosen = h("div", { class: "selection", hidden: true });
   const axis = h("div", { class: "axis" });
-  const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment", onkeydown: (event) => onKey(event) }, chosen, cursor);
+  const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment", title: "Click or drag to jump; with Shift, select a part. Escape clears the selection.", onkeydown: (event) => onKey(event) }, chosen, cursor);
   const names = h("div", { class: "names" });
   const element = h("div", { class: "timeline" }, names, h("div", { class: "lanes" }, axis, area));
   let bag = null;
@@ -40,9 +48,9 @@ export function timeline(on) {
     select(null);
     replace(names, h("div", { class: "axis" }), bag.tracks.map((track) => h("label", { class: isImage(track) ? "name tall" : "name", title: `${track.topic}: ${track.count} messages of ${track.type}` },
       h("input", { type: "checkbox", checked: true, "data-topic": track.topic, onchange: () => on.choose() }), h("span", {}, track.topic), h("span", { class: "pale" }, String(track.count)))));
-    replace(axis, [0, 0.25, 0.5, 0.75].map((part) => {
-      const tick = h("span", { class: "tick" }, elapsed(part * span()));
-      tick.style.left = `${100 * part}%`;
+    replace(axis, roundTimes(span()).map((time) => {
+      const tick = h("span", { class: "tick" }, elapsed(time));
+      tick.style.left = `${(100 * time) / span()}%`;
       return tick;
     }));
     replace(area, bag.tracks.map(lane), chosen, cursor);
@@ -98,6 +106,7 @@ export function timeline(on) {
 
   function onKey(event) {
     if (event.key === " ") { event.preventDefault(); on.toggle(); return; }
+    if (event.key === "Escape") { select(null); return; }
     const to = { ArrowRight: moment + STEP * span(), ArrowLeft: moment - STEP * span(), Home: bag?.begin, End: bag?.end }[event.key];
     if (to === undefined || !bag) return;
     event.preventDefault();

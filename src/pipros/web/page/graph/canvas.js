@@ -7,6 +7,9 @@ const FAR_SCALE = 3; // units per pixel beyond which labels are unreadable, and 
 const LARGEST_SCALE = 1.6; // pixels per unit after `fit`
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
+const CORNER_PX = 44;
+const LETTER = 6.3; // width of a letter of a label, and the height of its plate
+const PLATE = 14;
 const HEAD = "M0,0.5 L8,4 L0,7.5 Z";
 
 // The text that stands for a vertex in addresses and attributes: node:/talker.
@@ -77,7 +80,9 @@ export function graphCanvas(label, onSelect) {
   function labelArrows(textOf) {
     links.forEach(({ arrow, text }, index) => {
       const shown = textOf(arrow, index);
-      if (text.textContent !== shown) text.textContent = shown;
+      if (text.textContent === shown) return;
+      text.textContent = shown;
+      setPlate(text, shown);
     });
   }
 
@@ -124,8 +129,9 @@ export function graphCanvas(label, onSelect) {
     isMoved = false;
     const { width, height } = element.getBoundingClientRect();
     if (!scene || !width || !height) return;
-    const scale = Math.min(LARGEST_SCALE, width / scene.width, height / scene.height);
-    setBox({ x: scene.width / 2 - width / scale / 2, y: scene.height / 2 - height / scale / 2, w: width / scale, h: height / scale });
+    const clear = height - CORNER_PX; // the buttons lie over the rest
+    const scale = Math.min(LARGEST_SCALE, width / scene.width, clear / scene.height);
+    setBox({ x: scene.width / 2 - width / scale / 2, y: scene.height / 2 - clear / scale / 2, w: width / scale, h: height / scale });
   }
 
   // Keeps the centre and the scale when the element has another size.
@@ -218,6 +224,16 @@ function bandElement(band) {
 
 function linkElements(arrow) {
   const text = s("text", { class: "name", x: arrow.middle[0], y: arrow.middle[1], "text-anchor": "middle", "dominant-baseline": "central" }, arrow.text);
+  const plate = s("rect", { class: "plate", rx: 3, height: PLATE, y: arrow.middle[1] - PLATE / 2 });
+  const label = s("g", { class: "link label" }, plate, text);
+  setPlate(text, arrow.text);
   const line = s("g", { class: "link" }, s("path", { class: "arrow", d: arrow.path, "marker-end": "url(#head)" }));
-  return { arrow, text, parts: [line, s("g", { class: "link" }, text)] };
+  return { arrow, text, parts: [line, label] };
+}
+
+// Lays the plate of a label over its arrow, as wide as the text.
+function setPlate(text, shown) {
+  const width = shown.length * LETTER;
+  text.previousSibling.setAttribute("width", width);
+  text.previousSibling.setAttribute("x", text.getAttribute("x") - width / 2);
 }

@@ -11,10 +11,15 @@ export function nodePanel(side, name, context, onClose) {
   const body = h("div", {}, h("div", {}));
   const log = h("div", {}, h("div", {}));
   const error = h("p", { class: "error", role: "alert" });
-  side.append(panelHead(name, onClose), context.control ? killButton(name, context, error) : "", error, body, h("h3", {}, "Log"), log);
+  const kill = killButton(name, context, error);
+  kill.hidden = !context.control;
+  side.append(panelHead(name, onClose), kill, error, body, h("h3", {}, "Log"), log);
   let entries = [];
   const stops = [
-    context.watch("node", { name }, (node) => morph(body.firstChild, h("div", {}, contents(node, name)))),
+    context.watch("node", { name }, (node) => {
+      kill.hidden = !context.control || !node.known;
+      morph(body.firstChild, h("div", {}, contents(node, name)));
+    }),
     context.watch("console", {}, ({ history = [], entries: fresh }) => {
       entries = [...(history.length ? history : entries), ...fresh].filter((entry) => entry[1] === name).slice(-MOST_ENTRIES);
       morph(log.firstChild, h("div", {}, entries.length ? h("ul", { class: "tree" }, entries.map(logEntry)) : h("span", { class: "key" }, "none")));
@@ -23,7 +28,8 @@ export function nodePanel(side, name, context, onClose) {
   return () => stops.forEach((stop) => stop());
 }
 
-const logEntry = ([level, , text]) => h("li", { class: `level-${level}` }, h("span", { class: "key" }, `${LEVELS[level] ?? level}: `), text);
+const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit" });
+const logEntry = ([level, , text, stamp]) => h("li", { class: `level-${level}` }, h("span", { class: "key" }, `${clock.format(stamp * 1000)} ${LEVELS[level] ?? level}: `), text);
 
 // The first click asks, the second ends the node.
 function killButton(name, context, error) {
@@ -54,7 +60,7 @@ function contents(node, name) {
     h("dl", {}, h("dt", {}, "URI"), h("dd", {}, node.uri || "–")),
     list("Publications", node.publications.map(topicEntry)),
     list("Subscriptions", node.subscriptions.map(topicEntry)),
-    list("Services", node.services),
+    list("Services", node.services.map((service) => [h("a", { href: placeOf("services", service) }, service)])),
     list("Parameters", node.parameters.map(([key, value]) => [h("span", { class: "key" }, `${key}: `), value])),
     list("Connections", node.connections.map(connection)),
   ];

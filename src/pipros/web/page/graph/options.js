@@ -30,6 +30,30 @@ export function keptOptions() {
   }
 }
 
+// The selection and the options that differ from the usual ones, for addresses: node:/talker;mode=all;hide_debug=false.
+export function graphText(selected, options) {
+  const changed = Object.entries(INITIAL).filter(([name, usual]) => options[name] !== usual);
+  return [selected, ...changed.map(([name]) => `${name}=${options[name]}`)].join(";");
+}
+
+// Returns the selection and the options of an address; null if it has no options.
+export function parsedGraph(text) {
+  const [selected, ...parts] = text.split(";");
+  const options = { ...INITIAL };
+  for (const part of parts) {
+    const [name, value] = [part.slice(0, part.indexOf("=")), part.slice(part.indexOf("=") + 1)];
+    if (name in INITIAL) options[name] = typeof INITIAL[name] === "boolean" ? value === "true" : value;
+  }
+  return [selected, parts.length ? options : null];
+}
+
+// Changes `options` so that they hide nothing.
+export function hideNothing(options) {
+  Object.assign(options, { mode: "all", nodes: "/", topics: "/" });
+  for (const [name] of HIDDEN) options[name] = false;
+  keep(options);
+}
+
 // Opens or closes a collapsed namespace in `options`, and keeps them.
 export function toggleNamespace(options, name) {
   const opened = options.group_opened.split(",").filter(Boolean);

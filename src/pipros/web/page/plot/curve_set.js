@@ -27,6 +27,11 @@ export class CurveSet {
     return this.axis === "xy";
   }
 
+  // Which times the samples have.
+  get times() {
+    return this.isXy ? "received" : this.axis;
+  }
+
   get isWhole() {
     return this.wantsWhole && Boolean(playback.bag);
   }
@@ -41,7 +46,7 @@ export class CurveSet {
 
   watch(names, args, onData, onError) {
     const [live, whole] = names;
-    const more = { axis: this.isXy ? "received" : this.axis, ...(this.isWhole ? { name: playback.name } : {}) };
+    const more = { axis: this.times, ...(this.isWhole ? { name: playback.name } : {}) };
     return this.context.watch(this.isWhole ? whole : live, { ...args, ...more }, onData, onError, { always: true });
   }
 

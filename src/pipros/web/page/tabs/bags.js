@@ -29,7 +29,7 @@ export function open(view, argument, context) {
     h("form", { onsubmit: (event) => { event.preventDefault(); jumpToText(goal.value); } }, goal, h("button", {}, "Jump")));
   const form = h("select", { "aria-label": "Format" }, [["bag", "Bag"], ["csv", "CSV"], ["images", "Images"]].map(([value, text]) => h("option", { value }, text)));
   const exported = h("button", { title: "Save the checked topics: the part selected with Shift, or all", onclick: () => save() }, "Export");
-  const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection = range; replace(exported, range ? "Export selection" : "Export"); }, choose: () => {} });
+  const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection = range; replace(exported, range ? `Export selection (${elapsed(range[1] - range[0])})` : "Export"); }, choose: () => {} });
   let selection = null; // [from, to]
   const closing = button("Close", "Close the bag", () => { context.remember(""); playback.close(); });
   controls.append(h("span", { class: "spring" }), form, exported);

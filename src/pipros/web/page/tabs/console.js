@@ -30,7 +30,7 @@ export function open(view, argument, context) {
   function setPaused(isWanted) {
     isPaused = isWanted;
     pause.setAttribute("aria-pressed", String(isPaused));
-    replace(pause, isPaused ? "Go on" : "Pause");
+    replace(pause, isPaused ? "Resume" : "Pause");
     if (!isPaused) take(waiting.splice(0));
   }
 

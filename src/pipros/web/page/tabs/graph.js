@@ -3,7 +3,7 @@
 import { bandwidth, h, hertz, panelHead, replace } from "../dom.js";
 import { graphCanvas } from "../graph/canvas.js";
 import { eventPanel } from "../graph/events.js";
-import { closeNamespaces, keptOptions, optionControls, toggleNamespace } from "../graph/options.js";
+import { closeNamespaces, graphText, hideNothing, keptOptions, optionControls, parsedGraph, toggleNamespace } from "../graph/options.js";
 import { nodePanel } from "../graph/node_panel.js";
 import { savePicture } from "../graph/picture.js";
 import { placeOf } from "../place.js";
@@ -14,15 +14,17 @@ const EVENTS = "events:";
 const FORMATS = ["svg", "png", "dot"];
 
 export function open(view, argument, context) {
-  const options = keptOptions();
+  const [first, given] = parsedGraph(argument);
+  const options = given ?? keptOptions();
   const canvas = graphCanvas("Graph of nodes and topics", (key) => onChosen(key));
   const error = h("div", { class: "error", role: "alert" });
   const counts = h("span", { class: "pale" });
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Selection" });
   const hits = h("span", { class: "pale", role: "status" });
-  const search = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark(), onkeydown: (event) => { if (event.key === "Enter") canvas.centre(mark()[0]); } });
+  const search = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark(), onkeydown: (event) => { if (event.key === "Enter") showHit(); } });
   const empty = h("div", { class: "note", hidden: true, role: "status" }, NOTHING);
-  const toolbar = h("div", { class: "bar" }, optionControls(options, () => { canvas.fit(); look(); }), search, hits);
+  const controls = h("span", { class: "options" });
+  const toolbar = h("div", { class: "bar" }, controls, search, hits);
   const closer = h("button", { hidden: true, onclick: () => { closeNamespaces(options); regroup(""); } }, "Close namespaces");
   const corner = h("div", { class: "corner" }, counts, closer,
     h("button", { onclick: () => choose(selected === EVENTS ? "" : EVENTS) }, "Events"),
@@ -33,7 +35,7 @@ export function open(view, argument, context) {
 
   let names = []; // of all nodes and topics, also of hidden ones
   let traffic = [];
-  let selected = argument; // the text of a key; empty for none
+  let selected = first; // the text of a key; empty for none
   let closePanel = () => {};
   let closeView = () => {};
   function look() {
@@ -48,7 +50,7 @@ export function open(view, argument, context) {
     names = all;
     closer.hidden = !options.group_opened;
     canvas.draw(scene);
-    if (selected.startsWith("group:")) go(selected); // its members may have changed
+    if (selected.startsWith("group:")) select(selected); // its members may have changed
     else canvas.emphasise(selected);
     label();
     mark();
@@ -77,8 +79,27 @@ export function open(view, argument, context) {
     const found = canvas.find(search.value);
     const wanted = search.value.trim().toLowerCase();
     const hidden = wanted ? names.filter((name) => name.toLowerCase().includes(wanted)).length - found.length : 0;
-    replace(hits, wanted ? `${found.length} found${hidden > 0 ? `, ${hidden} hidden` : ""}` : "");
+    replace(hits, wanted ? `${found.length} found` : "", hidden > 0 ? [", ", h("button", { class: "plain", title: "Show everything that the options hide", onclick: () => { hideNothing(options); showOptions(); } }, `${hidden} hidden: show`)] : null);
     return found;
+  }
+
+  // Goes to the first hit, and selects it if it is the only one.
+  function showHit() {
+    const found = mark();
+    canvas.centre(found[0]);
+    if (found.length === 1 && found[0] !== selected) choose(found[0]);
+  }
+
+  function showOptions() {
+    replace(controls, optionControls(options, () => changed()));
+    changed();
+  }
+
+  // The graph of other options.
+  function changed() {
+    context.remember(graphText(selected, options), { isReplacing: true });
+    canvas.fit();
+    look();
   }
 
   function onChosen(key) {
@@ -89,16 +110,25 @@ export function open(view, argument, context) {
   // Opens a namespace; with an empty name only draws the graph of the changed options.
   function regroup(name) {
     if (name) toggleNamespace(options, name);
-    canvas.fit();
-    look();
+    changed();
   }
 
   function choose(key) {
-    context.remember(key);
-    go(key);
+    context.remember(graphText(key, options));
+    select(key);
   }
 
-  function go(key) {
+  function go(text) {
+    const [key, wanted] = parsedGraph(text);
+    if (wanted && graphText("", wanted) !== graphText("", options)) {
+      Object.assign(options, wanted);
+      selected = key;
+      showOptions();
+    }
+    select(key);
+  }
+
+  function select(key) {
     selected = key;
     canvas.emphasise(selected);
     closePanel();
@@ -135,8 +165,9 @@ export function open(view, argument, context) {
     }
   }
 
+  replace(controls, optionControls(options, () => changed()));
   look();
-  go(argument);
+  select(first);
   return { go };
 }
 

@@ -28,7 +28,6 @@ export function open(view, argument, context) {
   const hint = h("div", { class: "note", hidden: true }, NOTHING);
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Launched node", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Launched nodes", keyOf, onChoose: (key) => choose(key === selected ? "" : key), sortBy: "Node" });
-  table.element.classList.add("fixed", "launches");
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("launches"), h("span", { class: "spring" }), table.csvButton("launches")), error, hint,
     h("div", { class: "scroll" }, table.element)), side);
   let rows = [];

@@ -10,6 +10,7 @@ import { curveLegend, number } from "../plot/legend.js";
 const LEVELS = { 4: "Warn", 8: "Error", 16: "Fatal" };
 const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros", "ROS time"], ["xy", "first curve (x-y)"]];
 const MOST_OFFERED = 60; // topics
+const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String", "tf2_msgs/TFMessage"]); // which are worth a curve
 const SHORTEST = 1; // seconds of the time axis
 const SPANS = [10, 30, 60, 300, 1800];
 const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5], 0: [0, 0] };
@@ -40,18 +41,20 @@ export function open(view, argument, context) {
   const hint = h("div", { class: "note" }, HINT, choice);
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
     h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"), pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
-      h("label", {}, "y from", low), h("label", {}, "to", high), h("label", { title: "Warnings and errors of the log as dashed lines" }, hasMarks, "Log"), whole,
+      h("label", {}, "y from", low), h("label", {}, "to", high), h("label", { title: "Warnings and errors of the log as dashed lines" }, hasMarks, "Log entries"), whole,
       h("span", { class: "spring" }), h("button", { type: "button", onclick: () => saveCsv() }, "CSV")),
     error, offered, legend.element, hint, chart));
   let plot = null;
   let isPaused = false;
   let isZoomed = false;
   let needsDraw = false;
+  let isRebuilt = false; // drawn also while it is paused
+  let pausedAt = null; // the newest time when it was paused
 
   context.watch("topics", {}, (data) => {
     if (topics.childElementCount === data.topics.length) return;
     replace(topics, data.topics.map((topic) => h("option", { value: topic.name })));
-    const shown = data.topics.slice(0, MOST_OFFERED);
+    const shown = data.topics.filter(({ type }) => !WITHOUT_NUMBERS.has(type)).slice(0, MOST_OFFERED);
     replace(choice, shown.map(({ name }) => h("button", { title: `Plot numbers of ${name}`, onclick: () => add(name) }, name)));
   });
 
@@ -74,10 +77,12 @@ export function open(view, argument, context) {
   let source = null; // the bag whose whole curves are shown
   const wantedSource = () => (set.isWhole ? playback.bag : null);
   function again() {
+    const before = `${set.isWhole} ${set.times}`;
+    const isSame = source === (isWhole.checked ? playback.bag : null);
     set.axis = axis.value;
     set.wantsWhole = isWhole.checked;
     source = wantedSource();
-    set.restart();
+    if (!isSame || `${set.isWhole} ${set.times}` !== before) set.restart(); // otherwise the samples are the same
     isZoomed = false;
     context.times?.forget(view);
     rebuild();
@@ -110,14 +115,15 @@ export function open(view, argument, context) {
 
   function setPaused(value) {
     isPaused = value;
+    pausedAt = value ? set.newest : null;
     pause.setAttribute("aria-pressed", String(value));
-    replace(pause, value ? "Go on" : "Pause");
+    replace(pause, value ? "Resume" : "Pause");
     needsDraw = true;
   }
 
   // The times that the chart shows.
   function span() {
-    const last = set.newest;
+    const last = pausedAt ?? set.newest;
     if (set.isWhole) return [Math.min(set.oldest, last), last];
     if (context.times && set.axis === "received") {
       const end = context.times.end(view, last);
@@ -138,7 +144,7 @@ export function open(view, argument, context) {
     if (!set.curves.size) return;
     plot = createChart(chart, size(), settings(), { zoom: zoomed, point: pointed });
     chart.ondblclick = () => showRange(null, true);
-    needsDraw = true;
+    needsDraw = isRebuilt = true;
   }
 
   function onKey(event) {
@@ -185,7 +191,7 @@ export function open(view, argument, context) {
 
   function draw() {
     if (!plot) return;
-    needsDraw = false;
+    needsDraw = isRebuilt = false;
     drawLegend();
     replace(error, set.isXy && set.curves.size < 2 ? "An x-y plot needs two curves: the first is x." : "");
     toNewest.hidden = !isZoomed;
@@ -230,7 +236,7 @@ export function open(view, argument, context) {
   playback.addEventListener("change", showSource, { signal: context.signal });
   requestAnimationFrame(function onFrame() {
     if (context.signal.aborted) return;
-    if (needsDraw && !isPaused && context.isShown) draw();
+    if ((isRebuilt || (needsDraw && !isPaused)) && context.isShown) draw();
     requestAnimationFrame(onFrame);
   });
   new ResizeObserver(() => plot?.setSize(size())).observe(chart);

@@ -19,7 +19,7 @@ export function open(view, argument, context) {
     h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  With the rate 0, the message is published once, and sent to later subscribers until it is stopped. Closing the page stops all.")),
     h("p", { class: "key" }, "Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i counts the messages from 0."), list)));
   let known = [];
-  context.watch("topics", {}, (data) => {
+  context.watch("running_topics", {}, (data) => {
     known = data.topics;
     replace(topics, known.map((each) => h("option", { value: each.name })));
     if (argument && !type.value) chosen();

@@ -17,17 +17,21 @@ export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter services", oninput: () => draw() });
   const hidesLoggers = h("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
+  const none = h("div", { class: "note", hidden: true });
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Services", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Service" });
   table.element.classList.add("fixed");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"), h("span", { class: "spring" }), table.csvButton("services")), error,
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"), h("span", { class: "spring" }), table.csvButton("services")), error, none,
     h("div", { class: "scroll" }, table.element)), side);
   let services = [];
   let selected = "";
 
   function draw() {
     const wanted = filter.value.trim().toLowerCase();
-    table.show(services.filter(([name]) => name.toLowerCase().includes(wanted) && !(hidesLoggers.checked && LOGGER_SERVICES.test(name))));
+    const rows = services.filter(([name]) => name.toLowerCase().includes(wanted) && !(hidesLoggers.checked && LOGGER_SERVICES.test(name)));
+    none.hidden = rows.length > 0;
+    replace(none, services.length ? `None of the ${services.length} services is shown: they are hidden or filtered.` : "There are no services.");
+    table.show(rows);
   }
 
   function choose(name) {

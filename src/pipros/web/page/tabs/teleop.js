@@ -139,7 +139,7 @@ export function open(view, argument, context) {
   stick.addEventListener("pointermove", (event) => { if (isOn && stick.hasPointerCapture(event.pointerId)) drag(event); });
   for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) stick.addEventListener(kind, release);
 
-  context.watch("topics", {}, (data) => {
+  context.watch("running_topics", {}, (data) => {
     const known = data.topics.filter((each) => each.type === TYPE).map((each) => each.name);
     replace(names, known.map((value) => h("option", { value })));
   });
