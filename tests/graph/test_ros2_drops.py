@@ -81,7 +81,7 @@ def test_names_that_are_illegal_in_ros2_do_not_stop_the_gateway(system: System) 
         wait_until(lambda: any(row.active for row in gateway.status().passed), what="the other topic")
         wait_until(lambda: gateway.status().left_out, what="the reason")
 
-        assert "is not a ROS 2 name" in gateway.status().left_out["topics: to_ros1: /a/1b"].reason
+        assert "is not a full ROS 2 name" in gateway.status().left_out["topics: to_ros1: /a/1b"].reason
 
 
 def test_a_publisher_of_an_unknown_type_does_not_hide_the_others(system: System) -> None:

@@ -59,7 +59,7 @@ def probes_of(rgb: bytes, size: tuple[int, int], image_size: tuple[int, int]) ->
     """Return the colours of an image in a panel, by its pixels, where it has one colour around them."""
     scale = min(size[0] / image_size[0], size[1] / image_size[1])
     edge = [(whole - part * scale) / 2 for whole, part in zip(size, image_size, strict=True)]
-    found = {}
+    found: dict[str, Sequence[int]] = {}
     for row in range(STEP // 2, image_size[1], STEP):
         for column in range(STEP // 2, image_size[0], STEP):
             x, y = edge[0] + (column + 0.5) * scale, edge[1] + (row + 0.5) * scale

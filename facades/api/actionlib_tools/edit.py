@@ -22,7 +22,7 @@ def edited(text: str) -> str:
         try:
             subprocess.run([*editor, path], check=True)  # noqa: S603
         except (OSError, subprocess.CalledProcessError) as error:
-            raise ValueError(f"editor failed: {error}. Set EDITOR to another editor") from None
+            raise ValueError(f"editor failed: {error}. Set VISUAL or EDITOR to another editor") from None
         with open(path, encoding="utf-8") as file:
             return file.read()
     finally:

@@ -179,7 +179,7 @@ class PinholeCameraModel:
         return self.P[0, 3]  # type: ignore[no-any-return]
 
     def Ty(self) -> float:
-        """Return P[1, 3]."""
+        """Return P[1, 3], which is zero for a horizontal stereo pair."""
         return self.P[1, 3]  # type: ignore[no-any-return]
 
     def fovX(self) -> float:

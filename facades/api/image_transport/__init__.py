@@ -1,1 +1,1 @@
-"""The executables of the package image_transport, which convert images between transports."""
+"""The executables of the package image_transport: `republish` and `list_transports`."""

@@ -142,7 +142,7 @@ class InteractiveMarkerServer:
         return marker
 
     def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
-        """Handle feedback from a viewer. Moving a marker is a pending change until `applyChanges`."""
+        """Handle feedback from a viewer. A marker that was moved keeps its new pose after `applyChanges`."""
         with self.mutex:
             is_move = feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE
             callback = self._markers.take_feedback(feedback, is_move, rospy.Time.now().to_sec())

@@ -34,7 +34,7 @@ class ROSBagFormatException(ROSBagException):
 
 
 class ROSBagUnindexedException(ROSBagException):
-    """A bag has no index, because its writer was killed."""
+    """A bag has no readable index, for example because its writer was killed."""
 
     __module__ = "rosbag.bag"  # this name matches pickles written by genuine ROS
 

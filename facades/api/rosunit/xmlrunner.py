@@ -38,7 +38,7 @@ class XMLTestRunner:
         self._path = path
 
     def run(self, test: unittest.TestSuite | unittest.TestCase) -> CaseResult:
-        """Run tests, and include their output in the results."""
+        """Run the tests, and write their results and output as XML."""
         result, suite = run_captured(test)
         content = format_suite(suite)
         if self._stream is None:

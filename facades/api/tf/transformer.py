@@ -35,7 +35,7 @@ class Transformer:
         return self._buffer._allFramesAsDot(current_time or None)
 
     def allFramesAsString(self) -> str:
-        """Return a string with one line per frame that names its parent."""
+        """Return a string with one line per frame, which names the frame and its parent."""
         return self._buffer.all_frames_as_string()
 
     def setTransform(self, transform: Any, authority: str = "default_authority") -> None:

@@ -155,7 +155,7 @@ class ROSLaunchRunner:
         self.logger = logging.getLogger("roslaunch")
         monitor = pmon or start_process_monitor()
         if monitor is None:
-            raise RLException("cannot start a process monitor: a signal has begun the shutdown")
+            raise RLException("cannot start a process monitor: the program is shutting down after a signal")
         self.pm = monitor
         self.listeners = self.pm.listeners
         self._session: LaunchSession | None = None

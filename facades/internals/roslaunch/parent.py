@@ -125,7 +125,8 @@ class ROSLaunchParent:
         """Start a master unless one responds, set the parameters and start the nodes.
 
         Args:
-            auto_terminate: whether the launch ends when all nodes have exited, unless it started the master.
+            auto_terminate: whether the launch ends when all nodes have exited, unless it started the
+                master.
 
         Raises:
             RLException: a file is invalid. Nothing is left running.
@@ -179,7 +180,7 @@ class ROSLaunchParent:
         if self.pm is None:
             self.pm = start_process_monitor()
         if self.pm is None:
-            raise RLException("cannot start a process monitor: a signal has begun the shutdown")
+            raise RLException("cannot start a process monitor: the program is shutting down after a signal")
         return LaunchSession(
             [entry if isinstance(entry, str) else entry[0] for entry in self.roslaunch_files],
             {},

@@ -20,7 +20,7 @@ ValueTransform = Callable[..., Any]
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> FieldFilter:
-    """Return a function that lists the fields of a message, except strings or arrays."""
+    """Return a function that lists a message's fields, without strings or arrays if requested."""
     return field_filter(no_arrays=echo_noarr, no_texts=echo_nostr)
 
 

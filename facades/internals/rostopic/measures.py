@@ -142,7 +142,7 @@ class ROSTopicHz:
 
 
 class ROSTopicBandwidth:
-    """Bandwidth of a topic. Subscribe with the class `rospy.AnyMsg`, and with `callback`.
+    """Bandwidth of a topic, measured by a subscriber of type `rospy.AnyMsg` with `callback`.
 
     Attributes:
         sizes, times: sizes in bytes and times of arrival in seconds of the last messages.

@@ -190,9 +190,9 @@ class McapReader(BagReader):
 
 
 def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
-    """Copy all messages before the first damage in an MCAP file to `file`, and add a summary to `file`.
+    """Copy the messages of an MCAP file up to the first damage to `file`, and add a summary.
 
-    Return descriptions of the damage.
+    Return a list that describes the damage, empty if there is none.
 
     Raises:
         BagError: the library is missing, or the file contains messages that are not ROS 1 messages.

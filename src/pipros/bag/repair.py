@@ -93,7 +93,7 @@ def _entries(data: bytes) -> list[bytes]:
 
 
 def _rewritten(source: Source, found: BagLayout, chunk: ChunkInfo, limits: Limits) -> Iterator[bytes]:
-    """Yield the parts of a chunk's complete record and index records."""
+    """Yield a chunk record and its index records, in parts."""
     header = found.headers[chunk.position]
     if header.compression == NONE:
         data = source.read(header.data_position, header.data_size)

@@ -144,7 +144,7 @@ class SharedTopics:
         """Register the expected type with the master, so that `rostopic list` shows it."""
         with suppress(PiprosError):  # the registration is only informative
             self._master.register_subscriber(topic, kind, self._node.uri)
-            if self._node.is_ending:  # the node may have unregistered earlier
+            if self._node.is_ending:  # it may have unregistered its topics before this registration
                 self._master.unregister_subscriber(topic, self._node.uri)
 
     def _release(self, taken: Taken) -> None:

@@ -163,7 +163,7 @@ class Agent:
             threading.Thread(target=target, name=f"agent {me}", daemon=True).start()
 
     def close(self) -> None:
-        """Leave the fleet. Closing the node then unregisters the topics of other members."""
+        """Leave the fleet. The topics of other members stay registered until the node is closed."""
         self._is_closed.set()
         self._events.close()
         self._calls.close()

@@ -40,7 +40,9 @@ def read_keys(folder: str | Path) -> KeyFolder:
     folder = Path(folder)
     for file in (AUTHORITY, CERTIFICATE, KEY, NAME):
         if not (folder / file).is_file():
-            raise BadKeys(f"[{folder}] has no file [{file}]; `pipros fleet keys add` writes such a folder")
+            raise BadKeys(
+                f"[{folder}] has no file [{file}]; create a complete folder with `pipros fleet keys add`"
+            )
     try:
         name = member_name(read_text(folder / NAME, 1000).strip())
     except (OSError, ValueError) as error:

@@ -17,7 +17,7 @@ class PresenceListener(Protocol):
     """Methods that `Presence` calls."""
 
     def on_joined(self, token: Token) -> None:
-        """A member joined, or another run of its agent is the newest now."""
+        """A member joined, or a different run of its agent is now the newest."""
 
     def on_returned(self, member: str) -> None:
         """A token reappeared, so messages of the member may have been lost."""

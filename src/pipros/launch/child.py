@@ -122,7 +122,9 @@ class Child:
             self._run.request_stop()
 
     def stop(self) -> None:
-        """Stop the nodes and report it to the parent. May be called even if nothing was started."""
+        """Stop the nodes, send pending reports to the parent, and disconnect.
+
+        May be called even if nothing was started."""
         if self._run is not None:
             self._run.stop()
         if self._server is not None:

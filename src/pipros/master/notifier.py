@@ -151,7 +151,7 @@ class Notifier:
             try:
                 queue = self._queues[notice.api] = _Queue(notice.api, self._connect(notice.api))
             except ValueError as error:
-                # as in genuine masters, such an API is registered, but calls to it fail
+                # as in genuine masters, a node with an invalid URI is registered, but calls to it fail
                 self._recipients.on_failed(notice, Unreachable(notice.api, str(error)))
                 self._recipients.on_finished(notice)
         return queue

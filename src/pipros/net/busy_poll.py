@@ -45,7 +45,7 @@ _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: tim
 
 
 class PublishCount:
-    """A counter that changes when a node publishes a message. It may count concurrent messages only once."""
+    """A counter that changes when a node publishes a message. Concurrent messages may count as one."""
 
     __slots__ = ("value",)
 

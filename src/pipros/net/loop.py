@@ -66,7 +66,7 @@ class BackgroundLoop:
             RuntimeError: the loop has stopped.
         """
         # Future.result is not used: if a signal handler raised an exception in it, a lock that the loop
-        #         # needs could stay locked.
+        # needs could stay locked.
         done = OnceEvent()
         tasks: list[asyncio.Task[T]] = []
         has_given_up = False

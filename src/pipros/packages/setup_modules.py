@@ -48,7 +48,7 @@ class SetupModules:
 
 
 def declared_module(text: bytes, folder: str, name: str) -> str | None:
-    """Return the path of an existing module or Python package that a `setup.py` names, or None.
+    """Return the path of the module or package `name`, or None if a `setup.py` declares no such one.
 
     Args:
         text: the contents of the `setup.py`.

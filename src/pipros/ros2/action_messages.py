@@ -1,4 +1,4 @@
-"""Encode and decode the ROS 2 messages that all actions share. Pure.
+"""Encode and decode the ROS 2 messages that all actions share.
 
 A goal or feedback follows the 16 bytes of the goal ID, which do not change its alignment.
 """

@@ -20,7 +20,7 @@ class Distribution(Enum):
 
     @property
     def gid_bytes(self) -> int:
-        """Size of `rmw_dds_common/msg/Gid`. A sample of the other size can crash nodes of Humble."""
+        """Size of `rmw_dds_common/msg/Gid`. A sample of the wrong size can crash Humble nodes."""
         return 24 if self is Distribution.HUMBLE else 16
 
     @property

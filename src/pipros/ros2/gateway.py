@@ -385,7 +385,7 @@ class _ByRule(PiprosError):
 
 @contextlib.contextmanager
 def _skipping(skipped: dict[str, LeftOut], key: Key) -> Iterator[None]:
-    """Add a name to `skipped` if the block raises."""
+    """Suppress an error of the block, and add the name and the reason to `skipped`."""
     try:
         yield
     except (PiprosError, ValueError) as error:

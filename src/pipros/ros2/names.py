@@ -47,8 +47,8 @@ def checked_name(name: str) -> str:
         or not all(_PART.fullmatch(part) and "__" not in part for part in parts[1:])
     ):
         raise InvalidName(
-            f"[{name}] is not a ROS 2 name: each slash must be followed by a letter or _, then letters, "
-            "digits and single _"
+            f"[{name}] is not a full ROS 2 name: it must begin with a slash, and each slash must be "
+            "followed by a letter or _, then letters, digits and single _"
         )
     return name
 

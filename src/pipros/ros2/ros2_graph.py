@@ -1,4 +1,4 @@
-"""The ROS 2 topics, services and actions that a gateway can pass. Pure."""
+"""The ROS 2 topics, services and actions that a gateway can pass."""
 
 from __future__ import annotations
 

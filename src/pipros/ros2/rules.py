@@ -142,7 +142,7 @@ class GatewayRules:
         return name in self.filters.get((kind, direction), NameFilter()).allow
 
     def from_the_start(self, direction: Direction) -> list[str]:
-        """Return the topics that pass before a node publishes them, by their names on the publishing side."""
+        """Return the names, on the publishing side, of topics that pass even before a node publishes them."""
         return [
             rule.ros1 if direction is Direction.TO_ROS2 else rule.ros2
             for rule in self.static

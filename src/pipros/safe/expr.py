@@ -284,7 +284,7 @@ class _Walk:
         result = {}
         for key, part in zip(node.keys, node.values, strict=True):
             if key is None:
-                raise self._error(node, "** is not allowed")
+                raise self._error(node, "unpacking with ** is not allowed")
             result[self.value(key)] = self.value(part)
         return self._budget.charge(result)
 
@@ -296,7 +296,7 @@ class _Walk:
         keywords = {}
         for keyword in node.keywords:
             if keyword.arg is None:
-                raise self._error(node, "** is not allowed")
+                raise self._error(node, "unpacking with ** is not allowed")
             is_function = keyword.arg == "key" and _name_of(node.func) in _HAVE_A_KEY
             keywords[keyword.arg] = (self._function_named if is_function else self.value)(keyword.value)
         if self._loops and _name_of(node.func) != "len":

@@ -15,10 +15,10 @@ from pipros.basics.limits import Limits, process_limits
 
 
 class XmlError(PiprosError):
-    """A text is not well-formed XML, or exceeds a limit.
+    """A document is not well-formed XML, or exceeds a limit.
 
     Attributes:
-        file: the name of the text.
+        file: the name of the document.
         line: counted from 1.
         column: counted from 1.
     """

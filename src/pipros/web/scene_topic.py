@@ -27,8 +27,8 @@ _MESSAGE: Final = struct.Struct("<dIH")
 class SceneTopic:
     """A topic that browsers show.
 
-    A new browser first receives the newest message of each latching publisher, and on `/tf` the messages of
-    the last seconds. Messages are added by the threads that receive them.
+    A new browser first receives the newest message of each latching publisher, and on `/tf` also the
+    other messages of the last seconds. Messages are added by the threads that receive them.
 
     Attributes:
         layout: the layout of the publishers' type, or `{"error": text}`; None before the first message.

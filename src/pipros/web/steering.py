@@ -24,7 +24,7 @@ class VelocityCommands:
     """Selects the velocity to publish: the last command until it is zero or too old, then zero once."""
 
     def __init__(self, most: Velocity) -> None:
-        """`most` contains the largest absolute values of both components."""
+        """`most` is the maximum absolute value of each component."""
         self._most = most
         self._wanted = ZERO
         self._last_s = -math.inf

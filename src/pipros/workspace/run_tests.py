@@ -35,7 +35,7 @@ def run_tests(
     leave_error: LeaveError,
     script_runner: Sequence[str],
 ) -> None:
-    """Run tests one after another. As in Noetic, `catkin_test_results` reports the failures afterwards.
+    """Run tests one after another. As in Noetic, failures are reported by `catkin_test_results` only.
 
     Args:
         targets: the `catkin_make` targets, such as `run_tests`.

@@ -223,7 +223,7 @@ def test_what_does_not_fit_is_left_out_with_a_reason(capsys: pytest.CaptureFixtu
 
     error = capsys.readouterr().err
     assert "messages of /solid are left out: shape_msgs/SolidPrimitive: a field has a length of 4" in error
-    assert "/9 is left out: [/9] is not a ROS 2 name" in error
+    assert "/9 is left out: [/9] is not a full ROS 2 name" in error
     assert "messages of /two are left out: a topic has one type in ROS 2: std_msgs/msg/String, not" in error
     assert "/broken is left out: " in error
     with Reader("out") as reader:

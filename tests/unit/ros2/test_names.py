@@ -51,7 +51,7 @@ def test_keys_equal_the_published_ones() -> None:
 
 @pytest.mark.parametrize("name", ["chatter", "/", "/a/", "/9a", "/a//b", "/a__b", "/a-b", "", "/é"])
 def test_names_that_ros2_refuses_raise(name: str) -> None:
-    with pytest.raises(InvalidName, match="is not a ROS 2 name"):
+    with pytest.raises(InvalidName, match="is not a full ROS 2 name"):
         names.dds_topic(name)
 
 

@@ -41,7 +41,7 @@ def server_info(
     metadata: Mapping[str, str],
     session: str,
 ) -> Frame:
-    """Return the first message to a client. It may use `encodings` to publish and to call services."""
+    """Return the first message to a client, which may publish and call services in any of `encodings`."""
     return _op(
         "serverInfo",
         name=name,

@@ -1,4 +1,4 @@
-"""`rostopic list`: lists topics, of the running system or in a bag."""
+"""`rostopic list`: lists the topics of the running system or of a bag."""
 
 from __future__ import annotations
 

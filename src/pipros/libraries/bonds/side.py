@@ -48,8 +48,8 @@ class BondSide:
         notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
         enter: called with each new state while the lock is held.
         ignores_silence: function that returns whether to ignore a heartbeat timeout. May block.
-            is_over: function that returns whether heartbeats and waits should end. `wake` makes them call
-            it at once.
+        is_over: function that returns whether heartbeats and waits should end. They call it immediately
+            after `wake`.
 
     Attributes:
         sister_id: ID of the other side; None until its first message arrives.

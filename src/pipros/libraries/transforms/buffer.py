@@ -119,7 +119,7 @@ class TransformBuffer:
                     self._size_bytes += frame.size_bytes - before
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Pose]:
-        """Return the result's time, and the pose of `source` relative to `target` at that time.
+        """Return the transform's time, and the pose of `source` relative to `target` at that time.
 
         Raises:
             InvalidArgumentException, LookupException, ConnectivityException, ExtrapolationException.

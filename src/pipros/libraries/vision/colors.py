@@ -1,4 +1,4 @@
-"""Convert images between colour arrangements, with the integer arithmetic of OpenCV's cvtColor."""
+"""Convert images between pixel formats, with the integer arithmetic of OpenCV's cvtColor."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def is_supported(color: Color, target: Color) -> bool:
 
 
 def converted(image: Any, color: Color, target: Color) -> Any:
-    """Convert an image of shape (height, width[, channels]), uint8 or uint16, to another colour arrangement.
+    """Convert an image of shape (height, width[, channels]), uint8 or uint16, to another pixel format.
 
     Raises:
         ValueError: the conversion is not supported (see `is_supported`).

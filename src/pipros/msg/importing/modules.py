@@ -1,8 +1,8 @@
 """The modules that the import hook creates: one for all of a package's messages, and one for each type.
 
-`std_msgs.msg` knows the names of its types and compiles a type when it is first needed. The class is in
-`std_msgs.msg._String`, as in packages that genpy generates, so that pickles written with either kind of
-package can be read with the other.
+For example, `std_msgs.msg` knows the names of its types and compiles a type when it is first needed. The
+class `String` is in `std_msgs.msg._String`, as in packages that genpy generates, so that pickles written
+with either kind of package can be read with the other.
 """
 
 from __future__ import annotations

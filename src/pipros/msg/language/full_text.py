@@ -42,5 +42,5 @@ def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None
         else:
             current.append(line)
     if len(parts) > limits.definition_types:
-        raise DefinitionError(f"the text has more than {limits.definition_types} types", file=where)
+        raise DefinitionError(f"the definition has more than {limits.definition_types} types", file=where)
     return {name: parse_message("\n".join(lines), name) for name, lines in parts.items()}

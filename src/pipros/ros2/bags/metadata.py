@@ -1,7 +1,7 @@
 """`metadata.yaml`, which describes the files and topics of a ROS 2 bag.
 
-Versions differ in the QoS profiles: up to version 8 they are text with numbers, in version 9 a list with
-words. Humble and Iron cannot read version 9 (ros2/rosbag2#2013).
+Up to version 8, QoS profiles are YAML text in which policies are numbers; in version 9 they are a list in
+which policies are names. Humble and Iron cannot read version 9 (ros2/rosbag2#2013).
 """
 
 from __future__ import annotations

@@ -189,7 +189,7 @@ def _without_comment(line: str) -> str:
 
 
 def embedded_names(message: Ros2Message) -> Iterator[str]:
-    """Yield the names of the messages that the fields have as types, with repetitions."""
+    """Yield the type name of each field whose type is a message. Names may repeat."""
     for field in message.fields:
         if not field.type.is_primitive:
             yield field.type.base

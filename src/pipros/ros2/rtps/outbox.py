@@ -18,7 +18,7 @@ BURST_EVERY_S: Final = 0.0003
 
 
 class Outgoing(NamedTuple):
-    """A datagram in parts, which are sent without joining them."""
+    """A datagram in parts, which the system joins."""
 
     address: Address
     parts: tuple[Buffer, ...]

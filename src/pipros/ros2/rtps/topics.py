@@ -1,4 +1,4 @@
-"""Writers and readers of a participant, for programs."""
+"""Thread-safe handles for a participant's writers and readers."""
 
 from __future__ import annotations
 

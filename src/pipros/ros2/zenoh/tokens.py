@@ -1,4 +1,4 @@
-"""Liveliness tokens and attachments of rmw_zenoh: encoding and parsing. Pure.
+"""Liveliness tokens and attachments of rmw_zenoh: encoding and parsing.
 
 Every node and endpoint declares a token, which disappears with its session. All tokens together form the ROS
 graph. Parts of a token are separated by `/`, so that slashes within a part become `%`.

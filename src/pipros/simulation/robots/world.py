@@ -31,7 +31,7 @@ class World:
 
     Attributes:
         jumps: for each cell, and for a border of one cell around the grid: WALL, OUTSIDE, or a number of
-            cells that are certain to be free in every direction, including diagonals.
+            cells within which, also diagonally, all cells are free.
         resolution: metres per cell.
         left, bottom: position of the lower left corner of the grid, excluding the border.
     """

@@ -1,4 +1,4 @@
-"""Data of the Scene tab: serialized messages, columns of clouds, robots, meshes, and the `.rviz` file.
+"""Data of the Scene tab: serialized messages, point clouds as columns, robots, meshes, and the `.rviz` file.
 
 The browser decodes messages, stores the transforms, and draws. The server only handles bytes and files.
 """

@@ -1,4 +1,4 @@
-"""Commands that list tests and their data files."""
+"""CMake commands that declare tests and their data files."""
 
 from __future__ import annotations
 
