@@ -86,7 +86,7 @@ def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: boo
 
 
 def read_parameter_list(payload: bytes | memoryview) -> tuple[Parameters, bool] | None:
-    """Return a payload's parameters, and whether they are little-endian; None if it is no parameter list."""
+    """Return a payload's parameters, and whether they are little-endian; None for other payloads."""
     if len(payload) < 4 or payload[0] != 0 or payload[1] not in (2, 3):
         return None
     is_little = payload[1] == 3
