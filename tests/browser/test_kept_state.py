@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page as Tab
@@ -62,6 +63,27 @@ def test_publishing_continues_in_another_tab(system: RosSystem, open_tab: OpenTa
     tab.get_by_role("button", name="Stop publishing /by_hand").click()
     expect(tab.get_by_role("button", name="publishing")).to_have_count(0)
     wait_until(lambda: "/by_hand" not in system.pipros.run("rostopic", "list").stdout)
+
+
+def test_a_message_published_once_is_not_published_again_after_a_restart(
+    system: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    file = tmp_path / "tokens"
+    file.touch(mode=0o600)
+    file.write_text("a-token-of-this-robot\n")
+    page = Page(system, "--control", "--token-file", file)
+    tab = open_tab(page, "publish//goal")
+    tab.get_by_label("Type", exact=True).fill("std_msgs/String")
+    tab.get_by_label("Message in YAML").fill("data: there")
+    tab.get_by_label("Rate in hertz").fill("0")
+    tab.get_by_role("button", name="Publish", exact=True).click()
+    expect(tab.get_by_role("button", name="publishing 1")).to_be_visible()
+    page.process.press_ctrl_c()
+    page.process.wait()
+    expect(tab.locator(".tab-publish .error")).to_contain_text("not published again")
+    host = page.host.replace("localhost", "127.0.0.1")
+    Page(system, "--control", "--token-file", file, "--bind", host)
+    expect(tab.get_by_role("button", name="publishing")).to_have_count(0)
 
 
 def test_selecting_a_node_keeps_the_zoom(system: RosSystem, open_tab: OpenTab) -> None:

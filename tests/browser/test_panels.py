@@ -41,11 +41,12 @@ def panel(tab: Tab, name: str, number: int = 0) -> Locator:
 
 def layout_of(tab: Tab) -> str:
     """Return the layout in the address, without the sizes."""
-    return re.sub(r"\*[\d.]+", "", unquote(tab.url.partition("#")[2]))
+    # Not `tab.url`, which changes only while Playwright handles events.
+    return re.sub(r"\*[\d.]+", "", unquote(tab.evaluate("location.hash")[1:]))
 
 
 def expect_layout(tab: Tab, text: str) -> None:
-    wait_until(lambda: layout_of(tab) == text, 30, f"the address {text}")
+    wait_until(lambda: layout_of(tab) == text, 30, lambda: f"the address is {layout_of(tab)}, not {text}")
 
 
 def left_of(locator: Locator) -> float:
@@ -121,7 +122,7 @@ def test_a_border_is_dragged(robot: RosSystem, open_tab: OpenTab) -> None:
     tab.mouse.move(300, 300, steps=3)
     tab.mouse.up()
     wait_until(lambda: left_of(panel(tab, "TF")) == pytest.approx(300, abs=6), 10, "the place of the panel")
-    wait_until(lambda: "*25~" in unquote(tab.url), 10, "the new sizes in the address")
+    wait_until(lambda: "*25~" in unquote(tab.evaluate("location.hash")), 10, "the new sizes in the address")
 
 
 RANGE = """panel => {

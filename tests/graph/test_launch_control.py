@@ -18,12 +18,17 @@ from tests.support.waiting import wait_until
 
 PROGRAMS = {
     "sleeper": "#!/bin/sh\nprintf '\\033[32mready\\033[0m\\n'\nexec sleep 1000\n",
+    "wrapper": """#!/bin/sh
+        sh -c 'trap "echo cleaned up > \"$0\"; exit" TERM; while :; do sleep 0.1; done' "$ROS_HOME/cleaned" &
+        wait
+    """,
     "fails": "#!/bin/sh\necho the reason\nexit 3\n",
 }
 FILE = """
 <launch>
   <node pkg="programs" type="sleeper" name="driver" required="true"/>
   <node pkg="programs" type="sleeper" name="planner" respawn="true"/>
+  <node pkg="programs" type="wrapper" name="camera"/>
   <node pkg="programs" type="fails" name="map" ns="maps"/>
 </launch>
 """
@@ -68,7 +73,7 @@ def test_nodes_are_listed_stopped_and_restarted(ros: RosSystem, launch: Process)
             assert browser.act("restart_launched", **place) is True
             assert states(browser, name, "running")["starts"] == 2
             assert browser.act("restart_launched", **place) is True
-            restarted = next(found[name] for found in nodes(browser) if found[name]["starts"] == 3)
+            restarted = next(found[name] for found in nodes(browser) if found and found[name]["starts"] == 3)
             assert restarted["pid"] != running["pid"]
     assert launch.returncode is None
     launch.press_ctrl_c()
@@ -100,14 +105,45 @@ def test_without_control_no_node_is_stopped(ros: RosSystem, launch: Process) -> 
         assert "no node [x]" in browser.act("stop_launched", launch=node["launch"], node="x")["error"]
 
 
+def test_processes_that_a_stopped_node_left_behind_may_clean_up(ros: RosSystem, launch: Process) -> None:
+    [name] = running_launches()
+    run_id = ask(name, {"do": "list"})["run_id"]
+
+    def camera() -> Mapping[str, Any]:
+        return next(node for node in ask(name, {"do": "list"})["nodes"] if node["node"] == "/camera")
+
+    for starts in (1, 2):
+        wait_until(lambda starts=starts: (camera()["state"], camera()["starts"]) == ("running", starts))  # type: ignore[misc]
+        ask(name, {"do": "restart", "node": camera()["name"], "run_id": run_id})
+        cleaned = Path(ros.pipros.environment["ROS_HOME"]) / "cleaned"
+        wait_until(cleaned.exists)
+        cleaned.unlink()
+
+
+def test_a_node_that_has_exited_is_not_stopped(launch: Process) -> None:
+    [name] = running_launches()
+    answer = ask(name, {"do": "list"})
+    [failed] = [node for node in answer["nodes"] if node["node"] == "/maps/map"]
+    ask(name, {"do": "stop", "node": failed["name"], "run_id": answer["run_id"]})
+    assert failed in ask(name, {"do": "list"})["nodes"]
+
+
+def test_another_master_changes_nothing(launch: Process) -> None:
+    [name] = running_launches()
+    for what in ("stop", "restart", "output"):
+        with pytest.raises(LaunchUnavailable, match="another master"):
+            ask(name, {"do": what, "node": "driver-1", "run_id": "of-another-master"})
+
+
 def test_malformed_requests_and_other_users_are_refused(
     launch: Process, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     [name] = running_launches()
+    run_id = ask(name, {"do": "list"})["run_id"]
     with pytest.raises(LaunchUnavailable, match="do must be"):
-        ask(name, {"do": "reboot"})
+        ask(name, {"do": "reboot", "run_id": run_id})
     with pytest.raises(LaunchUnavailable, match="no node"):
-        ask(name, {"do": "output", "node": ["x"]})
+        ask(name, {"do": "output", "node": ["x"], "run_id": run_id})
     monkeypatch.setattr(local_socket, "peer_user", lambda _: 4711)
     with pytest.raises(LaunchUnavailable, match="another user"):
         ask(name, {"do": "list"})

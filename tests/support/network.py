@@ -111,10 +111,13 @@ class FarNetwork:
             plug = ("type", "veth", "peer", "name", "far0", "netns", self._name)
             with _interfaces_locked(fcntl.LOCK_EX):
                 _ip("link", "add", self._cable, *plug)
+                without_ipv6 = ("ip", "link", "set", self._cable, "addrgenmode", "none")
+                # An IPv6 address would be added a second or two later. The command fails if there is no IPv6.
+                subprocess.run(without_ipv6, capture_output=True, check=False)
                 _ip("address", "add", f"{self.near}/30", "dev", self._cable)
                 _ip("link", "set", self._cable, "up")
+                _ip("-n", self._name, "link", "set", "far0", "up")
             _ip("-n", self._name, "link", "set", "lo", "up")
-            _ip("-n", self._name, "link", "set", "far0", "up")
             self.mend()
         except BaseException:
             self.close()

@@ -8,7 +8,8 @@ connection has one request and one answer, both JSON:
     {"do": "output", "node": "talker-2"}     {"output": [["/…/talker-2-stdout.log", "…"]]}
     {"do": "stop" or "restart", "node": …}   {}
 
-An answer to a refused request is `{"error": "…"}`.
+All requests but the first also contain the `run_id`, so that the page of another master changes nothing. An
+answer to a refused request is `{"error": "…"}`.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ OUTPUT_BYTES: Final = 65_536
 _FOLDER: Final = "launches"
 _REQUEST_BYTES: Final = 65_536
 _TIMEOUT_S: Final = 5.0
+_PAUSE_S: Final = 0.1
 _CHUNK_BYTES: Final = 65_536
 
 
@@ -56,6 +58,7 @@ class LaunchControl:
         self._folder = _folder()
         self._server: socket.socket | None = None
         self._thread: threading.Thread | None = None
+        self._is_closed = threading.Event()
 
     def start(self) -> None:
         """Create the socket, and answer requests in another thread.
@@ -73,6 +76,7 @@ class LaunchControl:
         server, self._server = self._server, None
         if server is None:
             return
+        self._is_closed.set()
         with contextlib.suppress(OSError):
             self._folder.remove(self._name)
         with contextlib.suppress(OSError):
@@ -83,8 +87,10 @@ class LaunchControl:
         while True:
             try:
                 connection, _ = server.accept()
-            except OSError:
-                return  # the socket was closed
+            except OSError:  # the socket was closed, or this process has too many open files
+                if self._is_closed.wait(_PAUSE_S):
+                    return
+                continue
             with connection, contextlib.suppress(OSError):
                 connection.settimeout(_TIMEOUT_S)
                 if local_socket.is_own(connection):
@@ -96,6 +102,8 @@ class LaunchControl:
             wanted, node = request["do"], request.get("node", "")
             if wanted == "list":
                 return self._list()
+            if request.get("run_id") != self._about["run_id"]:
+                raise LaunchError("this launch belongs to another master")
             if wanted == "output":
                 return {"output": self._output(node)}
             if wanted == "stop":

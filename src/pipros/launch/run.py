@@ -310,23 +310,34 @@ class LaunchRun:
                 raise LaunchError(f"there is no node [{name}] in this launch")
             if not self._is_running:
                 raise LaunchError("this launch is ending")
-            process, is_ending = managed.process, managed.after_exit is not AfterExit.AS_DECLARED
-            if process is None:
+            if managed.process is not None:
+                if managed.after_exit is AfterExit.AS_DECLARED:
+                    self._end_in_background(managed.process)
+                # else: a second SIGINT would make many nodes exit without cleaning up
+                managed.after_exit = after_exit
+            elif after_exit is AfterExit.START_AGAIN:
+                if managed.left_behind is not None:
+                    self._end_in_background(managed.left_behind)
                 self._settle(managed, after_exit)
-                return
-            managed.after_exit = after_exit
-        if not is_ending:  # a second SIGINT would make many nodes exit without cleaning up
-            threading.Thread(
-                target=self.end_one, args=(process,), name=f"end {process.name}", daemon=True
-            ).start()
+            elif managed.restart_at is not None:
+                self._settle(managed, after_exit)
+
+    def _end_in_background(self, process: NodeProcess) -> None:
+        thread = threading.Thread(
+            target=self.end_one, args=(process,), name=f"end {process.name}", daemon=True
+        )
+        try:
+            thread.start()
+        except RuntimeError as error:
+            raise LaunchError(f"cannot stop [{process.name}]: {error}") from None
 
     def _settle(self, managed: ManagedNode, after_exit: AfterExit) -> None:
-        """Do what a user requested for a node that is not running. The watching thread starts it."""
+        """Do what a user requested for a node that is not running.
+
+        The watching thread starts it, once another thread has ended the processes that it left behind.
+        """
         managed.is_stopped = after_exit is AfterExit.STAY_STOPPED
         managed.restart_at = None if managed.is_stopped else time.monotonic()
-        if managed.left_behind is not None:
-            managed.left_behind.release()
-            managed.left_behind = None
 
     def _start(self, managed: ManagedNode) -> None:
         stem, is_logged = self._logs.stem(managed.name), managed.output is Output.LOG
@@ -391,6 +402,9 @@ class LaunchRun:
         for managed in self._managed:
             if managed.restart_at is None or managed.restart_at > time.monotonic() or not self._is_running:
                 continue
+            if managed.left_behind is not None and managed.left_behind.has_group:
+                continue
+            managed.left_behind = None
             self._console.say(f"[{managed.name}] restarting process")
             try:
                 self._start(managed)

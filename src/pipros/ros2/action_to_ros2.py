@@ -187,7 +187,7 @@ class ActionToRos2:
             if not is_added:
                 raise PiprosError("too many goals, or the ID is too long")
             self._executing.run(self._execute, goal, with_id(goal.key, self.pair.goal_to_cdr(message.goal)))
-        except PiprosError as error:
+        except (PiprosError, RuntimeError) as error:  # RuntimeError: the system cannot start another thread
             self.counts.fail(f"{self._name}: {error}")
             self._end(goal, Status.REJECTED, None, str(error))
 

@@ -159,8 +159,9 @@ class Gateway:
 
     def _update(self, graph: Ros1Graph, endpoints: Sequence[Endpoint]) -> None:
         """Open, update and close topics, services and actions, to match both sides."""
-        self._known = {each.key: each for each in endpoints if not self._is_own(each)}
+        known = {each.key: each for each in endpoints if not self._is_own(each)}
         self._unknown.clear()
+        self._known = known
         found = Ros2Graph(self._known.values())
         now_s = time.monotonic()
         if (graph, endpoints) != self._seen or now_s >= self._compare_at_s:

@@ -35,6 +35,7 @@ from pipros.ros2.rtps.service_styles import (
     topics_of,
     with_head,
 )
+from pipros.ros2.rtps.topics import SAMPLE_OVERHEAD_BYTES
 
 SERVICE_QOS: Final = Qos(depth=10)
 _WRITER_QOS: Final = Qos(depth=0)
@@ -99,16 +100,16 @@ class Server:
 
     def _on_request(self, sample: Sample) -> None:
         with self._lock:
-            if self._queued_bytes + len(sample.payload) > self._limit_bytes:
+            if self._queued_bytes + _cost_bytes(sample) > self._limit_bytes:
                 self.refused += 1
                 return
-            self._queued_bytes += len(sample.payload)
+            self._queued_bytes += _cost_bytes(sample)
         try:
             self._workers.run(self._answer, sample)
         except RuntimeError:  # the system cannot start another thread
             self.refused += 1
             with self._lock:
-                self._queued_bytes -= len(sample.payload)
+                self._queued_bytes -= _cost_bytes(sample)
 
     def _answer(self, sample: Sample) -> None:
         try:
@@ -126,7 +127,7 @@ class Server:
             _LOG.warning("the reply of %s was not sent: %s", self._service, error)
         finally:
             with self._lock:
-                self._queued_bytes -= len(sample.payload)
+                self._queued_bytes -= _cost_bytes(sample)
 
     def _reply(self, request: Request, payload: bytes) -> None:
         entity = self._writer.entity
@@ -151,6 +152,10 @@ class Server:
         self._reader.close()
         self._writer.close()
         self._workers.close()
+
+
+def _cost_bytes(sample: Sample) -> int:
+    return len(sample.payload) + SAMPLE_OVERHEAD_BYTES
 
 
 def _recipients(engine: Engine, entity: bytes, request: Request) -> frozenset[bytes]:

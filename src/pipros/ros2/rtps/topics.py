@@ -14,7 +14,7 @@ from pipros.ros2.rtps.reader import Sample
 
 _Answer = TypeVar("_Answer")
 _LOG = logging.getLogger("pipros.ros2")
-_OVERHEAD_BYTES: Final = 500
+SAMPLE_OVERHEAD_BYTES: Final = 500
 
 
 class RunningEngine(Protocol):
@@ -136,13 +136,13 @@ class TopicReader:
 
     def push(self, sample: Sample) -> bool:
         """Add a sample, and drop the oldest ones beyond the limits. Return True if the inbox was empty."""
-        cost = len(sample.payload) + _OVERHEAD_BYTES
+        cost = len(sample.payload) + SAMPLE_OVERHEAD_BYTES
         with self._lock:
             was_empty = not self._inbox
             while self._inbox and (
                 (self._depth and len(self._inbox) >= self._depth) or self._bytes + cost > self._limit_bytes
             ):
-                self._bytes -= len(self._inbox.popleft().payload) + _OVERHEAD_BYTES
+                self._bytes -= len(self._inbox.popleft().payload) + SAMPLE_OVERHEAD_BYTES
                 self.dropped += 1
             self._inbox.append(sample)
             self._bytes += cost
@@ -155,7 +155,7 @@ class TopicReader:
                 if not self._inbox:
                     return
                 sample = self._inbox.popleft()
-                self._bytes -= len(sample.payload) + _OVERHEAD_BYTES
+                self._bytes -= len(sample.payload) + SAMPLE_OVERHEAD_BYTES
             try:
                 self._callback(sample)
             except Exception:

@@ -184,10 +184,13 @@ class Server:
             with self._lock:
                 self._open += 1
                 is_admitted = self._open <= _REQUESTS
-                self.dropped += not is_admitted
-            if is_admitted:
-                self._workers.run(self._handle, query)
-            else:
+            try:
+                if is_admitted:
+                    self._workers.run(self._handle, query)
+            except RuntimeError:  # the system cannot start another thread
+                is_admitted = False
+            if not is_admitted:
+                self.dropped += 1
                 self._finish(query)
 
     def _handle(self, query: Any) -> None:

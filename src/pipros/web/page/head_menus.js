@@ -26,6 +26,6 @@ export function publishersMenu() {
   onPublishers((number) => {
     replace(button, `publishing ${number}`);
     button.hidden = number === 0;
-    if (!number && menu.matches(":popover-open")) menu.hidePopover();
+    if (!number) menu.hidePopover?.(); // which older browsers lack
   });
 }

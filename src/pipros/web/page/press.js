@@ -22,16 +22,18 @@ function releaseAfter(milliseconds) {
   timer = setTimeout(release, milliseconds);
 }
 
-addEventListener("pointerdown", ({ clientX, clientY }) => {
+addEventListener("pointerdown", ({ button, clientX, clientY, target }) => {
+  if (button !== 0 || (target instanceof Element && target.closest(".stick"))) return; // who steers a robot needs all values
   start = { x: clientX, y: clientY };
   releaseAfter(LONGEST_MS);
 }, { capture: true });
 addEventListener("pointermove", ({ clientX, clientY }) => {
   if (start && Math.hypot(clientX - start.x, clientY - start.y) > DRAG_PX) release();
 }, { capture: true });
-for (const end of ["pointerup", "pointercancel", "blur"]) {
+for (const end of ["pointerup", "pointercancel"]) {
   addEventListener(end, () => { if (start) releaseAfter(CLICK_MS); }, { capture: true });
 }
+addEventListener("blur", () => { if (start) releaseAfter(CLICK_MS); }); // of the window, not of an element
 
 // Calls a function, now or after the press.
 export function afterPress(call) {

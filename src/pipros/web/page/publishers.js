@@ -6,9 +6,11 @@ import { live } from "./live.js";
 const running = new Set(); // {args, count, stop}
 const changes = new EventTarget();
 
-// Publishes until `stop()`, or until the server refuses: then calls `onError(text)`.
+// Publishes until `stop()`, or until the server refuses: then calls `onError(text)`. A message that is published once is
+// not published again when a lost connection returns: it may be an old goal.
 export function startPublisher(args, onError) {
   const publisher = { args, count: 0, stop: () => end() };
+  const lost = new AbortController();
   const close = live.watch("publishing", args, (data) => {
     publisher.count = data.count;
     changes.dispatchEvent(new Event("count"));
@@ -16,7 +18,15 @@ export function startPublisher(args, onError) {
     end();
     onError(problem);
   });
+  if (!args.rate) {
+    live.addEventListener("state", () => {
+      if (live.isOpen) return;
+      end();
+      onError("The connection to the server was lost. The message is not published again.");
+    }, { signal: lost.signal });
+  }
   function end() {
+    lost.abort();
     close();
     running.delete(publisher);
     changes.dispatchEvent(new Event("change"));

@@ -37,7 +37,7 @@ class LaunchViews:
         request = {"do": "output", "node": str(arguments["node"])}
         shown: Any = None
         while True:
-            answer = await self._system.questions.run(ask, _launch(arguments), request)
+            answer = await self._system.questions.run(self._ask, _launch(arguments), request)
             if answer != shown:
                 shown = answer
                 yield {"output": [[str(source), _plain(text)] for source, text in answer["output"]]}
@@ -54,17 +54,23 @@ class LaunchViews:
     async def _change(self, what: str, arguments: Mapping[str, Any]) -> Any:
         request = {"do": what, "node": str(arguments["node"])}
         try:
-            await self._system.questions.run(ask, _launch(arguments), request)
-        except LaunchUnavailable as error:
+            await self._system.questions.run(self._ask, _launch(arguments), request)
+        except PiprosError as error:
             raise RequestRefused(str(error)) from None
         return True
+
+    def _ask(self, launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
+        return ask(launch, {**request, "run_id": self._run_id()})
+
+    def _run_id(self) -> str:
+        return str(params.read(self._system.graph.master, "/run_id")).strip()
 
     def _found(self) -> Mapping[str, Any]:
         if not HAS_LOCAL_SOCKETS:
             return {"nodes": [], "error": "Launches are shown on Linux only."}
         nodes: list[Mapping[str, Any]] = []
         try:
-            run_id = str(params.read(self._system.graph.master, "/run_id")).strip()
+            run_id = self._run_id()
             launches = running_launches()
         except (PiprosError, OSError) as error:
             return {"nodes": [], "error": str(error)}

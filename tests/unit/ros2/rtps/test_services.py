@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from pipros.basics.errors import NotFound
+from pipros.basics.limits import Limits
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Qos
@@ -174,3 +175,24 @@ def test_calls_that_timed_out_do_not_affect_later_ones(pair: tuple[Participant, 
     going_on.set()
 
     assert client.call(CDR + b"some", 20.0) == CDR + b"some"
+
+
+def test_small_requests_that_are_queued_count_more_than_their_bytes(
+    pair: tuple[Participant, Participant], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limits = Limits(ros2_inbox_bytes=2000)
+    monkeypatch.setattr("pipros.ros2.rtps.services.process_limits", lambda: limits)
+    may_reply = threading.Event()
+
+    def hang(payload: bytes) -> bytes:
+        may_reply.wait(60.0)
+        return payload
+
+    server = Server(pair[0], "/slow", REQUEST, REPLY, hang)
+    with Participant(pair[0].discovery, UNMARKED) as peer:
+        client = CycloneClient(peer, "/slow", 1)
+        for sequence in range(6):
+            client.call(sequence, CDR + b"1234")
+        wait_until(lambda: server.refused == 3, 30, "the requests beyond the limit")
+        may_reply.set()
+    server.close()
