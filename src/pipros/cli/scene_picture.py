@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import contextlib
 import json
+import math
 import os
 import select
 import shutil
@@ -47,8 +48,8 @@ def save_picture(
 ) -> list[str]:
     """Write what `rviz` shows with these arguments as a PNG. Return all statuses other than OK.
 
-    The picture is taken as soon as all displays are OK and two pictures in a row are equal, or after
-    `timeout_s`.
+    The picture is taken as soon as all displays are OK and two pictures in a row are equal, or
+    `timeout_s` after the first one.
 
     Raises:
         CommandError: Chromium is not installed, Chromium or the server does not start, or the file cannot be
@@ -61,15 +62,17 @@ def save_picture(
         raise CommandError(f"--png needs one of these browsers: {', '.join(PROGRAMS)}")
     with _server(arguments) as address, _Chromium(program, size) as browser:
         browser.ask("Page.navigate", {"url": address})
-        end_s = time.monotonic() + timeout_s
+        show_by_s, data_by_s = time.monotonic() + START_S, math.inf
         last: Any = None
         while True:
             shown = browser.value(f"{_DRAW}({json.dumps(size)})")
-            is_late = time.monotonic() > end_s
-            if shown is None and is_late:
-                raise CommandError(f"the page did not show a scene within {timeout_s:g} s")
-            if shown is not None and (is_late or (shown == last and not shown["problems"])):
-                break
+            now_s = time.monotonic()
+            if shown is not None:
+                data_by_s = min(data_by_s, now_s + timeout_s)
+                if now_s > data_by_s or (shown == last and not shown["problems"]):
+                    break
+            elif now_s > show_by_s:
+                raise CommandError(f"the page did not show a scene within {START_S:g} s")
             last = shown
             time.sleep(POLL_S)
     try:
