@@ -57,7 +57,6 @@ class LaunchControl:
         self._name = str(os.getpid())
         self._folder = _folder()
         self._server: socket.socket | None = None
-        self._thread: threading.Thread | None = None
         self._is_closed = threading.Event()
 
     def start(self) -> None:
@@ -68,8 +67,7 @@ class LaunchControl:
         """
         local_socket.remove_dead(self._folder)
         self._server = local_socket.listen(self._folder, self._name)
-        self._thread = threading.Thread(target=self._serve, args=(self._server,), name="control", daemon=True)
-        self._thread.start()
+        threading.Thread(target=self._serve, args=(self._server,), name="control", daemon=True).start()
 
     def stop(self) -> None:
         """Remove the socket. May be called even if there is none."""
