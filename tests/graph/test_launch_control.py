@@ -122,10 +122,14 @@ def test_processes_that_a_stopped_node_left_behind_may_clean_up(ros: RosSystem, 
 
 def test_a_node_that_has_exited_is_not_stopped(launch: Process) -> None:
     [name] = running_launches()
-    answer = ask(name, {"do": "list"})
-    [failed] = [node for node in answer["nodes"] if node["node"] == "/maps/map"]
-    ask(name, {"do": "stop", "node": failed["name"], "run_id": answer["run_id"]})
-    assert failed in ask(name, {"do": "list"})["nodes"]
+
+    def last() -> Mapping[str, Any]:
+        return next(node for node in ask(name, {"do": "list"})["nodes"] if node["node"] == "/maps/map")
+
+    wait_until(lambda: last()["state"] == "exited")
+    run_id = ask(name, {"do": "list"})["run_id"]
+    ask(name, {"do": "stop", "node": last()["name"], "run_id": run_id})
+    assert last()["state"] == "exited"
 
 
 def test_another_master_changes_nothing(launch: Process) -> None:
