@@ -19,7 +19,7 @@ from tests.support.waiting import wait_until
 PROGRAMS = {
     "sleeper": "#!/bin/sh\nprintf '\\033[32mready\\033[0m\\n'\nexec sleep 1000\n",
     "wrapper": """#!/bin/sh
-        sh -c 'trap "echo cleaned up > \"$0\"; exit" TERM; while :; do sleep 0.1; done' "$ROS_HOME/cleaned" &
+        sh -c 'trap "echo cleaned up > \"$0\"; exit" TERM; echo > "$0.ready"; while :; do sleep 0.1; done' "$ROS_HOME/cleaned" &
         wait
     """,
     "fails": "#!/bin/sh\necho the reason\nexit 3\n",
@@ -114,8 +114,11 @@ def test_processes_that_a_stopped_node_left_behind_may_clean_up(ros: RosSystem, 
 
     for starts in (1, 2):
         wait_until(lambda starts=starts: (camera()["state"], camera()["starts"]) == ("running", starts))  # type: ignore[misc]
-        ask(name, {"do": "restart", "node": camera()["name"], "run_id": run_id})
         cleaned = Path(ros.pipros.environment["ROS_HOME"]) / "cleaned"
+        ready = cleaned.with_suffix(".ready")  # the trap is set
+        wait_until(ready.exists)
+        ready.unlink()
+        ask(name, {"do": "restart", "node": camera()["name"], "run_id": run_id})
         wait_until(cleaned.exists)
         cleaned.unlink()
 
