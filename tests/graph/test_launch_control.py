@@ -19,7 +19,8 @@ from tests.support.waiting import wait_until
 PROGRAMS = {
     "sleeper": "#!/bin/sh\nprintf '\\033[32mready\\033[0m\\n'\nexec sleep 1000\n",
     "wrapper": """#!/bin/sh
-        sh -c 'trap "echo cleaned up > \"$0\"; exit" TERM; echo > "$0.ready"; while :; do sleep 0.1; done' "$ROS_HOME/cleaned" &
+        sh -c 'trap "echo cleaned up > \"$0\"; exit" TERM; echo > "$0.ready"
+            while :; do sleep 0.1; done' "$ROS_HOME/cleaned" &
         wait
     """,
     "fails": "#!/bin/sh\necho the reason\nexit 3\n",
