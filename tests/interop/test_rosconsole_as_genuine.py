@@ -10,11 +10,18 @@ import pytest
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 
-LOGGING_NODE = (
-    "import rospy; rospy.init_node('speaker'); rate = rospy.Rate(10)\n"
-    "while not rospy.is_shutdown():\n"
-    "    rospy.loginfo('in'); rospy.logwarn('one\\ntwo'); rospy.logfatal('bad'); rate.sleep()\n"
-)
+# Genuine `echo -1` ends after the first message, even if it prints nothing. So each topic has one message.
+LOGGING_NODE = """
+import rospy
+from rosgraph_msgs.msg import Log
+rospy.init_node('speaker')
+for topic, level in (("calm", Log.INFO), ("alarm", Log.FATAL)):
+    log = Log(level=level, name="/speaker", msg="one\\ntwo", file="alarm.py", function="ring", line=3)
+    log.header.stamp = rospy.Time(1700000000, 250000000)
+    rospy.Publisher(topic, Log, queue_size=1, latch=True).publish(log)
+rospy.logfatal("bad")
+rospy.spin()
+"""
 
 QUESTIONS = (
     "rosconsole list /speaker",
@@ -23,7 +30,9 @@ QUESTIONS = (
     "rosconsole get /speaker rosout",
     "rosconsole set /speaker rosout info",
     "rosconsole get /speaker rosout",
-    "rosconsole echo -1 -v -l fatal --topic /rosout",
+    "rosconsole echo -1 -v -l fatal --topic /alarm",
+    "rosconsole echo -1 --topic /alarm speaker",
+    "rosconsole echo -1 -v -l info --topic /calm",
 )
 
 MISTAKES = (
