@@ -94,6 +94,36 @@ def test_all_tabs_show_the_moment_of_the_bag(ros: RosSystem, open_tab: OpenTab, 
     expect(tab.locator("#shown-bag")).to_contain_text("run.bag 0:07.5")
 
 
+def test_the_address_holds_the_moment_and_the_timeline_zooms(
+    ros: RosSystem, open_tab: OpenTab, tmp_path: Path
+) -> None:
+    ros.pipros.start_bare_master()
+    make_bag(tmp_path / "run.bag")
+    tab = open_tab(Page(ros, "--bags", tmp_path), "bags/run.bag@7.5")
+    moment = tab.get_by_label("Moment in the bag")
+    expect(moment).to_contain_text("0:07.5 /")
+    tab.get_by_role("button", name="Next message").click()
+    wait_until(lambda: tab.evaluate("location.hash") == "#bags/run.bag@7.6", 30, "the moment in the address")
+    ticks, images = tab.locator(".timeline .tick"), tab.locator(".timeline .thumbnail")
+    expect(ticks).to_have_text(["0:00.0", "0:05.0", "0:10.0", "0:15.0"])
+    timeline = tab.get_by_role("slider", name="Moment")
+    for _ in range(4):
+        timeline.press("+")
+    expect(ticks).to_have_text(["0:07.0", "0:08.0", "0:09.0", "0:10.0"])
+    expect(images.first).to_be_visible()
+    keep_screenshots(tab, "bags-zoomed")
+    box = timeline.bounding_box()
+    assert box is not None
+    tab.mouse.move(box["x"] + 10, box["y"] + 10)
+    tab.mouse.wheel(600, 0)
+    expect(ticks.first).not_to_have_text("0:07.0")
+    tab.mouse.wheel(0, 600)
+    expect(ticks).to_have_text(["0:10.0", "0:15.0"])
+    timeline.press("0")
+    expect(ticks).to_have_text(["0:00.0", "0:05.0", "0:10.0", "0:15.0"])
+    expect(moment).to_contain_text("0:07.6 /")
+
+
 def test_a_bag_plays_pauses_and_steps(ros: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
     ros.pipros.start_bare_master()
     make_bag(tmp_path / "run.bag")

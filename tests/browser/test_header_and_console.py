@@ -54,6 +54,18 @@ def test_the_console_is_filtered_by_words_exclusions_and_expressions(
                 expect(count.first).to_be_visible()
             else:
                 expect(count).to_have_count(0)
+    tab.get_by_label("Filter by text").fill("wheel -turns")
+    tab.get_by_label("Filter by node").fill("/logger;")
+    expect(texts).to_have_count(0)
+    tab.get_by_label("Warn").uncheck()
+    tab.reload()
+    expect(tab.get_by_label("Filter by text")).to_have_value("wheel -turns")
+    expect(tab.get_by_label("Filter by node")).to_have_value("/logger;")
+    expect(tab.get_by_label("Warn")).not_to_be_checked()
+    expect(tab.get_by_label("Info")).to_be_checked()
+    tab.get_by_label("Filter by node").fill("/logger")
+    expect(texts.filter(has_text="wheel 1 slips").first).to_be_visible()
+    expect(texts.filter(has_text="wheel 2 turns")).to_have_count(0)
 
 
 def test_the_console_begins_with_the_log_of_the_run(ros: RosSystem, open_tab: OpenTab) -> None:

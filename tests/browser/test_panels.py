@@ -193,6 +193,7 @@ def test_any_tab_is_added_to_the_panels(robot: RosSystem, open_tab: OpenTab) -> 
     expect_layout(tab, "panels/row(console~images//front/image_raw)")
     tab.get_by_label("Add a panel").select_option("nodes")
     expect(panel(tab, "Nodes")).to_contain_text("/robot")
+    expect_layout(tab, "panels/row(column(console~nodes)~images//front/image_raw)")
 
 
 def test_the_first_view_that_is_added_is_added_once(robot: RosSystem, open_tab: OpenTab) -> None:

@@ -102,7 +102,8 @@ class NodeGraph:
 class NameFilter:
     """Comma-separated name patterns. A leading `-` excludes names, and `*` matches any characters.
 
-    A pattern without `*` matches a name and everything below it. rqt_graph's `.*` is equivalent to `*`.
+    A pattern without `*` matches a name and everything below it; its leading slash may be left out. rqt_graph's
+    `.*` is equivalent to `*`.
 
     >>> keeps = NameFilter("/robot, -/robot/camera*")
     >>> [name for name in ("/robot", "/robot/scan", "/robot/camera_left", "/robots") if keeps(name)]
@@ -131,6 +132,7 @@ class _Pattern:
     def matches(self, name: str) -> bool:
         first, *rest = self._parts
         if not rest:
+            first = "/" + first.lstrip("/")
             return name == first or name.startswith(first.rstrip("/") + "/")
         *middle, last = rest
         if not name.startswith(first) or not name.endswith(last) or len(name) < len(first) + len(last):

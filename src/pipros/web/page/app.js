@@ -50,11 +50,14 @@ const known = new Promise((resolve) => { resolveKnown = resolve; }); // the serv
 
 const place = () => {
   const [name, argument] = currentPlace();
-  return TABS.some(([tab]) => tab === tabOf(name)) ? [name, argument] : ["graph", ""];
+  if (TABS.some(([tab]) => tab === tabOf(name))) return [name, argument];
+  const titled = TABS.find(([, title]) => title.toLowerCase().replace(" ", "") === name.toLowerCase());
+  return [titled?.[0] ?? "graph", ""];
 };
 
 async function show() {
   const [name, argument] = place();
+  if (location.hash && currentPlace()[0] !== name) history.replaceState(null, "", placeOf(name, argument)); // there is no such view
   const tab = tabOf(name);
   for (const link of links) {
     const isSelected = link.dataset.tab === tab;
@@ -130,6 +133,7 @@ function showState() {
   system.className = live.isOpen ? "" : "lost";
   locked.hidden = !live.isRefused;
   view.hidden = live.isRefused;
+  view.classList.toggle("outdated", about !== null && !live.isOpen);
   const [title, text] = live.isRestarted ? RESTARTED : NO_TOKEN;
   if (!live.isRefused) replace(locked);
   else if (!locked.childElementCount || locked.firstChild.textContent !== title) replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")), tokenForm(),

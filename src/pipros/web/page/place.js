@@ -2,8 +2,8 @@
 
 export const placeOf = (tab, argument = "") => `#${tab}${argument ? `/${encoded(argument)}` : ""}`;
 
-// Keeps the slashes and colons of names readable.
-const encoded = (text) => encodeURIComponent(text).replaceAll("%2F", "/").replaceAll("%3A", ":");
+// Keeps the slashes, colons and moments of names readable.
+const encoded = (text) => encodeURIComponent(text).replaceAll("%2F", "/").replaceAll("%3A", ":").replaceAll("%40", "@");
 
 // Returns the tab and the argument of the current address.
 export const currentPlace = () => placeIn(location.hash);

@@ -1,7 +1,7 @@
 // What a tab is given: its subscriptions, which pause while it is hidden, and its part of the address.
 
 import { live } from "./live.js";
-import { placeOf } from "./place.js";
+import { currentPlace, placeOf } from "./place.js";
 import { afterPress } from "./press.js";
 
 const HANDLES = "scene"; // the view whose contents are dragged: it is updated during a press, too
@@ -65,7 +65,8 @@ export class TabContext {
   // Puts what the user chose in the tab into the address; Back returns to what it showed before, unless this replaces it.
   remember(argument, { isReplacing = false } = {}) {
     this.onRemember(argument);
-    if (!this.isShown) return; // data came for a hidden tab
+    const [shown] = currentPlace(); // another one while the module of the next tab is loaded
+    if (!this.isShown || (shown && shown !== this.name)) return; // data came for a hidden tab
     const place = placeOf(this.name, argument);
     if (isReplacing) history.replaceState(null, "", place);
     else if (location.hash !== place) history.pushState(null, "", place);

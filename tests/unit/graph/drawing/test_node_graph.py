@@ -128,6 +128,8 @@ def test_namespaces_of_several_nodes_are_groups() -> None:
         ("", "/a /a/b /ab /c"),
         ("/", "/a /a/b /ab /c"),
         ("/a", "/a /a/b"),
+        ("a", "/a /a/b"),
+        ("-a, c", "/c"),
         ("/a*", "/a /a/b /ab"),
         ("/a.*", "/a /a/b /ab"),
         ("*b", "/a/b /ab"),

@@ -75,7 +75,7 @@ export function recordingPanel(context, open) {
     state.classList.toggle("running", isRunning);
     stop.hidden = !isRunning;
     show.hidden = isRunning || !shown.size;
-    const figures = [`${shown.topics} ${shown.topics === 1 ? "topic" : "topics"}`, `${shown.messages} messages`, bytes(shown.size), elapsed(shown.seconds)];
+    const figures = [`${shown.topics} ${shown.topics === 1 ? "topic" : "topics"}`, `${shown.messages} messages`, `${bytes(shown.size)} on disk`, elapsed(shown.seconds)];
     if (isRunning) figures.push(`${bytes(data.spare)} left`);
     text.textContent = `${isRunning ? "● Recording" : "Recorded"} ${shown.name}: ${figures.join(", ")}${shown.problem ? `. ${shown.problem}` : ""}`;
   }, (problem) => replace(error, problem));

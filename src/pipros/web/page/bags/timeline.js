@@ -10,12 +10,16 @@ const THUMBNAIL_WIDTH = 84;
 const MOST_THUMBNAILS = 30;
 const MOST_TICKS = 6;
 const STEPS_S = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400];
-const STEP = 0.01; // of the duration, by an arrow key
+const STEP = 0.01; // of what is visible, by an arrow key
+const ZOOMS = { "+": 1 / 1.5, "=": 1 / 1.5, "-": 1.5, 0: Infinity };
+const SHORTEST = 0.5; // seconds that are visible
+const THUMBNAILS_MS = 300; // after the last change of what is visible
 
-// Round times from 0 on, at most six.
-function roundTimes(span) {
-  const step = STEPS_S.find((each) => span / each < MOST_TICKS) ?? span / MOST_TICKS;
-  return Array.from({ length: Math.ceil(span / step) }, (_, index) => index * step);
+// Round times between two times, at most six.
+function roundTimes(begin, end) {
+  const step = STEPS_S.find((each) => (end - begin) / each < MOST_TICKS) ?? (end - begin) / MOST_TICKS;
+  const first = Math.ceil(begin / step);
+  return Array.from({ length: Math.max(0, Math.ceil(end / step) - first) }, (_, index) => (first + index) * step);
 }
 
 // `on.jump(seconds)`, `on.toggle()`, `on.select([from, to] or null)` and `on.choose()` are called with what the user does.
@@ -23,46 +27,80 @@ export function timeline(on) {
   const cursor = h("div", { class: "cursor" });
   const chosen = h("div", { class: "selection", hidden: true });
   const axis = h("div", { class: "axis" });
-  const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment", title: "Click or drag to jump; with Shift, select a part. Escape clears the selection.", onkeydown: (event) => onKey(event) }, chosen, cursor);
+  const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment", title: "Click or drag to jump; with Shift, select a part. Escape clears the selection. The wheel, + and - zoom; 0 shows the whole bag.", onkeydown: (event) => onKey(event) }, chosen, cursor);
   const names = h("div", { class: "names" });
   const element = h("div", { class: "timeline" }, names, h("div", { class: "lanes" }, axis, area));
   let bag = null;
   let moment = 0;
   let selection = null;
   let closers = [];
+  let visible = [0, 1]; // the first and the last time
+  let whenStill = 0;
 
-  const span = () => Math.max(bag.end - bag.begin, 1e-9);
-  const percent = (time) => `${(100 * (time - bag.begin)) / span()}%`;
+  const duration = () => Math.max(bag.end - bag.begin, 1e-9);
+  const span = () => visible[1] - visible[0];
+  const percent = (time) => `${(100 * (time - visible[0])) / span()}%`;
 
   function timeAt(event) {
     const bounds = area.getBoundingClientRect();
     const part = Math.min(1, Math.max(0, (event.clientX - bounds.left) / bounds.width));
-    return bag.begin + part * span();
+    return visible[0] + part * span();
+  }
+
+  // Shows this part of the time, as far as the bag has it.
+  function look(begin, length) {
+    const wanted = Math.min(duration(), Math.max(Math.min(SHORTEST, duration()), length));
+    const first = Math.min(bag.begin + duration() - wanted, Math.max(bag.begin, begin));
+    if (visible[0] === first && span() === wanted) return;
+    visible = [first, first + wanted];
+    draw();
+  }
+
+  // Zooms, and keeps this time where it is.
+  const zoom = (factor, time) => look(time - (time - visible[0]) * Math.min(factor, duration() / span()), span() * factor);
+
+  // Draws what depends on the visible times.
+  function draw() {
+    replace(axis, roundTimes(visible[0] - bag.begin, visible[1] - bag.begin).map((time) => {
+      const tick = h("span", { class: "tick" }, elapsed(time));
+      tick.style.left = percent(bag.begin + time);
+      return tick;
+    }));
+    for (const canvas of area.querySelectorAll(".density")) Object.assign(canvas.style, { left: percent(bag.begin), width: `${(100 * duration()) / span()}%` });
+    for (const canvas of area.querySelectorAll(".thumbnail")) canvas.style.left = percent(Number(canvas.dataset.at));
+    place();
+    clearTimeout(whenStill);
+    whenStill = setTimeout(() => {
+      for (const close of closers.splice(0)) close();
+      for (const canvas of area.querySelectorAll(".thumbnail")) canvas.remove();
+      for (const track of bag.tracks.filter(isImage)) addThumbnails(track);
+    }, area.querySelector(".thumbnail") ? THUMBNAILS_MS : 0);
+  }
+
+  // Places the moment and the selection.
+  function place() {
+    cursor.style.left = percent(moment);
+    if (selection) Object.assign(chosen.style, { left: percent(selection[0]), width: `${(100 * (selection[1] - selection[0])) / span()}%` });
   }
 
   // Shows the tracks of a bag.
   function show(next) {
     bag = next;
-    for (const close of closers) close();
-    closers = [];
+    moment = bag.begin;
+    visible = [bag.begin, bag.begin + duration()];
     select(null);
     replace(names, h("div", { class: "axis" }), bag.tracks.map((track) => h("label", { class: isImage(track) ? "name tall" : "name", title: `${track.topic}: ${track.count} messages of ${track.type}` },
       h("input", { type: "checkbox", checked: true, "data-topic": track.topic, onchange: () => on.choose() }), h("span", {}, track.topic), h("span", { class: "pale" }, String(track.count)))));
-    replace(axis, roundTimes(span()).map((time) => {
-      const tick = h("span", { class: "tick" }, elapsed(time));
-      tick.style.left = `${(100 * time) / span()}%`;
-      return tick;
-    }));
     replace(area, bag.tracks.map(lane), chosen, cursor);
     area.setAttribute("aria-valuemin", "0");
-    area.setAttribute("aria-valuemax", span().toFixed(1));
-    for (const track of bag.tracks.filter(isImage)) addThumbnails(track);
+    area.setAttribute("aria-valuemax", duration().toFixed(1));
+    draw();
   }
 
   const isImage = (track) => IMAGES.includes(track.type);
 
   function lane(track) {
-    const canvas = h("canvas", { width: track.bins.length, height: 1, "aria-hidden": "true" });
+    const canvas = h("canvas", { class: "density", width: track.bins.length, height: 1, "aria-hidden": "true" });
     const drawing = canvas.getContext("2d");
     const most = Math.max(...track.bins);
     drawing.fillStyle = "#2f6fb3";
@@ -77,11 +115,12 @@ export function timeline(on) {
   function addThumbnails(track) {
     const own = area.querySelector(`[data-topic="${CSS.escape(track.topic)}"]`);
     const number = Math.min(MOST_THUMBNAILS, Math.max(1, Math.floor(area.clientWidth / THUMBNAIL_WIDTH)));
-    const times = Array.from({ length: number }, (_, at) => bag.begin + ((at + 0.5) * span()) / number);
+    const times = Array.from({ length: number }, (_, at) => visible[0] + ((at + 0.5) * span()) / number);
     closers.push(live.watch("bag_thumbnails", { name: bag.name, topic: track.topic, times }, async (data) => {
       const canvas = h("canvas", { class: "thumbnail", width: 2, height: 2, role: "img", "aria-label": `Image of ${track.topic}` });
       try {
         const head = await drawImage(canvas, data);
+        canvas.dataset.at = head.at;
         canvas.style.left = percent(head.at);
         own.append(canvas);
       } catch {
@@ -92,7 +131,8 @@ export function timeline(on) {
 
   function setMoment(time) {
     moment = time;
-    cursor.style.left = percent(time);
+    if (time < visible[0] || time > visible[1]) look(time - span() / 10, span());
+    place();
     area.setAttribute("aria-valuenow", (time - bag.begin).toFixed(1));
     area.setAttribute("aria-valuetext", elapsed(time - bag.begin));
   }
@@ -100,13 +140,14 @@ export function timeline(on) {
   function select(range) {
     selection = range;
     chosen.hidden = !range;
-    if (range) Object.assign(chosen.style, { left: percent(range[0]), width: `${(100 * (range[1] - range[0])) / span()}%` });
+    place();
     on.select(range);
   }
 
   function onKey(event) {
     if (event.key === " ") { event.preventDefault(); on.toggle(); return; }
     if (event.key === "Escape") { select(null); return; }
+    if (event.key in ZOOMS && bag) { event.preventDefault(); zoom(ZOOMS[event.key], moment); return; }
     const to = { ArrowRight: moment + STEP * span(), ArrowLeft: moment - STEP * span(), Home: bag?.begin, End: bag?.end }[event.key];
     if (to === undefined || !bag) return;
     event.preventDefault();
@@ -130,11 +171,17 @@ export function timeline(on) {
     if (event.shiftKey) select([Math.min(from, time), Math.max(from, time)]);
     else on.jump(time);
   });
+  area.addEventListener("wheel", (event) => {
+    if (!bag) return;
+    event.preventDefault();
+    if (Math.abs(event.deltaX) > Math.abs(event.deltaY)) look(visible[0] + (event.deltaX / area.clientWidth) * span(), span());
+    else zoom(1.002 ** event.deltaY, timeAt(event));
+  }, { passive: false });
   for (const kind of ["pointerup", "pointercancel"]) area.addEventListener(kind, () => { from = null; });
 
   return {
     element, show, setMoment, select,
     topics: () => [...names.querySelectorAll("input")].filter((box) => box.checked).map((box) => box.dataset.topic),
-    close: () => closers.forEach((close) => close()),
+    close: () => { clearTimeout(whenStill); closers.forEach((close) => close()); },
   };
 }

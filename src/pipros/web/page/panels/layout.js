@@ -99,9 +99,13 @@ export function beside(layout, id, side, added) {
     ? { direction, parts: isFirst ? [added, each] : [each, added], sizes: [50, 50] } : each)));
 }
 
-// Adds a leaf at the right of everything.
-export const appended = (layout, added) => (layout
-  ? tidy({ direction: "row", parts: [layout, added], sizes: [layout.direction === "row" ? layout.parts.length : 1, 1] }) : added);
+// Adds a layout at the right of the largest leaf, or below it if that is taller than wide. `shape` is width by height of the whole.
+export function appended(layout, added, shape) {
+  if (!layout) return added;
+  const area = ({ box }) => box.w * box.h;
+  const { leaf: largest, box } = placesOf(layout).panels.reduce((most, each) => (area(each) > area(most) + 1 ? each : most));
+  return beside(layout, largest.id, box.w * shape > box.h ? "right" : "below", added);
+}
 
 // Moves the leaf `id` to a side of the leaf `target`, or with "centre" exchanges the two.
 export function moved(layout, id, target, side) {

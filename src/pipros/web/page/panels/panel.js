@@ -14,8 +14,8 @@ class PanelContext extends TabContext {
     this.times = times;
   }
 
-  remember(argument) {
-    this.onRemember(argument);
+  remember(argument, options) {
+    this.onRemember(argument, options);
   }
 
   hears(event) {
@@ -23,7 +23,7 @@ class PanelContext extends TabContext {
   }
 }
 
-// `tabs` are names and titles. `board` has what the panel asks of the whole: `change(leaf)`, `split(id, side)`, `close(id)`,
+// `tabs` are names and titles. `board` has what the panel asks of the whole: `change(leaf, options)`, `split(id, side)`, `close(id)`,
 // `enlarge(id)`, `move(id, target, side)`, `step(id, side)`, `follow(tab, argument)`, `mayControl(tab)` and `times`.
 export function panel(first, tabs, board) {
   let leaf = first;
@@ -64,9 +64,9 @@ export function panel(first, tabs, board) {
     view.replaceWith(opened);
     view = opened;
     [tab, argument, handle] = [leaf.tab, leaf.argument, null];
-    context = new PanelContext(element, tab, board.mayControl(tab), board.times, (next) => {
+    context = new PanelContext(element, tab, board.mayControl(tab), board.times, (next, options) => {
       argument = next;
-      board.change({ ...leaf, argument: next });
+      board.change({ ...leaf, argument: next }, options);
     });
     const own = context;
     const module = await import(`../tabs/${tab}.js`);

@@ -1,4 +1,5 @@
-// Bags: a timeline that plays a bag for all tabs. The address contains the name of the bag.
+// Bags: a timeline that plays a bag for all tabs. The address contains the name of the bag and the moment, in seconds
+// from its beginning, at which it stands still: run.bag@14.5.
 
 import { playback, elapsed } from "../bags/playback.js";
 import { recordingPanel } from "../bags/recording.js";
@@ -7,10 +8,12 @@ import { bytes, download, h, replace } from "../dom.js";
 import { placeOf } from "../place.js";
 
 const MOST_LISTED = 100;
+const ADDRESS_MS = 300;
+const SHORTEST_S = 0.05; // which the address rounds to 0
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 export function open(view, argument, context) {
-  const choice = h("select", { "aria-label": "Bag", onchange: () => { context.remember(choice.value); playback.open(choice.value); } });
+  const choice = h("select", { "aria-label": "Bag", onchange: () => choose(choice.value) });
   const figures = h("span", { class: "pale" });
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note" });
@@ -31,11 +34,11 @@ export function open(view, argument, context) {
   const exported = h("button", { title: "Save the checked topics: the part selected with Shift, or all", onclick: () => save() }, "Export");
   const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection = range; replace(exported, range ? `Export selection (${elapsed(range[1] - range[0])})` : "Export"); }, choose: () => {} });
   let selection = null; // [from, to]
-  const closing = button("Close", "Close the bag", () => { context.remember(""); playback.close(); });
+  const closing = button("Close", "Close the bag", () => choose(""));
   controls.append(h("span", { class: "spring" }), form, exported);
   view.append(h("div", { class: "column" },
     h("div", { class: "bar" }, choice, progress, figures, h("span", { class: "spring" }), closing),
-    error, recordingPanel(context, (name) => { context.remember(name); playback.open(name); }), controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
+    error, recordingPanel(context, (name) => choose(name)), controls, hint, list, h("div", { class: "scroll" }, tracks.element)));
   tracks.element.hidden = true;
   let shown = null; // the bag whose tracks are shown
   let names = [];
@@ -47,9 +50,9 @@ export function open(view, argument, context) {
       names = data.bags.map((bag) => bag.name);
       replace(list, names.slice(0, MOST_LISTED).map((name) => h("a", { href: placeOf("bags", name) }, name)));
     }
-    const wanted = [["", "Choose a bag"], ...data.bags.map((bag) => [bag.name, `${bag.name} (${bytes(bag.size)})`])];
-    if (wanted.map(([, text]) => text).join("\n") !== [...choice.options].map((option) => option.textContent).join("\n")) {
-      replace(choice, wanted.map(([name, text]) => h("option", { value: name }, text)));
+    const options = [["", "Choose a bag"], ...data.bags.map((bag) => [bag.name, `${bag.name} (${bytes(bag.size)})`])];
+    if (options.map(([, text]) => text).join("\n") !== [...choice.options].map((option) => option.textContent).join("\n")) {
+      replace(choice, options.map(([name, text]) => h("option", { value: name }, text)));
       choice.value = playback.name;
     }
     show();
@@ -84,6 +87,7 @@ export function open(view, argument, context) {
       await playback.control({ jump: goalTime });
     }
     isJumping = false;
+    show();
   }
 
   function jumpToText(text) {
@@ -120,9 +124,11 @@ export function open(view, argument, context) {
     if (shown !== bag) {
       shown = bag;
       tracks.show(bag);
+      if (wanted !== null) jumpFromBegin();
       replace(figures, `${bytes(bag.size)}, ${elapsed(bag.end - bag.begin)}, from ${new Date(bag.begin * 1000).toLocaleString("en-GB")}${bag.damage.length ? `; damaged: ${bag.damage[0]}` : ""}`);
     }
     if (next === null) tracks.setMoment(state.moment);
+    if (!isJumping && !state.playing) noteMoment(state.moment - bag.begin);
     moment.textContent = `${elapsed(state.moment - bag.begin)} / ${elapsed(bag.end - bag.begin)}`;
     speed.value = String(state.speed);
     loop.checked = state.loop;
@@ -134,8 +140,43 @@ export function open(view, argument, context) {
   }
 
   playback.addEventListener("change", show, { signal: context.signal });
-  context.signal.addEventListener("abort", () => tracks.close());
-  if (argument && playback.name !== argument) playback.open(argument);
+  let noted = ""; // what the address says
+  let noting = 0;
+  function noteMoment(seconds) {
+    const text = seconds < SHORTEST_S ? playback.name : `${playback.name}@${seconds.toFixed(1)}`;
+    if (text === noted) return;
+    noted = text;
+    clearTimeout(noting);
+    noting = setTimeout(() => context.remember(noted, { isReplacing: true }), ADDRESS_MS); // browsers limit the number of changes
+  }
+
+  let wanted = null; // the moment of the address, in seconds from the beginning
+  function jumpFromBegin() {
+    jump(playback.bag.begin + wanted);
+    wanted = null;
+  }
+
+  // Opens a bag; without a name, closes the open one.
+  function choose(name) {
+    clearTimeout(noting);
+    noted = name;
+    wanted = null;
+    context.remember(name);
+    playback.open(name);
+  }
+
+  // Shows what an address says.
+  function go(text) {
+    const [, name, seconds] = /^(.*?)(?:@(\d+(?:\.\d+)?))?$/.exec(text);
+    clearTimeout(noting);
+    noted = text;
+    wanted = seconds === undefined ? null : Number(seconds);
+    if (name !== playback.name) playback.open(name);
+    else if (wanted !== null && playback.bag) jumpFromBegin();
+  }
+
+  context.signal.addEventListener("abort", () => { clearTimeout(noting); tracks.close(); });
+  if (argument) go(argument);
   show();
-  return { go: (name) => { if (name !== playback.name) playback.open(name); } };
+  return { go };
 }

@@ -1,4 +1,5 @@
-// The log of the system: 100,000 entries, of which only the visible ones are in the document.
+// The log of the system: 100,000 entries, of which only the visible ones are in the document. The address contains the node whose
+// logger levels are shown, and the filters: /talker;levels=8,16;text=stuck.
 
 import { download, h, replace, uniqueId } from "../dom.js";
 import { asLines, fromLines } from "../log_file.js";
@@ -7,6 +8,7 @@ import { textFilter } from "../text_filter.js";
 const KEPT = 100000;
 const phone = matchMedia("(max-width: 700px)");
 const rowHeight = () => (phone.matches ? 40 : 22); // as in style.css: on a phone, an entry has two lines
+const OPTION = /;(?=(?:levels|text|node|place)=)/; // what separates options in the address
 const HELP = "A part of the text; -part excludes; /regular expression/";
 const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fatal"]];
 const [LEVEL, NODE, TEXT, STAMP, FILE, LINE, FUNCTION] = [0, 1, 2, 3, 4, 5, 6];
@@ -21,9 +23,11 @@ export function open(view, argument, context) {
   let isPaused = false;
   let waiting = [];
   const levels = new Set(LEVELS.map(([level]) => level));
-  const text = h("input", { type: "search", placeholder: "Text", title: HELP, "aria-label": "Filter by text", oninput: () => filter() });
-  const node = h("input", { type: "search", placeholder: "Node", title: HELP, "aria-label": "Filter by node", oninput: () => filter() });
-  const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14, oninput: () => filter() });
+  const boxes = new Map(LEVELS.map(([level]) => [level, h("input", { type: "checkbox", checked: true, onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); refine(); } })]));
+  const text = h("input", { type: "search", placeholder: "Text", title: HELP, "aria-label": "Filter by text", oninput: () => refine() });
+  const node = h("input", { type: "search", placeholder: "Node", title: HELP, "aria-label": "Filter by node", oninput: () => refine() });
+  const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14, oninput: () => refine() });
+  const filters = { text, node, place };
   const pause = h("button", { "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const file = h("input", { type: "file", hidden: true, "aria-label": "Log file", accept: ".jsonl", onchange: () => load() });
 
@@ -56,7 +60,7 @@ export function open(view, argument, context) {
   const scroll = h("div", { class: "scroll log", tabindex: 0, role: "group", "aria-label": "Entries; up and down choose one", onscroll: () => drawRows(), onkeydown: (event) => onKey(event) }, space, rows);
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
-    h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, h("input", { type: "checkbox", checked: true, onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); filter(); } }), name)), node, text, place, h("span", { class: "spring" }), count, pause,
+    h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), node, text, place, h("span", { class: "spring" }), count, pause,
       h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { title: "Save the entries that the filters let pass", onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"), h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file, h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
@@ -77,6 +81,28 @@ export function open(view, argument, context) {
     const isAtEnd = scroll.scrollTop + scroll.clientHeight >= scroll.scrollHeight - rowHeight() * 2;
     draw();
     if (isAtEnd) scroll.scrollTop = scroll.scrollHeight;
+  }
+
+  // Filters as the user says, and notes it in the address.
+  function refine() {
+    const chosen = levels.size === LEVELS.length ? [] : [`levels=${[...levels].sort((one, other) => one - other).join(",")}`];
+    const typed = Object.entries(filters).filter(([, input]) => input.value).map(([name, input]) => `${name}=${input.value}`);
+    context.remember(["", ...chosen, ...typed].join(";"), { isReplacing: true });
+    filter();
+  }
+
+  // Shows what an address says.
+  function go(wanted) {
+    const [ofNode, ...options] = wanted.split(OPTION);
+    const given = Object.fromEntries(options.map((each) => [each.slice(0, each.indexOf("=")), each.slice(each.indexOf("=") + 1)]));
+    for (const [name, input] of Object.entries(filters)) input.value = given[name] ?? "";
+    for (const [level, box] of boxes) {
+      box.checked = !("levels" in given) || given.levels.split(",").includes(String(level));
+      if (box.checked) levels.add(level);
+      else levels.delete(level);
+    }
+    filter();
+    if (ofNode) showLoggers(ofNode);
   }
 
   function filter() {
@@ -170,7 +196,8 @@ export function open(view, argument, context) {
   }, (problem) => replace(error, problem), { always: true });
   phone.addEventListener("change", () => draw(), { signal: context.signal });
   new ResizeObserver(() => drawRows()).observe(scroll);
-  if (argument) showLoggers(argument);
+  if (argument) go(argument);
+  return { go };
 }
 
 const levelName = (level) => LEVELS.find(([number]) => number === level)?.[1] ?? String(level);

@@ -32,7 +32,7 @@ export function open(view, argument, context) {
   const panels = new Map(); // id to panel
   const board = {
     times, mayControl,
-    change: (next) => { show(withLeaf(layout, next)); remember(); },
+    change: (next, options) => { show(withLeaf(layout, next)); remember(options); },
     split(id, side) {
       if (isFull()) return;
       enlarged = null;
@@ -74,9 +74,11 @@ export function open(view, argument, context) {
   function add(added) {
     if (isFull()) return;
     enlarged = null;
-    show(appended(layout, added));
+    show(appended(layout, added, shape()));
     remember();
   }
+
+  const shape = () => (stage.clientWidth || 16) / (stage.clientHeight || 9);
 
   function remember({ isReplacing = false } = {}) {
     const text = layoutText(layout);
@@ -177,7 +179,7 @@ export function open(view, argument, context) {
       if (text.startsWith("+")) {
         const added = parsedLayout(text.slice(1), NAMES);
         if (!layout) show(parsedLayout(localStorage.getItem(KEEP) ?? "", NAMES));
-        if (added && !isFull()) show(appended(layout, added));
+        if (added && !isFull()) show(appended(layout, added, shape()));
         remember({ isReplacing: true });
         return true;
       }
