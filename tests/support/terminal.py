@@ -122,7 +122,7 @@ class Terminal:
         self.wait_for_prompt()
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
-        self._wait(lambda: self.output.startswith(line + "\n"), 5.0, f"the echo of {line!r}")
+        self._wait(lambda: self.output.startswith(line + "\n"), 30.0, f"the echo of {line!r}")
         self._typed_at += len(line) + 1
 
     def run(self, line: str, timeout_s: float = 30.0) -> tuple[int, str]:
@@ -168,8 +168,8 @@ class Terminal:
         if self._shell.poll() is None:
             self._shell.kill()
             self._shell.wait()
+        self._reader.join(10.0)  # before another file gets the number of this one
         os.close(self._keyboard)
-        self._reader.join(1.0)
 
     def _wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
         deadline = time.monotonic() + timeout_s

@@ -97,7 +97,7 @@ def run_without_posix(code: str, *, in_browser: bool = False) -> str:
         [sys.executable, "-c", code],
         capture_output=True,
         text=True,
-        timeout=50,
+        timeout=120,
     )
     assert ended.returncode == 0, ended.stderr
     return ended.stdout

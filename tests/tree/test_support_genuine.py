@@ -37,7 +37,7 @@ def run(plugins: Path, *arguments: str, **variables: str) -> subprocess.Complete
         env={"PATH": "/usr/bin:/bin", "PYTHONPATH": f"{plugins}:{REPOSITORY}", **variables},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=120,
         check=False,
     )
 

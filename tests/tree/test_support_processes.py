@@ -50,7 +50,8 @@ def test_a_missing_line_is_reported_with_the_output(processes: Processes) -> Non
 
 
 def test_ctrl_c_reaches_the_program(processes: Processes) -> None:
-    program = processes.start(sys.executable, "-c", "import signal; print('up', flush=True); signal.pause()")
+    waits = "import time\nprint('up', flush=True)\nwhile True: time.sleep(0.1)"
+    program = processes.start(sys.executable, "-c", waits)
     program.wait_for("up")
 
     program.press_ctrl_c()
@@ -67,6 +68,7 @@ def test_a_process_that_outlives_its_parent_in_another_session_is_found_and_ende
     )
     started = Processes({"PATH": "/usr/bin:/bin"})
     started.run(sys.executable, "-c", parent)
+    wait_until(started.left, what="the orphan to be seen")
 
     with pytest.raises(AssertionError, match=r"left running:\n\d+: .*signal.pause"):
         started.assert_nothing_left(timeout_s=0.2)

@@ -37,6 +37,7 @@ def test_ctrl_c_ends_the_command_in_the_foreground_and_not_the_shell(terminal: T
 
 def test_missing_output_is_reported_with_the_screen(terminal: Terminal) -> None:
     terminal.type("echo something else")
+    terminal.wait_for("something else\n")
 
     with pytest.raises(AssertionError, match="something else"):
         terminal.wait_for("hello", timeout_s=0.3)

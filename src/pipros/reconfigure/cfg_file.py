@@ -26,6 +26,9 @@ from pipros.reconfigure.generator import OUTPUT_VARIABLE
 TIME_LIMIT_S = 30.0
 """Default time limit for running a `.cfg` file."""
 
+_READ_S = 5.0
+"""Maximum time to wait for the end of stderr, in case a process that was not ended holds it open."""
+
 _SHOWN_CHARACTERS = 2_000
 _COMMENT = re.compile(r"#.*")
 _CFG_WORD = re.compile(r"""(?:\$\{\w+\}/)?([^\s"();${}]+\.cfg)\b""")
@@ -116,10 +119,7 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
         # The four arguments of the genuine generator. Old files check their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
         environment = {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}
-        try:
-            code, errors = _run(arguments, environment, time_limit_s)
-        finally:
-            _end_daemons(f"{OUTPUT_VARIABLE}={output}")
+        code, errors = _run(arguments, environment, time_limit_s)
         if code is None:
             raise BadConfigFile(f"{path} did not finish within {time_limit_s:g} s")
         if not output.exists():
@@ -167,8 +167,9 @@ def _run(arguments: list[str], environment: dict[str, str], limit_s: float) -> t
         code = None
     finally:
         kill_with_group(process)
+        _end_daemons(f"{OUTPUT_VARIABLE}={environment[OUTPUT_VARIABLE]}")
         process.wait()
-        reader.join(1.0)
+        reader.join(_READ_S)
     return code, captured.decode("utf-8", "replace").strip()[-_SHOWN_CHARACTERS:]
 
 

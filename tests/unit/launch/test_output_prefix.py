@@ -61,7 +61,9 @@ def test_lines_start_in_the_first_column_while_a_node_reads_single_keys(
         if is_raw
         else output.recent.splitlines() == [b"one", b"two", b"three"]
     )
-    shown = os.read(screen, 1000)
+    shown = b""
+    while shown.count(b"\n") < 3:
+        shown += os.read(screen, 1000)
     os.close(screen)
     assert shown.replace(b"\r\r\n", b"\r\n") == b"".join(
         b"\033[36m[n]\033[0m %s\r\n" % line for line in (b"one", b"two", b"three")

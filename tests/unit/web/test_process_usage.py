@@ -2,34 +2,45 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
-import threading
 
 from pipros.web.process_usage import usage_of
+from tests.support.processes import Processes
 from tests.support.waiting import wait_until
 
+PROGRAM = """
+import sys, threading
+print("one thread", flush=True)
+sys.stdin.readline()
+threading.Thread(target=threading.Event().wait, daemon=True).start()
+print("two threads", flush=True)
+sys.stdin.readline()
+while True:
+    sum(range(100_000))
+"""
 
-def test_a_process_has_memory_threads_and_processor_time() -> None:
-    before = usage_of(os.getpid())
+
+def test_a_process_has_memory_threads_and_processor_time(processes: Processes) -> None:
+    # In the process of the tests, threads of earlier tests may end at any time.
+    process = processes.start(sys.executable, "-I", "-S", "-c", PROGRAM, stdin=subprocess.PIPE)
+    process.wait_for("one thread")
+    before = usage_of(process.pid)
     assert before is not None
     assert before.memory_bytes > 1_000_000
-    assert before.threads == len(os.listdir("/proc/self/task"))
+    assert before.threads == 1
     assert before.files is not None
-    release = threading.Event()
-    thread = threading.Thread(target=release.wait, args=(30,))
-    thread.start()
-    more = usage_of(os.getpid())
-    release.set()
-    thread.join()
+    process.write_line("")
+    process.wait_for("two threads")
+    more = usage_of(process.pid)
     assert more is not None
-    assert (more.threads, more.start) == (before.threads + 1, before.start)
-    wait_until(lambda: sum(range(100_000)) and _processor_s() > before.processor_s, 30, "processor time")
+    assert (more.threads, more.start) == (2, before.start)
+    process.write_line("")
+    wait_until(lambda: _processor_s(process.pid) > before.processor_s, what="processor time")
 
 
-def _processor_s() -> float:
-    usage = usage_of(os.getpid())
+def _processor_s(pid: int) -> float:
+    usage = usage_of(pid)
     return usage.processor_s if usage else 0.0
 
 

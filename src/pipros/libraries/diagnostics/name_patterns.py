@@ -33,7 +33,7 @@ SLOW_LIMIT = 20
 CACHED = 10_000
 """Maximum number of cached results."""
 
-_DEADLINE_S = 5.0
+_DEADLINE_S = 30.0
 """Maximum time to wait for a response, in case the machine is too busy to run the child."""
 
 _PROGRAM = Path(__file__).with_name("match_names.py")

@@ -32,6 +32,7 @@ class Owner:
         )
 
     def _ignores_silence(self) -> bool:
+        wait_until(lambda: self.changes, what="the notification that the bond was formed")
         self.ignored_silences -= 1
         return self.ignored_silences >= 0
 

@@ -69,13 +69,23 @@ def test_a_wait_for_nothing_ends_with_the_reason() -> None:
 
 
 def test_a_wait_ends_when_simulated_time_restarts() -> None:
-    rospy.rostime._set_rostime(rospy.Time(100))
+    rospy.rostime._set_rostime(rospy.Time(1_000_000))
     buffer = tf2_ros.Buffer(debug=False)
-    back = threading.Timer(0.05, lambda: rospy.rostime._set_rostime(rospy.Time(1)))
-    back.start()
+    is_over = threading.Event()
 
-    assert not buffer.can_transform("a", "b", rospy.Time(0), rospy.Duration(1000))
-    back.join()
+    def restart_repeatedly() -> None:  # so that one restart is after the beginning of the wait
+        second = 1_000_000
+        while not is_over.wait(0.05):
+            second -= 10
+            rospy.rostime._set_rostime(rospy.Time(second))
+
+    back = threading.Thread(target=restart_repeatedly)
+    back.start()
+    try:
+        assert not buffer.can_transform("a", "b", rospy.Time(0), rospy.Duration(1000))
+    finally:
+        is_over.set()
+        back.join()
 
 
 def test_registered_types_are_transformed_and_converted() -> None:
