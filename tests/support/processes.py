@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import select
 import signal
 import subprocess
 import sys
@@ -19,7 +20,11 @@ from tests.support.started import STARTED
 from tests.support.waiting import wait_until
 
 _VARIABLE = "PIPROS_TEST_RUN"
-_GRACE_S = 5.0
+_GRACE_S = 15.0
+_DESCENDANT_S = 2.0
+"""After the end of a program, a descendant that holds its output open is given this time."""
+_LIMIT_S = 30.0
+"""Time limit for what is a matter of moments unless the machine is busy."""
 
 INTERRUPTED = 1 if sys.version_info < (3, 14) else -signal.SIGINT
 """The exit code of a script that an exception of rospy ended after Ctrl-C.
@@ -101,7 +106,7 @@ class Process:
         """A place in the output, for `wait_for(..., since=mark)`."""
         return len(self.lines)
 
-    def wait_for(self, pattern: str, timeout_s: float = 30.0, since: int = 0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout_s: float = 60.0, since: int = 0) -> re.Match[str]:
         """Wait for a line in which the regular expression `pattern` is found.
 
         Raises:
@@ -144,7 +149,7 @@ class Process:
     def kill(self) -> None:
         self._popen.kill()
 
-    def wait(self, timeout_s: float = 30.0) -> int:
+    def wait(self, timeout_s: float = 60.0) -> int:
         """Wait until the program has exited and its output is read; return the exit code.
 
         Raises:
@@ -154,8 +159,11 @@ class Process:
             code = self._popen.wait(timeout_s)
         except subprocess.TimeoutExpired:
             raise AssertionError(f"{self} still runs after {timeout_s} s:\n{self.output}") from None
-        for reader in self._readers:
-            reader.join(2.0)
+        for reader, stream in zip(self._readers, (self._popen.stdout, self._popen.stderr), strict=True):
+            deadline = time.monotonic() + _LIMIT_S
+            reader.join(_DESCENDANT_S)
+            while reader.is_alive() and _has_more(stream) and time.monotonic() < deadline:
+                reader.join(0.1)  # the machine is busy
         return code
 
     def end(self) -> None:
@@ -165,7 +173,7 @@ class Process:
             self._popen.wait(_GRACE_S)
         if self.is_running:
             self._signal_group(signal.SIGKILL)
-            self._popen.wait(_GRACE_S)
+            self._popen.wait(_LIMIT_S)
         for reader in self._readers:
             reader.join(1.0)
         if self._popen.stdin is not None:
@@ -178,6 +186,14 @@ class Process:
 
     def __str__(self) -> str:
         return " ".join(self.argv)
+
+
+def _has_more(stream: IO[str]) -> bool:
+    """Return whether a stream has output, or an end, that its reader has not seen."""
+    try:
+        return bool(select.select([stream], [], [], 0)[0])
+    except ValueError:  # its reader has closed it, and is about to end
+        return True
 
 
 class Processes:
@@ -210,7 +226,7 @@ class Processes:
     def run(
         self,
         *argv: str | Path,
-        timeout_s: float = 30.0,
+        timeout_s: float = 60.0,
         cwd: Path | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> Process:
@@ -233,7 +249,7 @@ class Processes:
                     found.append((int(folder.name), command.strip()))
         return found
 
-    def assert_nothing_left(self, timeout_s: float = 3.0) -> None:
+    def assert_nothing_left(self, timeout_s: float = 15.0) -> None:
         """Kill remaining processes and raise AssertionError if there are any."""
         try:
             wait_until(lambda: not self._find_left(), timeout_s)
