@@ -75,7 +75,7 @@ def sides(claimed_port: ClaimedPort, tmp_path: Path, bare_tools: Path) -> Iterat
 
 
 def received(system: RosSystem) -> dict[str, int]:
-    """Return the number of messages that the roscpp subscriber of /number has read from each topic."""
+    """Return the number of messages that the subscriber of /number has read from each topic."""
     master: Any = ServerProxy(system.master_uri)
     (node,) = system.subscribers("/number")
     api: Any = ServerProxy(master.lookupNode("/a_test", node)[2])
@@ -87,7 +87,8 @@ def received(system: RosSystem) -> dict[str, int]:
 
 @pytest.mark.parametrize("recorder", ["genuine", "pipros"])
 def test_messages_played_by_one_are_recorded_by_the_other(recorder: str, sides: RosSystem) -> None:
-    rows: list[Any] = [("/number", Int32(n), 100 + n // 100, n % 100 * 1000) for n in range(300)]
+    # Fewer than the queues of genuine rosbag hold, which so lose nothing even if the other side pauses.
+    rows: list[Any] = [("/number", Int32(n), 100 + n // 30, n % 30 * 1000) for n in range(90)]
     latched = ("/text", String("latched"), 99, 0)
     (sides.home / "in.bag").write_bytes(bag_bytes([latched, *rows], compression="lz4", chunk_bytes=500))
     sides.pipros.start_master()
@@ -98,23 +99,19 @@ def test_messages_played_by_one_are_recorded_by_the_other(recorder: str, sides: 
     sides.wait_for_subscriber("/number")
     sides.wait_for_subscriber("/text")
 
-    play = ("rosbag", "play", "-d", "3", "--hz", "50", "--clock", "in.bag")
-    if recorder == "genuine":
-        # A stopped recorder discards unread messages, so the player keeps its links until they were read.
-        played = playing.start(*play, "--keep-alive")
-        everything = {"/number": 300, "/text": 1}
-        wait_until(lambda: received(sides) == everything, 60, lambda: f"{received(sides)}: {played.output}")
-        played.press_ctrl_c()
-        played.wait()
-    else:
-        played = playing.run(*play, timeout_s=60)
-        assert played.returncode == 0, played.output
+    # A stopped recorder discards unread messages, so the player keeps its links until they were read.
+    play = ("rosbag", "play", "--wait-for-subscribers", "--hz", "50", "--clock", "--keep-alive", "in.bag")
+    played = playing.start(*play)
+    everything = {"/number": 90, "/text": 1}
+    wait_until(lambda: received(sides) == everything, 60, lambda: f"{received(sides)}: {played.output}")
+    played.press_ctrl_c()
+    played.wait()
     record.press_ctrl_c()
 
     assert record.wait() == 0
     with BagReader(sides.home / "out.bag") as bag:
         found = rows_of(bag)
-    assert [row[1] for row in found if row[0] == "/number"] == list(range(300))
+    assert [row[1] for row in found if row[0] == "/number"] == list(range(90))
     assert [row[1] for row in found if row[0] == "/text"] == ["latched"]
 
 
