@@ -160,6 +160,7 @@ class Process:
         except subprocess.TimeoutExpired:
             raise AssertionError(f"{self} still runs after {timeout_s} s:\n{self.output}") from None
         for reader, stream in zip(self._readers, (self._popen.stdout, self._popen.stderr), strict=True):
+            assert stream is not None
             deadline = time.monotonic() + _LIMIT_S
             reader.join(_DESCENDANT_S)
             while reader.is_alive() and _has_more(stream) and time.monotonic() < deadline:
