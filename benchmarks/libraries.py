@@ -113,7 +113,7 @@ def worker_listener(seconds):
     cpu, began = time.process_time(), time.monotonic()
     time.sleep(seconds)
     used, passed = time.process_time() - cpu, time.monotonic() - began
-    assert rospy.Time.now() - buffer.get_latest_common_time("frame_0", f"frame_{FRAMES}") < rospy.Duration(1)
+    assert rospy.Time.now() - buffer.get_latest_common_time("frame_0", f"frame_{FRAMES}") < rospy.Duration(10)
     listener.unregister()
     say(percent=100 * used / passed)
 

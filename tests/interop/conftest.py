@@ -12,6 +12,14 @@ from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Give each test that may be the first to need the workspace the time to build it."""
+    for item in items:
+        names = getattr(item, "fixturenames", ())
+        if "catkin_workspace" in names and item.get_closest_marker("timeout") is None:
+            item.add_marker(pytest.mark.timeout(600))
+
+
 @pytest.fixture(scope="session")
 def catkin_workspace() -> CatkinWorkspace:
     """The example and the C++ nodes, built by genuine catkin."""

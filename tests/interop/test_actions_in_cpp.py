@@ -58,7 +58,7 @@ goal = ChargeActionGoal()
 goal.goal_id.id = "first"
 goal.goal.level = 80
 goals.publish(goal)
-result = rospy.wait_for_message("charge/result", ChargeActionResult, timeout=20)
+result = rospy.wait_for_message("charge/result", ChargeActionResult, timeout=60)
 print(result.status.goal_id.id, result.status.status, result.result.said.data)
 """
 
@@ -105,7 +105,7 @@ def test_a_package_of_actions_is_compiled_and_serves_a_python_node(ros: RosSyste
     ros.pipros.environment["CMAKE_PREFIX_PATH"] = f"{workspace / 'devel'}{os.pathsep}/usr"
     ros.serve_master()
     charger = ros.pipros.start("rosrun", "charging", "charger")
-    asked = ros.pipros.run("python3", client)
+    asked = ros.pipros.run("python3", client, timeout_s=90)
     assert asked.stdout == ["first 3 charged to 80"], asked.output
     charger.press_ctrl_c()
     assert charger.wait() == 0

@@ -57,6 +57,9 @@ class Scene:
         self.back = self.node.subscribe("back", String, lambda message: self.history.receive(message.data))
         self.there = self.node.advertise("chat", String, queue_size=0)
         self.say_until_one_comes()
+        # The relay may have dropped some of these: topic_tools' has queues of 10. The last one returns.
+        wait_until(lambda: self.history.last("near") == self.history.sent("near"), LIMIT_S)
+        self.history = History()
 
     def say(self, size: int = 0) -> None:
         self.there.publish(String(self.history.next_text("near", size)))
@@ -99,7 +102,7 @@ def test_all_messages_return_over_a_bad_network(scene: Scene, proxy: FaultProxy)
     scene.say_and_wait(300, size=1000)
 
     assert scene.history.problems() == []
-    assert scene.history.received > 600
+    assert scene.history.received == 600
 
 
 @pytest.mark.parametrize("scene", ["roscpp", "pipros"], indirect=True)

@@ -12,7 +12,9 @@ from tests.support.processes import Processes
 def test_start_up_times_are_printed_side_by_side(processes: Processes) -> None:
     benchmark = REPOSITORY / "benchmarks" / "startup.py"
 
-    ended = processes.run(VENV_BIN / "python", benchmark, "--rounds", "1", "--only", "rostopic,import")
+    ended = processes.run(
+        VENV_BIN / "python", benchmark, "--rounds", "1", "--only", "rostopic,import", timeout_s=120
+    )
 
     assert ended.returncode == 0, ended.output
     assert re.search(r"an (editable|ordinary) install", ended.stdout[0])

@@ -19,8 +19,10 @@ PAIRS = [("pipros", "genuine"), ("genuine", "pipros"), ("pipros", "pipros")]
 
 
 def hold(ros: RosSystem, side: str, *arguments: str) -> Process:
-    runner = getattr(ros, side)
-    return runner.start("python3", PROGRAM, *arguments)  # type: ignore[no-any-return]
+    processes = getattr(ros, side).processes
+    return processes.start(  # type: ignore[no-any-return]
+        "python3", PROGRAM, *arguments, stdin=subprocess.PIPE
+    )
 
 
 def said(process: Process) -> list[str]:
@@ -43,6 +45,8 @@ def test_a_bond_is_formed_and_broken(ros: RosSystem, one: str, other: str) -> No
     }
 
     for action, (waiting, ending) in ended.items():
+        waiting.wait_for("callback: formed")
+        ending.write_line("end it")
         assert said(waiting) == [
             f"0.2 2.0 /bonds {action} 36",
             "AssertionError",
@@ -51,7 +55,6 @@ def test_a_bond_is_formed_and_broken(ros: RosSystem, one: str, other: str) -> No
             "broken: True True SM.Dead",
             "stays broken: True",
         ], waiting.output
-        assert "callback: formed" in waiting.stdout
         assert "callback: broken" in waiting.stdout
         last = ["broken: True True SM.Dead", "stays broken: True"]
         if action == "shutdown":
@@ -61,7 +64,7 @@ def test_a_bond_is_formed_and_broken(ros: RosSystem, one: str, other: str) -> No
 
 @pytest.mark.parametrize(("one", "other"), PAIRS)
 def test_a_bond_breaks_when_the_other_process_is_gone(ros: RosSystem, one: str, other: str) -> None:
-    waiting, killed = hold(ros, one, "gone", "wait", "2"), hold(ros, other, "gone", "wait")
+    waiting, killed = hold(ros, one, "gone", "wait", "8"), hold(ros, other, "gone", "wait", "8")
     killed.wait_for("formed: True True")
     waiting.wait_for("broken soon: False False")
 
@@ -83,8 +86,12 @@ def test_both_sides_give_up_alike_without_a_peer(ros: RosSystem) -> None:
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize("breaks", ["cpp", "python"])
 def test_a_bond_with_bondcpp(ros: RosSystem, bondcpp: Path, breaks: str) -> None:
-    cpp = ros.genuine.start(bondcpp, "mixed", "break" if breaks == "cpp" else "wait")
+    role = "break" if breaks == "cpp" else "wait"
+    cpp = ros.genuine.processes.start(bondcpp, "mixed", role, stdin=subprocess.PIPE)
     ours = hold(ros, "pipros", "mixed", "break" if breaks == "python" else "wait")
+    cpp.wait_for("formed: 1")
+    ours.wait_for("formed: True True")
+    (cpp if breaks == "cpp" else ours).write_line("end it")
 
     assert said(ours)[-2:] == ["broken: True True SM.Dead", "stays broken: True"]
     assert cpp.wait(60) == 0

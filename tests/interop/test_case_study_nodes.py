@@ -131,7 +131,7 @@ def test_pipros_rosnode_info_reads_a_genuine_node_as_genuine_does(ros: RosSystem
         return ours == theirs and any("/listener_node" in line for line in ours)
 
     # Links to /rosout change while nodes start, so two queries may differ.
-    wait_until(reports_agree, 20, what="the same report from both")
+    wait_until(reports_agree, 60, what="the same report from both")
 
 
 @pytest.mark.usefixtures("master")
@@ -140,7 +140,7 @@ def test_a_pipros_listener_gets_every_message_of_a_roscpp_talker_in_order(ros: R
     ros.wait_for_subscriber("/battery_topic")
     ros.genuine.start_node("cpp_battery", "battery_talker")
 
-    levels = wait_until(lambda: _levels(heard, at_least=60), 30, what=lambda: heard.output)
+    levels = wait_until(lambda: _levels(heard, at_least=60), 60, what=lambda: heard.output)
 
     assert levels == list(range(levels[0], levels[0] + len(levels)))
 

@@ -60,6 +60,7 @@ def test_talker_listener_and_test_run_by_rosrun(ros: RosSystem) -> None:
 def test_roslaunch_runs_the_two_nodes_without_the_test(ros: RosSystem) -> None:
     launch = ros.genuine.start("roslaunch", "--screen", "composiv_tryouts", "composiv_tryout.launch")
 
+    launch.wait_for(r"process\[listener-\d+\]: started")
     launch.wait_for("Battery level of vehicle: %25")
     started = re.findall(r"process\[([a-z_]+)-?\d*\]: started", launch.output)
     launch.press_ctrl_c()
@@ -69,7 +70,7 @@ def test_roslaunch_runs_the_two_nodes_without_the_test(ros: RosSystem) -> None:
 
 
 def test_rostest_passes(ros: RosSystem) -> None:
-    result = ros.genuine.run("rostest", "composiv_tryouts", "composiv_tryout.launch")
+    result = ros.genuine.run("rostest", "composiv_tryouts", "composiv_tryout.launch", timeout_s=120)
 
     assert result.returncode == 0, result.output
     assert "[composiv_tryouts.rosunit-test_talker/test_talker_publishing][passed]" in result.stdout

@@ -82,6 +82,7 @@ def test_a_new_package_equals_that_of_genuine_catkin(ros: RosSystem, words: str,
     assert made[1] == made[0]
 
 
+@pytest.mark.timeout(600)
 def test_command_lines_end_as_they_do_in_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
     assert carried_out(ros.pipros, tmp_path / "pipros") == carried_out(ros.genuine, tmp_path / "genuine")
 

@@ -36,6 +36,7 @@ def robots(tmp_path: Path, bare_tools: Path) -> Iterator[dict[str, RosSystem]]:
         yield found
 
 
+@pytest.mark.timeout(300)
 def test_an_operator_uses_two_genuine_robots(plain_ros: RosSystem, robots: dict[str, RosSystem]) -> None:
     plain_ros.serve_master()
     port = ClaimedPort()
@@ -68,7 +69,7 @@ def test_an_operator_uses_two_genuine_robots(plain_ros: RosSystem, robots: dict[
 
         for name in robots:
             key = keys.parameters(name, "get", "operator")
-            (answer,) = member.link.get(key, json.dumps("/robot/speed").encode(), timeout_s=10)
+            (answer,) = member.link.get(key, json.dumps("/robot/speed").encode(), timeout_s=60)
             assert json.loads(answer.payload) == 1.5
 
         plain_ros.genuine.start("rostopic", "pub", "/robot1/cmd", "std_msgs/Int32", "5")

@@ -94,19 +94,20 @@ def package(ros: RosSystem) -> Path:
 
 def outcomes(side: Side, program: str, folder: Path) -> list[str]:
     """Return the `label | outcome` lines of the program's output."""
-    ended = side.run("python3", "-W", "ignore", PROGRAMS / program, folder, timeout_s=120, ROS_IP="127.0.0.1")
+    ended = side.run("python3", "-W", "ignore", PROGRAMS / program, folder, timeout_s=240, ROS_IP="127.0.0.1")
     assert ended.returncode == 0, ended.output
     found = []
     for line in ended.stdout:
-        if line.startswith("@@"):
-            # The output of a thread may follow before the end of the line.
-            label, outcome = json.JSONDecoder().raw_decode(line[2:])[0]
+        # The output of a thread may be in the same line, before it and after it.
+        _, mark, record = line.partition("@@")
+        if mark:
+            label, outcome = json.JSONDecoder().raw_decode(record)[0]
             if label not in DIFFERENT:
                 found.append(f"{label} | {json.dumps(outcome)}")
     return found
 
 
-@pytest.mark.timeout(240)  # the program starts a dozen launches, twice
+@pytest.mark.timeout(600)  # the program starts a dozen launches, twice
 def test_the_library_does_what_genuine_roslaunch_does(ros: RosSystem, package: Path) -> None:
     ros.pipros.start_master()
     genuine, ours = (outcomes(side, "examine_launch.py", package) for side in (ros.genuine, ros.pipros))
@@ -114,7 +115,7 @@ def test_the_library_does_what_genuine_roslaunch_does(ros: RosSystem, package: P
     assert "\n".join(difflib.unified_diff(genuine, ours, "genuine", "pipros", lineterm="", n=0)) == ""
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(600)
 def test_the_libraries_of_tests_do_what_genuine_ones_do(ros: RosSystem, package: Path) -> None:
     genuine, ours = (outcomes(side, "examine_rostest.py", package) for side in (ros.genuine, ros.pipros))
     assert len(genuine) > 44

@@ -106,7 +106,7 @@ class Process:
         """A place in the output, for `wait_for(..., since=mark)`."""
         return len(self.lines)
 
-    def wait_for(self, pattern: str, timeout_s: float = 30.0, since: int = 0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout_s: float = 60.0, since: int = 0) -> re.Match[str]:
         """Wait for a line in which the regular expression `pattern` is found.
 
         Raises:
@@ -149,7 +149,7 @@ class Process:
     def kill(self) -> None:
         self._popen.kill()
 
-    def wait(self, timeout_s: float = 30.0) -> int:
+    def wait(self, timeout_s: float = 60.0) -> int:
         """Wait until the program has exited and its output is read; return the exit code.
 
         Raises:
@@ -227,7 +227,7 @@ class Processes:
     def run(
         self,
         *argv: str | Path,
-        timeout_s: float = 30.0,
+        timeout_s: float = 60.0,
         cwd: Path | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> Process:

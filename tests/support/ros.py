@@ -35,7 +35,7 @@ class Side:
         """Start a program; keywords are environment variables merged into those of this side."""
         return self.processes.start(*argv, environment=more)
 
-    def run(self, *argv: str | Path, timeout_s: float = 30.0, **more: str) -> Process:
+    def run(self, *argv: str | Path, timeout_s: float = 60.0, **more: str) -> Process:
         """Run a program to its end."""
         return self.processes.run(*argv, timeout_s=timeout_s, environment=more)
 
@@ -88,7 +88,7 @@ class Side:
                 assert process.is_running, process.output
                 return False
 
-        wait_until(takes_parameters, 30, "a master")
+        wait_until(takes_parameters, 60, "a master")
         master("close")()
         return process
 
@@ -133,11 +133,11 @@ class RosSystem:
         """Return the subscribers of the topic registered at the master; empty while no master answers."""
         return self._registered(1).get(topic, [])
 
-    def wait_for_publisher(self, topic: str, timeout_s: float = 30.0) -> None:
+    def wait_for_publisher(self, topic: str, timeout_s: float = 60.0) -> None:
         """Wait until the topic has a publisher at the master."""
         wait_until(lambda: self.publishers(topic), timeout_s, f"a publisher of {topic}")
 
-    def wait_for_subscriber(self, topic: str, timeout_s: float = 30.0) -> None:
+    def wait_for_subscriber(self, topic: str, timeout_s: float = 60.0) -> None:
         """Wait until the topic has a subscriber at the master."""
         wait_until(lambda: self.subscribers(topic), timeout_s, f"a subscriber of {topic}")
 

@@ -20,6 +20,8 @@ from roslib.message import get_message_class
 PEERS = ("pipros", "rospy", "roscpp")
 COUNT = 30
 LARGE_BYTES = 8_000_000
+CLOCK_S = 3000
+"""How far each clock goes: it does not reach its end while a peer pauses before it begins to sleep."""
 PATTERN = bytes(range(256)) * (LARGE_BYTES // 256)
 
 ME = rospy.myargv()[1]
@@ -184,12 +186,12 @@ def follow_parameter(peer):
 
 
 def simulate_time(clock, seen):
-    """Run the clock from 100 to 200, 200 to 300 or 300 to 400, after the peer whose turn is earlier."""
+    """Run the clock from CLOCK_S, its double or its triple, after the peer whose turn is earlier."""
     wait_for_peers(clock)
     number = PEERS.index(ME)
     while len(seen[number - 1]) < len(PEERS):  # the last entry: all are ready
         pause()
-    now, last = 100 * (number + 1), 100 * (number + 2) - 1
+    now, last = CLOCK_S * (number + 1), CLOCK_S * (number + 2) - 1
     is_last = number == len(PEERS) - 1
     while is_last or len(seen[number]) < len(PEERS):
         now = now + 1 if is_last or now < last else now
@@ -205,7 +207,7 @@ def see_time(publisher):
         pause()
     publisher.publish(f"{len(PEERS)} {ME}")
     for number, peer in enumerate(PEERS):
-        begin = rospy.Time(100 * (number + 1))
+        begin = rospy.Time(CLOCK_S * (number + 1))
         while rospy.Time.now() < begin:
             # The last message of one clock may arrive after the first of the next.
             with contextlib.suppress(rospy.ROSTimeMovedBackwardsException):

@@ -390,7 +390,12 @@ def examine_parents(run_id):
     examine("loaded", lambda: [(n.name, n.args, n.remap_args, n.env_args) for n in parent.config.nodes])
     parent.config.nodes[0].args = "77"
     parent.start()
-    examine("f ends", lambda: wait_for(lambda: parent.pm.get_active_names() == ["a-1"]), output=False)
+    # The monitor records an end after it has removed the process from those that are active.
+    examine(
+        "f ends",
+        lambda: wait_for(lambda: list(map(len, parent.pm.get_process_names_with_spawn_count())) == [1, 1]),
+        output=False,
+    )
     examine("processes", lambda: parent.pm.get_process_names_with_spawn_count())
     process = parent.pm.get_process("a-1")
     examine("arguments", lambda: process.args[1:-1])
@@ -434,7 +439,7 @@ def examine_parents(run_id):
     process = script.launch(Node("programs", "sleeper", "s"))
     examine("alive", lambda: [process.is_alive(), process.name, process.exit_code, process.log_output])
     process.stop()
-    examine("stopped", lambda: [process.is_alive()])
+    examine("stopped", lambda: [process.is_alive()], output=False)
     script.stop()
     for more in ({"sigint_timeout": 0}, {"sigterm_timeout": -1}):
         examine(f"timeouts {sorted(more)}", lambda: roslaunch.parent.ROSLaunchParent(run_id, [], **more))

@@ -1,4 +1,4 @@
-// Holds a bond that stands on genuine bondcpp: `hold_bond ID wait|break`.
+// Holds a bond that stands on genuine bondcpp: `hold_bond ID wait|break`. It reads a line before it breaks it.
 #include <bondcpp/bond.h>
 #include <iostream>
 int main(int argc, char** argv) {
@@ -10,6 +10,9 @@ int main(int argc, char** argv) {
   bond.setConnectTimeout(60);
   bond.start();
   std::cout << "formed: " << bond.waitUntilFormed(ros::Duration(60)) << std::endl;
-  if (std::string(argv[2]) == "break") bond.breakBond();
+  if (std::string(argv[2]) == "break") {
+    std::cin.get();
+    bond.breakBond();
+  }
   std::cout << "broken: " << bond.waitUntilBroken(ros::Duration(60)) << std::endl;
 }

@@ -46,7 +46,8 @@ print(
     client.get_result().result,
     client.get_goal_status_text(),
 )
-print(client.send_goal_and_wait(TestGoal(100), rospy.Duration(0.2), forever))
+# long enough that no server gets the cancel request before the goal, which would be recalled
+print(client.send_goal_and_wait(TestGoal(100), rospy.Duration(2), forever))
 
 send_and_wait_until_active()
 print(

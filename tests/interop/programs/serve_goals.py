@@ -10,7 +10,7 @@ import rospy
 
 
 def execute(goal):
-    rospy.sleep(0.1)  # genuine clients miss status updates that arrive before send_goal returns
+    rospy.sleep(0.3)  # genuine clients miss status updates that arrive before send_goal returns
     if goal.goal == 200:
         raise ValueError("by the goal")
     if goal.goal == 300:

@@ -23,6 +23,7 @@ typedef ros::MessageEvent<String const> StringEvent;
 
 const std::vector<std::string> PEERS = {"pipros", "rospy", "roscpp"};
 const int COUNT = 30;
+const int CLOCK_S = 3000;
 const size_t LARGE_BYTES = 8000000;
 
 std::string me;
@@ -227,8 +228,8 @@ void simulateTime(ros::Publisher clock)
   while (PEERS[number] != me) ++number;
   while (ros::ok() && seenBy(number ? number - 1 : PEERS.size()) < PEERS.size()) rest();
   const bool isLast = me == PEERS.back();
-  int now = 100 * (number + 1);
-  const int last = now + 99;
+  int now = CLOCK_S * (number + 1);
+  const int last = now + CLOCK_S - 1;
   for (; ros::ok() && (seenBy(number) < PEERS.size() || isLast); rest(0.005))
   {
     if (now < last || isLast) ++now;
@@ -245,7 +246,7 @@ void seeTime(ros::Publisher publisher)
   publisher.publish(text(std::to_string(PEERS.size()) + " " + me));
   for (size_t number = 0; number < PEERS.size(); ++number)
   {
-    const ros::Time begin(100 * (number + 1));
+    const ros::Time begin(CLOCK_S * (number + 1));
     while (ros::ok() && ros::Time::now() < begin) ros::Duration(1).sleep();
     report("clock", PEERS[number], "slept");
     publisher.publish(text(std::to_string(number) + " " + me));
