@@ -19,7 +19,9 @@ from tests.support.started import STARTED
 from tests.support.waiting import wait_until
 
 _VARIABLE = "PIPROS_TEST_RUN"
-_GRACE_S = 5.0
+_GRACE_S = 15.0
+_READ_S = 10.0
+_KILLED_S = 30.0
 
 INTERRUPTED = 1 if sys.version_info < (3, 14) else -signal.SIGINT
 """The exit code of a script that an exception of rospy ended after Ctrl-C.
@@ -101,7 +103,7 @@ class Process:
         """A place in the output, for `wait_for(..., since=mark)`."""
         return len(self.lines)
 
-    def wait_for(self, pattern: str, timeout_s: float = 30.0, since: int = 0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout_s: float = 60.0, since: int = 0) -> re.Match[str]:
         """Wait for a line in which the regular expression `pattern` is found.
 
         Raises:
@@ -144,7 +146,7 @@ class Process:
     def kill(self) -> None:
         self._popen.kill()
 
-    def wait(self, timeout_s: float = 30.0) -> int:
+    def wait(self, timeout_s: float = 60.0) -> int:
         """Wait until the program has exited and its output is read; return the exit code.
 
         Raises:
@@ -154,8 +156,9 @@ class Process:
             code = self._popen.wait(timeout_s)
         except subprocess.TimeoutExpired:
             raise AssertionError(f"{self} still runs after {timeout_s} s:\n{self.output}") from None
+        deadline = time.monotonic() + _READ_S
         for reader in self._readers:
-            reader.join(2.0)
+            reader.join(max(deadline - time.monotonic(), 0.0))
         return code
 
     def end(self) -> None:
@@ -165,7 +168,7 @@ class Process:
             self._popen.wait(_GRACE_S)
         if self.is_running:
             self._signal_group(signal.SIGKILL)
-            self._popen.wait(_GRACE_S)
+            self._popen.wait(_KILLED_S)
         for reader in self._readers:
             reader.join(1.0)
         if self._popen.stdin is not None:
@@ -210,7 +213,7 @@ class Processes:
     def run(
         self,
         *argv: str | Path,
-        timeout_s: float = 30.0,
+        timeout_s: float = 60.0,
         cwd: Path | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> Process:
@@ -233,7 +236,7 @@ class Processes:
                     found.append((int(folder.name), command.strip()))
         return found
 
-    def assert_nothing_left(self, timeout_s: float = 3.0) -> None:
+    def assert_nothing_left(self, timeout_s: float = 15.0) -> None:
         """Kill remaining processes and raise AssertionError if there are any."""
         try:
             wait_until(lambda: not self._find_left(), timeout_s)

@@ -35,7 +35,7 @@ class Side:
         """Start a program; keywords are environment variables merged into those of this side."""
         return self.processes.start(*argv, environment=more)
 
-    def run(self, *argv: str | Path, timeout_s: float = 30.0, **more: str) -> Process:
+    def run(self, *argv: str | Path, timeout_s: float = 60.0, **more: str) -> Process:
         """Run a program to its end."""
         return self.processes.run(*argv, timeout_s=timeout_s, environment=more)
 
