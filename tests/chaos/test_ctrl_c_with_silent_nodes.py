@@ -13,7 +13,6 @@ from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
 from tests.support.processes import Process, Processes
 from tests.support.slaves import SilentSlave
-from tests.support.waiting import wait_until
 
 AT_ONCE_S = 30.0
 """Half a second is promised; every look at a silent node takes 100 s here."""
@@ -22,8 +21,9 @@ PATIENT = """
 import sys
 from pipros.net.rpc_client import RpcClient
 make = RpcClient.__init__
-def make_patient(client, *args, timeout_s=None, **more):
-    make(client, *args, timeout_s=100.0, **more)
+def make_patient(client, uri, *, timeout_s=None, **more):
+    make(client, uri, timeout_s=100.0, **more)
+    print('asks', uri, flush=True)
 RpcClient.__init__ = make_patient
 """
 
@@ -57,7 +57,7 @@ def test_ctrl_c_ends_a_tool_that_waits_for_silent_nodes(
     processes: Processes, master: Master, silent: SilentSlave, tool: str
 ) -> None:
     process = start(processes, master, tool)
-    wait_until(lambda: silent.connections)
+    process.wait_for(f"asks {silent.api}")  # the master has connected to it, too
     began = time.monotonic()
     process.press_ctrl_c()
 
