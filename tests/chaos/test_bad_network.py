@@ -53,8 +53,9 @@ class Relay:
         self.there = near.advertise("chat", String, queue_size=queue_size)
 
     def _answer(self, message: Any) -> None:
+        answer = self.history.next_text("behind", len(message.data))  # first: `wait` counts answers
         self.history.receive(message.data, "behind")
-        self.back.publish(String(self.history.next_text("behind", len(message.data))))
+        self.back.publish(String(answer))
 
     def _receive(self, message: Any) -> None:
         self.history.receive(message.data, "near")
@@ -156,7 +157,7 @@ def test_a_stalled_link_loses_exactly_the_counted_messages(
 ) -> None:
     relay = Relay(make_node("near"), behind, queue_size=5)
     relay.connect()
-    relay.say_until_one_comes()
+    relay.wait(relay.say())
 
     proxy.stall()
     last = [relay.say(size=100_000) for _ in range(200)][-1]
@@ -171,7 +172,7 @@ def test_a_stalled_link_loses_exactly_the_counted_messages(
 
 
 def test_a_link_that_ends_counts_its_queued_messages(relay: Relay, proxy: FaultProxy) -> None:
-    relay.say_until_one_comes()
+    relay.wait(relay.say())  # nothing is left in transit that would be taken for a message over the new link
     proxy.stall()
     for _ in range(500):  # more than the system's buffers can grow to
         relay.say(size=100_000)
@@ -180,9 +181,8 @@ def test_a_link_that_ends_counts_its_queued_messages(relay: Relay, proxy: FaultP
     relay.connect()
     relay.say_until_one_comes()
 
-    assert (
-        relay.there.statistics()["dropped"] > 10
-    )  # the system and the proxy held the other published messages
+    # The system and the proxy held the other published messages.
+    wait_until(lambda: relay.there.statistics()["dropped"] > 10, LIMIT_S)
     assert relay.problems() == []
 
 
@@ -198,10 +198,10 @@ def test_corrupted_bytes_end_links_and_never_nodes(
             relay.say(size=200)
         proxy.cut()  # a corrupted length makes the receiver wait for bytes that were never sent
         wait_until(lambda: relay.there.connection_count, LIMIT_S)
-    corrupted = proxy.counts().corrupted
     proxy.inject()
     wait_until(lambda: not proxy.cut(), LIMIT_S)
     relay.say_until_one_comes()
+    corrupted = proxy.counts().corrupted
 
     # TCPROS has no checksums: corrupted texts arrive, and are the only errors.
     torn = relay.history.torn

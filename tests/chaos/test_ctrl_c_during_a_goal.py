@@ -16,7 +16,7 @@ from pipros.node import Node
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
 
-ENDS_WITHIN_S = 5.0
+ENDS_WITHIN_S = 30.0
 """Half a second is promised; what is looked for here are waits of a hundred seconds."""
 
 SERVER = """
@@ -73,7 +73,8 @@ def test_a_signal_ends_a_server_whose_callback_blocks(
 def test_a_callback_that_notices_the_shutdown_finishes_its_work(
     processes: Processes, tmp_path: Path, master: Master
 ) -> None:
-    server = start_server(processes, tmp_path, master, NOTICES, "rospy.spin()")
+    patient = "actionlib.simple_action_server._GRACE_S = 60.0\nrospy.spin()"  # for a busy machine
+    server = start_server(processes, tmp_path, master, NOTICES, patient)
     with Node("client", environment=Environment(master_uri=master.uri)) as node:
         send_goal(node)
         server.wait_for("working")

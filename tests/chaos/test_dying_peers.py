@@ -19,7 +19,7 @@ from pipros.node import Node
 from pipros.node.service_client import ServiceFailed
 from pipros.wire.header import HeaderReader, encode_header
 from tests.chaos.counting import count, wait_until_back
-from tests.support.nodes import Inbox, MakeNode, wait_until_connected
+from tests.support.nodes import Inbox, MakeNode
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="counts descriptors in /proc")
@@ -32,7 +32,7 @@ CALL = encode_header({"service": "/set", "md5sum": SetBool._md5sum, "callerid": 
 
 
 def connect(node: Node) -> socket.socket:
-    return socket.create_connection(("127.0.0.1", node.endpoints.port), 10)
+    return socket.create_connection(("127.0.0.1", node.endpoints.port), 30)
 
 
 def read_header(sock: socket.socket) -> None:
@@ -60,10 +60,11 @@ def nonsense(seed: int) -> bytes:
 def assert_all_goes_on(make_node: MakeNode, publisher: Any) -> None:
     inbox, listener = Inbox(), make_node("friend")
     listener.subscribe("chat", String, inbox)
-    wait_until_connected(publisher)
+    # The link of a dead peer may appear late.
+    wait_until(lambda: any(peer.caller_id == "/friend" for peer in publisher.publication.links))
     publisher.publish(String("hello"))
     assert inbox.wait()[0].data == "hello"
-    assert listener.client("set", SetBool).call(SetBool._request_class(data=True), 10).success
+    assert listener.client("set", SetBool).call(SetBool._request_class(data=True), 30).success
 
 
 @pytest.fixture
@@ -165,10 +166,10 @@ def test_a_thousand_former_subscribers_leave_no_resources_behind(make_node: Make
 def test_a_thousand_calls_leave_no_resources_behind(node: Node, make_node: MakeNode) -> None:
     client = make_node("client").client("set", SetBool)
     request = SetBool._request_class(data=True)
-    client.call(request, 10)
+    client.call(request, 30)
     before = count()
     for _ in range(1000):
-        assert client.call(request, 10).success
+        assert client.call(request, 30).success
     wait_until_back(before)
 
 
@@ -211,6 +212,6 @@ def test_a_call_ends_with_an_error_when_the_server_dies(
         )
         register.close()
         with pytest.raises(ServiceFailed, match=complaint):
-            client.call(SetBool._request_class(data=True), 10)
+            client.call(SetBool._request_class(data=True), 30)
         thread.join(10)
     wait_until_back(before)

@@ -33,7 +33,7 @@ from std_msgs.msg import String
 from pipros.testing.faults.history import History
 rospy.init_node("talker", anonymous=True)
 history, rate = History(), rospy.Rate(200)
-publisher = rospy.Publisher(rospy.get_param("~topic"), String, queue_size=100)
+publisher = rospy.Publisher(rospy.get_param("~topic"), String, queue_size=10_000)
 while not rospy.is_shutdown():
     publisher.publish(history.next_text(f"talker{os.getpid()}", 500))
     rate.sleep()
@@ -42,7 +42,7 @@ RELAY = """
 import rospy
 from std_msgs.msg import String
 rospy.init_node("relay", anonymous=True)
-publisher = rospy.Publisher("relayed", String, queue_size=100)
+publisher = rospy.Publisher("relayed", String, queue_size=10_000)
 rospy.Subscriber("chat", String, publisher.publish)
 rospy.spin()
 """
@@ -160,8 +160,8 @@ class Scene:
                 found[-1].receive(line)
         return found
 
-    def recorded(self, topic: str) -> list[History]:
-        """Return the messages in the bag of each killed recorder, reindexed if necessary."""
+    def recorded(self, *topics: str) -> list[History]:
+        """Return the messages in the bag of each killed recorder, reindexed if necessary, by topic."""
         found = []
         for bag in self.bags[:-1]:
             active = bag.with_name(f"{bag.name}.active")
@@ -170,8 +170,8 @@ class Scene:
                 assert done.returncode == 0, done.output
             found.append(History())
             with open_bag(active if active.exists() else bag) as reader:
-                for message in reader.messages([topic]):
-                    found[-1].receive(message.message.data)
+                for message in reader.messages(topics):
+                    found[-1].receive(message.message.data, message.topic)
         return found
 
     def close(self) -> None:
@@ -203,6 +203,6 @@ def test_the_bags_of_killed_recorders_hold_whole_messages(scene: Scene) -> None:
     for kill in kill_schedule(1, ["recorder"], 3):
         scene.kill(kill)
 
-    for recorded in scene.recorded("/chat"):
+    for recorded in scene.recorded("/chat", "/relayed"):  # one of them may have been connected late
         assert recorded.problems() == []
         assert recorded.received > 20

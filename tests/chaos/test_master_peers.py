@@ -1,8 +1,8 @@
 """Hostile, silent and broken peers of the master: it continues to serve all others.
 
 The master runs in its own process, so that the test's own work is not counted. A bystander calls the
-master during each attack; every response must arrive within a second. A healthy master is a hundred
-times faster (`benchmarks/master.py` has the figures), and a stuck master is much slower.
+master during each attack; every response must arrive in time. A healthy master takes milliseconds
+(`benchmarks/master.py` has the figures), a stuck master far longer than a pause of a busy machine.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from tests.support.processes import Processes
 from tests.support.slaves import FakeSlave, SilentSlave
 from tests.support.waiting import wait_until
 
-ANSWER_S = 1.0
+ANSWER_S = 20.0
 BOMB = (
     b'<?xml version="1.0"?><!DOCTYPE b [<!ENTITY a "aaaaaaaaaa">'
     + b"".join(b'<!ENTITY a%d "%s">' % (n, b"&a%s;" % (b"%d" % (n - 1) if n else b"") * 10) for n in range(9))
@@ -39,7 +39,7 @@ class RunningMaster:
         self.client = MasterClient(f"http://127.0.0.1:{port}/", "/bystander", timeout_s=ANSWER_S)
 
     def connect(self) -> socket.socket:
-        return socket.create_connection(("127.0.0.1", self.port), 20)
+        return socket.create_connection(("127.0.0.1", self.port), 60)
 
     def is_up(self) -> bool:
         try:
@@ -71,7 +71,7 @@ class RunningMaster:
         try:
             yield
             for _ in range(3):  # answers after the attack count too
-                asked.acquire(timeout=5)
+                asked.acquire(timeout=ANSWER_S)
         finally:
             end.set()
             bystander.join()

@@ -31,9 +31,10 @@ class Scene:
     def __init__(self, processes: Processes, port: ClaimedPort) -> None:
         self._processes = processes
         self.port = port
-        self.master = MasterClient(port.uri, "/test", timeout_s=5)
+        self.master = MasterClient(port.uri, "/test", timeout_s=30)
         self.heard: dict[int, list[int]] = {number: [] for number in range(COUNTERS)}
         self._nodes: list[Node] = []
+        self._counting: list[threading.Thread] = []
         self._end = threading.Event()
 
     def start_master(self, *options: str) -> Process:
@@ -54,7 +55,9 @@ class Scene:
         for counter in range(COUNTERS):
             publisher = self._start_node(f"counter_{counter}").advertise("count", Int32)
             wait_until(lambda found=publisher: found.connection_count == 1)
-            threading.Thread(target=self._count, args=(publisher, counter), daemon=True).start()
+            thread = threading.Thread(target=self._count, args=(publisher, counter), daemon=True)
+            thread.start()
+            self._counting.append(thread)
 
     def _start_node(self, name: str) -> Node:
         node = Node(name, environment=Environment(master_uri=self.port.uri))
@@ -84,11 +87,13 @@ class Scene:
         wait_until(lambda: all(len(self.heard[counter]) >= before[counter] + count for counter in before))
 
     def assert_nothing_was_missed(self) -> None:
-        for heard in self.heard.values():
+        for heard in map(list, self.heard.values()):  # copies, because messages still arrive
             assert heard == list(range(heard[0], heard[0] + len(heard)))
 
     def close(self) -> None:
         self._end.set()
+        for thread in self._counting:
+            thread.join(30)
         for node in self._nodes:
             node.shutdown("end of the test")
 
@@ -108,10 +113,10 @@ def test_nodes_register_again_and_no_message_is_missed(
     first = scene.start_master(*options)
     scene.start_nodes()
     first.send_signal(signal.SIGKILL)
-    first.wait(10)
+    first.wait()
     scene.hear_more()
     scene.start_master(*options)
-    wait_until(scene.is_complete, timeout_s=5)
+    wait_until(scene.is_complete, timeout_s=60)
     scene.hear_more()
     assert scene.is_complete()
     scene.assert_nothing_was_missed()
@@ -122,8 +127,8 @@ def test_nodes_find_a_master_after_long_and_repeated_outages(scene: Scene) -> No
         master = scene.start_master()
         if not scene.heard[0]:
             scene.start_nodes()
-        wait_until(scene.is_complete, timeout_s=5)
+        wait_until(scene.is_complete, timeout_s=60)
         master.send_signal(signal.SIGKILL)
-        master.wait(10)
+        master.wait()
         scene.hear_more(60)
     scene.assert_nothing_was_missed()

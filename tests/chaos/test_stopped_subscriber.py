@@ -46,7 +46,7 @@ def test_five_subscribers_miss_nothing_while_a_sixth_is_stopped_and_later_catche
     inboxes = [Inbox() for _ in listeners]
     for listener, inbox in zip(listeners, inboxes, strict=True):
         listener.subscribe("chat", UInt8MultiArray, inbox)
-    with socket.create_connection(("127.0.0.1", talker.endpoints.port), 10) as stopped:
+    with socket.create_connection(("127.0.0.1", talker.endpoints.port), 30) as stopped:
         stopped.sendall(encode_header({"topic": "/chat", "md5sum": "*", "callerid": "/stopped"}))
         wait_until_connected(publisher, HEALTHY + 1)
 

@@ -121,6 +121,7 @@ def test_control_frames_wait_for_the_end_of_a_large_message(is_encrypted: bool) 
             ssl=trusting,
             proxy=None,
             max_size=None,
+            open_timeout=30,
         ) as client:
             await condition(lambda: handler.sessions)
             outbox = handler.sessions[0].client.outbox
@@ -181,7 +182,7 @@ def test_a_client_with_the_token_enters(path: str, headers: dict[str, str], firs
 
 def test_a_silent_stranger_is_disconnected() -> None:
     async def body() -> None:
-        limits = Limits(login_s=0.1)
+        limits = Limits(login_s=2.0)  # it also limits the opening handshake
         async with opened(Admission(Secret(tokens=[TOKEN])), limits) as door, connected(door) as client:
             with pytest.raises(ConnectionClosed):
                 await client.recv()
@@ -230,7 +231,7 @@ def test_unknown_subprotocols_are_refused(offered: Any) -> None:
 def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected() -> None:
     async def body() -> None:
         handler = Echo()
-        limits = Limits(bridge_stall_s=0.2, bridge_queue_bytes=1_000_000)
+        limits = Limits(bridge_stall_s=1.0, bridge_queue_bytes=1_000_000)
         async with opened(limits=limits, handler=handler) as door, connected(door) as stuck:
             await condition(lambda: handler.sessions)
             first = handler.sessions[0]
@@ -238,6 +239,8 @@ def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected(
             async with connected(door) as other:
                 await condition(lambda: len(handler.sessions) == 2)
                 second = handler.sessions[1]
+                for _ in range(20):  # more than its queue, before it may be disconnected
+                    first.client.outbox.put("topic", Frame((b"x" * 100_000,)))
                 for number in range(200):
                     frame = Frame((b"%d" % number, b"x" * 100_000))
                     first.client.outbox.put("topic", frame)

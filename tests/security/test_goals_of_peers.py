@@ -57,21 +57,24 @@ def test_goals_and_cancels_in_advance_are_limited(
         results[result.status.goal_id.id] = result.status.status
 
     with Node("peer", environment=Environment(master_uri=master.uri)) as node:
-        node.subscribe("/go/result", ActionResult, keep)
+        result = node.subscribe("/go/result", ActionResult, keep)
         node.subscribe("/go/status", GoalStatusArray, lambda array: statuses.append(array.status_list))
         cancels = node.advertise("/go/cancel", GoalID, queue_size=100)
         goals = node.advertise("/go/goal", ActionGoal, queue_size=100)
         wait_until_connected(cancels)
         wait_until_connected(goals)
+        wait_until_connected(result)
         for number in range(20):
             cancels.publish(GoalID(id=f"unknown {number}"))
-        wait_until(lambda: statuses and len(statuses[-1]) == 5, 30, lambda: f"{statuses} {server.output}")
+        wait_until(
+            lambda: any(len(each) == 5 for each in statuses), 60, lambda: f"{statuses} {server.output}"
+        )
         for number in range(20):
             goals.publish(ActionGoal(goal_id=GoalID(id=f"goal {number}")))
-        wait_until(lambda: len(results) == 15, 30, lambda: f"{results} {server.output}")
+        wait_until(lambda: len(results) == 15, 60, lambda: f"{results} {server.output}")
         wait_until(
             lambda: [each.goal_id.id for each in statuses[-1]] == [f"goal {number}" for number in range(5)],
-            30,
+            60,
         )
 
     assert results == {f"goal {number}": GoalStatus.REJECTED for number in range(5, 20)}

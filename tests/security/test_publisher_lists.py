@@ -79,7 +79,7 @@ def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_logged_once(
     # Of 10,000. On a busy machine attempts are slow, and each slow one lets another one start.
     assert most[0] <= Limits().connection_attempts * (1 + SLOW_FACTOR)
     assert len([line for line in lines if "cannot receive" in line or "publishers" in line]) <= 4
-    with RpcClient(listener.uri, timeout_s=10) as peer:
+    with RpcClient(listener.uri, timeout_s=30) as peer:
         assert peer.call("getPid", "/friend")[0] == 1
 
 
@@ -107,7 +107,7 @@ def test_publishers_beyond_the_limit_are_skipped_and_logged(make_node: MakeNode)
 
     tell(listener, [*(f"http://127.0.0.1:1/{number}" for number in range(50)), talker.uri])
 
-    assert "[/chat] has 51 publishers; the limit publishers_per_topic is 5" in lines
+    wait_until(lambda: "[/chat] has 51 publishers; the limit publishers_per_topic is 5" in lines)
     assert subscriber.connection_count == 1
 
 
@@ -179,6 +179,6 @@ def test_stamps_and_numbers_of_a_publisher_do_not_end_the_link_that_is_measured(
         sequence[0] = seq if sequence[0] == 1 else 1
         return figures.messages
 
-    wait_until(publish, timeout_s=20)
+    wait_until(publish, timeout_s=60)
     assert publisher.connection_count == 1
     assert lines == []

@@ -32,7 +32,7 @@ def test_an_aggregator_gives_up_a_regex_that_takes_too_long(ros: RosSystem) -> N
         array.header.stamp.secs = 1
         node.advertise("/diagnostics", DiagnosticArray, latch=True).publish(array)
 
-        wait_until(lambda: f"/Other/{STATUS}" in newest, 30, lambda: f"{newest} {aggregator.output}")
+        wait_until(lambda: f"/Other/{STATUS}" in newest, 60, lambda: f"{newest} {aggregator.output}")
         assert newest["/A"] == "A regex takes too long and is no longer used"
         aggregator.press_ctrl_c()
-        assert aggregator.wait(5) == 0
+        assert aggregator.wait() == 0

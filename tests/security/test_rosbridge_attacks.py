@@ -51,7 +51,7 @@ def is_served(url: str) -> None:
             other.send("subscribe", topic="/state")
             return other.receive().get("msg")
 
-        wait_until(lambda: answer() == {"data": "well"}, 20)
+        wait_until(lambda: answer() == {"data": "well"}, 60)
 
 
 def test_an_oversized_message_ends_its_client_only(url: str) -> None:

@@ -37,27 +37,26 @@ def test_a_subscriber_that_reads_slowly_costs_a_single_wait(
         listener.subscribe("chat", UInt8MultiArray, inbox)
         wait_until_connected(publisher, 2)
 
-        began = time.monotonic()
+        [slow] = [peer.link for peer in publisher.publication.links if peer.caller_id == "/drip"]
         for number in range(1, COUNT + 1):
             published = in_thread(publisher.publish, LARGE)
             wait_until(lambda thread=published: not thread.is_alive(), what="the end of publish()")  # type: ignore[misc]
             inbox.wait(number)
-        # One wait of a second; waiting for each message would take 8 s, and for all data 200 s.
-        assert time.monotonic() - began < 6
+            assert not slow.is_waited_for
 
 
 def test_many_slow_subscribers_together_cost_one_wait(make_node: MakeNode) -> None:
     talker = make_node("talker", limits=Limits(stall_s=1.0))
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=None)
     with contextlib.ExitStack() as slow:
-        for number in range(12):
+        for number in range(30):
             slow.enter_context(raw_subscriber(talker, "/chat", f"/slow{number}"))
-        wait_until_connected(publisher, 12)
+        wait_until_connected(publisher, 30)
 
         began = time.monotonic()
         publisher.publish(LARGE)
 
-        assert time.monotonic() - began < 6  # one after the other would take 12
+        assert time.monotonic() - began < 20  # one after the other would take 30
 
 
 def test_others_get_a_message_while_publish_waits_for_a_slow_one(make_node: MakeNode) -> None:

@@ -18,6 +18,7 @@ import pytest
 from pipros.net.master_client import MasterClient
 from pipros.wire.header import encode_header
 from tests.support.ros import RosSystem
+from tests.support.waiting import wait_until
 
 # Master and XML do not allow ESC, but the one-character CSI, line breaks and a bidi override.
 HOSTILE = "\x9b31m\nforged line\u202e"
@@ -39,9 +40,8 @@ rospy.spin()
 SPEAKER = r"""
 import rospy
 rospy.init_node("speaker")
-rospy.sleep(0.5)
 rospy.loginfo("first\n2.000000000 FATAL /other [f:1(f)] [topics: ] forged\n\tindented \x1b]0;OWNED\x07\rend")
-rospy.sleep(0.5)
+rospy.spin()
 """
 
 
@@ -143,15 +143,19 @@ def test_rows_of_echo_cannot_be_forged(ros: RosSystem) -> None:
 
 def test_a_line_of_rosout_log_cannot_be_forged(ros: RosSystem) -> None:
     core = ros.pipros.start_master()
-    assert ros.pipros.run(sys.executable, "-c", SPEAKER).returncode == 0
-    [file] = [
-        path for path in (ros.home / ".ros" / "log").glob("*/rosout.log") if not path.parent.is_symlink()
-    ]
-    lines = [
-        line
-        for line in file.read_text().split("\n")
-        if "/speaker" in line or "forged" in line or "OWN" in line
-    ]
+    ros.pipros.start(sys.executable, "-c", SPEAKER)
+
+    def logged() -> list[str]:
+        return [
+            line
+            for file in (ros.home / ".ros" / "log").glob("*/rosout.log")
+            if not file.parent.is_symlink()
+            for line in file.read_text().split("\n")
+            if "/speaker" in line or "forged" in line or "OWN" in line
+        ]
+
+    wait_until(lambda: any("rend" in line for line in logged()), 60, lambda: f"{logged()}")
+    lines = logged()
     assert lines[-3].endswith("[topics: /rosout] first")
     assert lines[-2:] == [
         "\t2.000000000 FATAL /other [f:1(f)] [topics: ] forged",

@@ -46,7 +46,9 @@ class HungService:
         fields = None
         with connection, suppress(OSError):
             while fields is None:
-                fields = reader.feed(connection.recv(4096))
+                if not (data := connection.recv(4096)):
+                    return
+                fields = reader.feed(data)
             connection.sendall(self._reply)
             if "probe" in fields:
                 return

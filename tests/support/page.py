@@ -35,6 +35,9 @@ class Page:
         **variables: str,
     ) -> None:
         """Start the command, with the program `prefix` and the environment `variables`."""
+        limits = variables.get("PIPROS_LIMITS") or ros.pipros.environment.get("PIPROS_LIMITS", "")
+        if "login_s" not in limits:  # the test may be stopped for seconds before it logs in
+            variables["PIPROS_LIMITS"] = ", ".join(filter(None, ("login_s=60", limits)))
         self._open(ros.pipros.start(*prefix, command, "--no-browser", *options, **variables))
 
     @classmethod

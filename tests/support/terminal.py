@@ -16,8 +16,11 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from tests.support.started import STARTED
+
+T = TypeVar("T")
 
 # The prompt contains the exit code of the last command, so that its end and its result arrive together.
 _PROMPT = re.compile(r"\[(\d+)\]> $")
@@ -134,16 +137,11 @@ class Terminal:
     def wait_for(self, pattern: str, timeout_s: float = 30.0) -> re.Match[str]:
         """Wait until the regular expression is found in the output of the last command."""
         looked_for = re.compile(pattern)
-        self._wait(lambda: looked_for.search(self.output) is not None, timeout_s, f"/{pattern}/")
-        found = looked_for.search(self.output)
-        assert found
-        return found
+        return self._wait(lambda: looked_for.search(self.output), timeout_s, f"/{pattern}/")
 
     def wait_for_prompt(self, timeout_s: float = 30.0) -> int:
         """Wait for the end of the command; return its exit code."""
-        self._wait(lambda: _PROMPT.search(self.text) is not None, timeout_s, "the prompt")
-        found = _PROMPT.search(self.text)
-        assert found
+        found = self._wait(lambda: _PROMPT.search(self.text), timeout_s, "the prompt")
         return int(found[1])
 
     def press_ctrl_c(self) -> None:
@@ -171,12 +169,13 @@ class Terminal:
         self._reader.join(10.0)  # before another file gets the number of this one
         os.close(self._keyboard)
 
-    def _wait(self, condition: Callable[[], bool], timeout_s: float, what: str) -> None:
+    def _wait(self, condition: Callable[[], T | None], timeout_s: float, what: str) -> T:
         deadline = time.monotonic() + timeout_s
         with self._changed:
-            while not condition():
+            while not (found := condition()):
                 if time.monotonic() >= deadline:
                     raise AssertionError(f"no {what} in {timeout_s} s; on the screen:\n{self.output}")
                 if not self._reader.is_alive():
                     raise AssertionError(f"the shell ended without {what}; on the screen:\n{self.output}")
                 self._changed.wait(0.1)
+        return found

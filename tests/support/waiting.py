@@ -24,10 +24,11 @@ def wait_until(condition: Callable[[], T], timeout_s: float = 30.0, what: str | 
     deadline = time.monotonic() + timeout_s
     pause = threading.Event()
     while True:
+        is_last = time.monotonic() >= deadline  # read first, as this process may be stopped for a while
         value = condition()
         if value:
             return value
-        if time.monotonic() >= deadline:
+        if is_last:
             text = what() if callable(what) else what or getattr(condition, "__name__", repr(condition))
             raise AssertionError(f"not within {timeout_s} s: {text}")
         pause.wait(_LOOK_EVERY_S)

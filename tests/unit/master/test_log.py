@@ -148,7 +148,7 @@ def test_a_file_that_cannot_be_reopened_loses_only_the_lines_of_that_time(
     opened.open(limits=Limits(log_bytes=1_000))
     folder, elsewhere = opened.file.parent, opened.file.parent.with_name("elsewhere")
     api.methods["setParam"]("/p", "first/" + "w" * 600, 1)
-    wait_until(lambda: opened.file.stat().st_size)
+    wait_until(lambda: opened.file.exists() and opened.file.stat().st_size)
     folder.rename(elsewhere)
     folder.write_text("in the way")
     api.methods["setParam"]("/p", "lost/" + "w" * 600, 1)

@@ -17,7 +17,7 @@ def test_results_are_in_the_order_of_the_keys() -> None:
 
     def ask(key: int) -> int:
         if key == 0:
-            assert first_may_end.wait(10)
+            assert first_may_end.wait(30)
         first_may_end.set()
         return key * 2
 

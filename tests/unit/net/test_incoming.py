@@ -49,13 +49,13 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
     with to_busy, to_quiet:
         busy.start()
         to_busy.sendall(20 * FRAME)
-        assert began.wait(10)
+        assert began.wait(30)
         quiet.start()
         to_quiet.sendall(FRAME)
         wait_until(lambda: len(order) == 41)
         assert order.index("quiet") == 1
     for link in (busy, quiet):
-        link.join(10)
+        link.join(30)
 
 
 def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(
@@ -93,7 +93,7 @@ def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(
         for number, text in enumerate((b"a", b"b", b"q", b"c", b"d")):
             theirs.sendall(b"\x01\x00\x00\x00" + text)
             wait_until(lambda: len(delivered) > number)  # noqa: B023 # waited for in this round
-    link.join(10)
+    link.join(30)
     few = incoming.IDLE_POLLS
     assert polled[:6] == [few, few, few, None, few, few]
 
@@ -121,6 +121,6 @@ def test_a_link_that_keeps_messages_gets_large_ones_as_bytes() -> None:
         for number, body in enumerate(bodies, 1):
             theirs.sendall(len(body).to_bytes(4, "little") + body)
             wait_until(lambda number=number: len(delivered) == number, what=f"message {number}")
-    link.join(10)
+    link.join(30)
     assert delivered == [(300_000).to_bytes(4, "big"), *bodies[1:]]
     assert link.statistics.bytes == 5 * 300_004

@@ -20,7 +20,7 @@ def folder(tmp_path: Path) -> CacheFolder:
 
 
 def test_a_listening_socket_is_reached_below_a_long_path(folder: CacheFolder) -> None:
-    with local_socket.listen(folder, "1") as server, local_socket.connect(folder, "1", 5.0) as client:
+    with local_socket.listen(folder, "1") as server, local_socket.connect(folder, "1", 30.0) as client:
         accepted, _ = server.accept()
         with accepted:
             assert local_socket.peer_user(accepted) == local_socket.peer_user(client) == os.geteuid()
@@ -33,7 +33,7 @@ def test_a_socket_of_another_user_is_refused(folder: CacheFolder, monkeypatch: p
     with local_socket.listen(folder, "1"):
         monkeypatch.setattr(local_socket, "peer_user", lambda _: 4711)
         with pytest.raises(Untrusted, match="the socket 1 belongs to another user"):
-            local_socket.connect(folder, "1", 5.0)
+            local_socket.connect(folder, "1", 30.0)
 
 
 def test_a_folder_that_others_can_write_to_is_refused(folder: CacheFolder, tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_a_folder_that_others_can_write_to_is_refused(folder: CacheFolder, tmp_p
     with pytest.raises(Untrusted):
         local_socket.listen(folder, "1")
     with pytest.raises(Untrusted):
-        local_socket.connect(folder, "1", 5.0)
+        local_socket.connect(folder, "1", 30.0)
 
 
 def test_only_sockets_of_ended_programs_are_removed(folder: CacheFolder) -> None:
@@ -58,7 +58,7 @@ def test_only_sockets_of_ended_programs_are_removed(folder: CacheFolder) -> None
 def test_a_socket_replaces_that_of_an_ended_program(folder: CacheFolder) -> None:
     local_socket.listen(folder, "1").close()
     with local_socket.listen(folder, "1"):
-        local_socket.connect(folder, "1", 5.0).close()
+        local_socket.connect(folder, "1", 30.0).close()
 
 
 def test_a_malformed_name_leaves_no_file_behind(folder: CacheFolder) -> None:
@@ -66,4 +66,4 @@ def test_a_malformed_name_leaves_no_file_behind(folder: CacheFolder) -> None:
         local_socket.listen(folder, "no/such")
     assert folder.names() == []
     with pytest.raises(OSError, match="No such file"):
-        local_socket.connect(folder, "1", 5.0)
+        local_socket.connect(folder, "1", 30.0)

@@ -18,11 +18,12 @@ class Silence:
     """A resolver that blocks until the test ends."""
 
     def __init__(self) -> None:
-        self.end = threading.Event()
+        self.began, self.end = threading.Event(), threading.Event()
         self.thread: threading.Thread | None = None
 
     def __call__(self, host: str, _port: None, **_wanted: int) -> list[Any]:
         self.thread = threading.current_thread()
+        self.began.set()
         if host != "robot":
             self.end.wait(60)
         return [(socket.AF_INET, socket.SOCK_STREAM, 6, "", ("127.0.0.1", 0))]
@@ -45,7 +46,7 @@ def test_a_connection_by_name_uses_the_lookup_threads(silence: Silence) -> None:
             _, writer = await asyncio.open_connection("robot", port)
             writer.close()
 
-        loop.run(connect(), 10)
+        loop.run(connect(), 30)
     loop.stop()
     assert silence.thread is not None
     assert silence.thread.daemon
@@ -55,14 +56,12 @@ def test_a_connection_by_name_uses_the_lookup_threads(silence: Silence) -> None:
 def test_closing_the_loop_does_not_wait_for_lookups(silence: Silence) -> None:
     loop = BackgroundLoop("test", Lookups(2, resolve=silence))
     loop.start()
-    looking = threading.Event()
 
     async def look_up() -> None:
-        looking.set()
         await asyncio.get_running_loop().getaddrinfo("silent", 80)
 
     loop.spawn(look_up())
-    assert looking.wait(10)
+    assert silence.began.wait(30)
     loop.stop()
     assert silence.thread is not None
     assert silence.thread.daemon
@@ -87,7 +86,7 @@ def test_blocking_calls_run_in_daemon_threads_and_return_their_result() -> None:
             ),
         ]
 
-    *threads, first, second = loop.run(outcomes(), 10)
+    *threads, first, second = loop.run(outcomes(), 30)
     loop.stop()
     assert [thread.daemon for thread in threads] == [True, True, True]
     assert [str(first), str(second)] == ["no", "no"]
@@ -132,7 +131,7 @@ def test_a_blocked_loop_can_be_abandoned() -> None:
         released.wait(30)
 
     loop.call(hold)
-    assert held.wait(10)
+    assert held.wait(30)
     loop.stop(0.01)
     assert not released.is_set()
     released.set()
@@ -152,7 +151,7 @@ def test_a_coroutine_that_cannot_begin_is_closed() -> None:
         released.wait(30)
 
     loop.call(hold)
-    assert held.wait(10)
+    assert held.wait(30)
     late, stopped = begin("late"), begin("stopped")
     with pytest.raises(TimeoutError):
         loop.run(late, 0.01)

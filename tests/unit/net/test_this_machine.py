@@ -28,6 +28,7 @@ from pipros.net.this_machine import (
 )
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.users import STRANGER, needs_other_users
+from tests.support.waiting import wait_until
 
 # The callers that a server sees for connections from its own addresses.
 LOOK = """
@@ -121,7 +122,7 @@ def test_connections_of_another_user_are_attributed_to_that_user() -> None:
             assert caller.is_here
             assert user_listening("127.0.0.1", port) == 0
             assert replace(caller, port=1).user_id() is None
-        other.communicate(timeout=10)
+        other.communicate(timeout=60)
 
 
 def test_a_free_port_has_no_listener() -> None:
@@ -138,7 +139,7 @@ def test_every_address_of_a_machine_with_several_is_its_own(tmp_path: Path) -> N
     try:
         program = [sys.executable, "-c", LOOK, "10.98.0.1", "10.98.0.2", "10.98.7.7", "127.0.1.1"]
         ran = subprocess.run(
-            network.command(*program), capture_output=True, text=True, check=True, timeout=30
+            network.command(*program), capture_output=True, text=True, check=True, timeout=60
         )
     finally:
         network.close()
@@ -170,6 +171,6 @@ def test_a_hung_lookup_is_neither_awaited_nor_repeated() -> None:
     lookups = Lookups(4, resolve=hang)
     for _ in range(2):
         assert addresses_of("hangs.example", Limits(lookup_s=0.05), lookups) == ()
-    [thread] = threads
+    [thread] = wait_until(lambda: threads)
     assert thread.daemon  # the process does not wait for it at its end
     released.set()

@@ -16,7 +16,7 @@ def test_a_blocking_job_does_not_delay_others() -> None:
     workers, gate, done = Workers("blocked"), threading.Event(), threading.Event()
     workers.run(gate.wait)
     workers.run(done.set)
-    assert done.wait(10)
+    assert done.wait(30)
     gate.set()
     workers.close()
 

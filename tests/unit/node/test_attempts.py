@@ -25,6 +25,12 @@ class Peers:
         return connect
 
 
+@pytest.fixture(autouse=True)
+def no_attempt_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not even while this machine is busy."""
+    monkeypatch.setattr(attempts, "SLOW_S", 1000.0)
+
+
 async def turns(count: int = 5) -> None:
     for _ in range(count):
         await asyncio.sleep(0)

@@ -34,7 +34,7 @@ def test_a_wall_clock_sleep_ends_with_the_node() -> None:
     clock = WallClock()
     sleeper = Sleeper(clock, 60)
     clock.interrupt()
-    sleeper.join(5)
+    sleeper.join(30)
     assert sleeper.result is False
 
 
@@ -56,7 +56,7 @@ def test_a_simulated_sleep_waits_for_the_first_clock_and_the_end() -> None:
     clock.set_ns(11 * S)
     assert sleeper.is_alive()
     clock.set_ns(13 * S)
-    sleeper.join(5)
+    sleeper.join(30)
     assert sleeper.result is True
 
 
@@ -64,7 +64,7 @@ def test_a_simulated_sleep_ends_with_the_node() -> None:
     clock = SimulatedClock()
     sleeper = Sleeper(clock, 2)
     clock.interrupt()
-    sleeper.join(5)
+    sleeper.join(30)
     assert sleeper.result is False
 
 
@@ -74,7 +74,7 @@ def test_a_sleep_raises_when_time_jumps_back() -> None:
     sleeper = Sleeper(clock, 2)
     wait_until(lambda: clock.sleeper_count)
     clock.set_ns(4 * S)
-    sleeper.join(5)
+    sleeper.join(30)
     assert isinstance(sleeper.result, TimeMovedBackwards)
     assert sleeper.result.jump_s == -6
 
@@ -137,10 +137,10 @@ def test_a_sleep_without_a_clock_is_reported_once(monkeypatch: pytest.MonkeyPatc
     told = threading.Event()
     clock = SimulatedClock(told.set)
     sleeper = Sleeper(clock, 1)
-    assert told.wait(5)
+    assert told.wait(30)
     assert sleeper.is_alive()
     clock.set_ns(S)
     wait_until(lambda: clock.sleeper_count)
     clock.set_ns(3 * S)
-    sleeper.join(5)
+    sleeper.join(30)
     assert sleeper.result is True

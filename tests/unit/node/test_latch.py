@@ -22,13 +22,13 @@ def test_a_message_that_arrives_during_the_latched_one_waits_for_it() -> None:
 
     def call_back(message: int) -> None:
         is_within.set()
-        assert may_go_on.wait(10)
+        assert may_go_on.wait(30)
         got.append(message)
 
     first = LatchedFirst([1], call_back)
     giver = threading.Thread(target=first.give)
     giver.start()
-    assert is_within.wait(10)
+    assert is_within.wait(30)
     first(2)
     assert got == []
     may_go_on.set()

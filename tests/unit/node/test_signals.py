@@ -128,10 +128,10 @@ def test_a_running_main_thread_is_interrupted_if_requested() -> None:
     signals.install()
     signals.listen(reader)  # type: ignore[arg-type]
     signal.raise_signal(signal.SIGINT)
-    reader.turn()
 
     def go_on() -> None:
         try:
+            reader.turn()
             threading.Event().wait(30)
         finally:
             signals.uninstall()
