@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.node import Node
 
-TIMEOUT_S = 20.0
+TIMEOUT_S = 60.0
 
 
 @contextmanager

@@ -122,16 +122,16 @@ class Terminal:
         self.wait_for_prompt()
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
-        self._wait(lambda: self.output.startswith(line + "\n"), 5.0, f"the echo of {line!r}")
+        self._wait(lambda: self.output.startswith(line + "\n"), 30.0, f"the echo of {line!r}")
         self._typed_at += len(line) + 1
 
-    def run(self, line: str, timeout_s: float = 30.0) -> tuple[int, str]:
+    def run(self, line: str, timeout_s: float = 60.0) -> tuple[int, str]:
         """Type a command and wait for its end; return the exit code and the output."""
         self.type(line)
         code = self.wait_for_prompt(timeout_s)
         return code, _PROMPT.sub("", self.output)
 
-    def wait_for(self, pattern: str, timeout_s: float = 30.0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout_s: float = 60.0) -> re.Match[str]:
         """Wait until the regular expression is found in the output of the last command."""
         looked_for = re.compile(pattern)
         self._wait(lambda: looked_for.search(self.output) is not None, timeout_s, f"/{pattern}/")
@@ -139,7 +139,7 @@ class Terminal:
         assert found
         return found
 
-    def wait_for_prompt(self, timeout_s: float = 30.0) -> int:
+    def wait_for_prompt(self, timeout_s: float = 60.0) -> int:
         """Wait for the end of the command; return its exit code."""
         self._wait(lambda: _PROMPT.search(self.text) is not None, timeout_s, "the prompt")
         found = _PROMPT.search(self.text)
