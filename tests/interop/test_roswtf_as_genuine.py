@@ -96,7 +96,7 @@ ENVIRONMENTS: dict[str, dict[str, str]] = {
 }
 
 
-@pytest.mark.timeout(180)  # forty processes
+@pytest.mark.timeout(400)  # forty processes
 def test_both_find_the_same_in_an_environment(ros: RosSystem, environment: dict[str, str]) -> None:
     different = {}
     for name, changes in ENVIRONMENTS.items():
@@ -119,7 +119,7 @@ def test_both_print_the_same_usage(ros: RosSystem) -> None:
         assert genuine.stderr == pipros.stderr
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize("master", ["genuine", "pipros"])
 def test_both_find_the_same_faults_in_a_broken_system(
     ros: RosSystem, environment: dict[str, str], master: str
@@ -144,7 +144,7 @@ def test_both_find_the_same_faults_in_a_broken_system(
     assert "Found 4 error(s)." in pipros
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environment: dict[str, str]) -> None:
     rules = ros.home / "rules" / "tf_rules"  # Debian has the plugin, and no package that exports it
     rules.mkdir(parents=True)
@@ -167,7 +167,7 @@ def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environm
     assert " * reparenting of [odom] to [world] by [/one]" in found[1]
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 def test_both_check_launch_files(ros: RosSystem, environment: dict[str, str]) -> None:
     package = ros.home / "src" / "mine"
     package.mkdir()
