@@ -186,7 +186,9 @@ def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSy
     dead = {f"/node{node}" for node in random_system.dead}
     # On a busy machine, a node may miss the deadline of either side. pipros retries; genuine ROS skips the
     # node.
-    observation = wait_until(lambda: _with_dead(observe(plain_ros, NODES), dead), 200, "only the dead to fail")
+    observation = wait_until(
+        lambda: _with_dead(observe(plain_ros, NODES), dead), 200, "only the dead to fail"
+    )
     genuine = genuine_edges(plain_ros)
     silent = set(genuine["bad"])
     assert dead <= silent

@@ -40,7 +40,9 @@ def test_a_client_and_a_cpp_node_use_each_others_topics_and_services(ros: RosSys
         client.send("subscribe", topic="/echo")
         client.send("advertise", topic="/cmd", type="std_msgs/String")
         # The node of C++ sends what it receives at once.
-        wait_until(lambda: (echo := node.endpoints.subscription("/echo")) and echo.links, 60, "a link from it")
+        wait_until(
+            lambda: (echo := node.endpoints.subscription("/echo")) and echo.links, 60, "a link from it"
+        )
         wait_until(lambda: (cmd := node.endpoints.publication("/cmd")) and cmd.links, 60, "a link to it")
         client.send("publish", topic="/cmd", msg={"data": "to C++"})
         assert client.wait_for("publish", topic="/echo")["msg"] == {"data": "to C++"}

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
 import pytest
 
+from pipros.graph.observer import SystemObserver
+from pipros.net.master_client import MasterClient
 from tests.support.answers import ask
 from tests.support.ros import RosSystem, Side
 from tests.support.waiting import wait_until
@@ -129,6 +133,11 @@ def test_both_find_the_same_faults_in_a_broken_system(
     ros.pipros.start("rostopic", "echo", "/chatter", "__name:=listener")
     ros.wait_for_subscriber("/chatter")
     ros.wait_for_subscriber("/nothing_else")
+    observer = SystemObserver(MasterClient(ros.master_uri, "/test", timeout_s=30))
+    expected = {"/chatter": 1, "/rosout": len(ros.publishers("/rosout"))}
+    wait_until(
+        lambda: Counter(link.topic for link in observer.poll().connections) == expected, 60, "all links"
+    )
     genuine, pipros = both(ros, environment, "--no-plugins")
     assert sorted(pipros) == sorted(genuine)
     assert "   * /nothing_else" in pipros
@@ -142,6 +151,17 @@ def test_both_find_the_same_faults_in_a_broken_system(
     genuine, pipros = both(ros, environment, "--no-plugins")
     assert sorted(pipros) == sorted(genuine)
     assert "Found 4 error(s)." in pipros
+
+
+def transform_findings(side: Side, environment: dict[str, str]) -> set[str] | None:
+    """Return the findings about transforms, or None if in that second the nodes were not heard in turn."""
+    lines = findings(side, environment)
+    after = lines[lines.index("running tf checks, this will take a second...") :]
+    found = {re.sub(r"by -5\d\.\d+s", "by -50 s", line) for line in after}
+    heard = [
+        name for name in ("one", "other") if any(f" node [/{name}] publishing " in line for line in found)
+    ]
+    return found if len(heard) == 2 else None
 
 
 @pytest.mark.timeout(400)
@@ -158,9 +178,8 @@ def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environm
     wait_until(lambda: len(ros.publishers("/tf")) == 2)
     found = []
     for side, path in ((ros.genuine, f"{rules.parent}:/usr/share"), (ros.pipros, str(ros.home / "src"))):
-        lines = findings(side, {**environment, "ROS_PACKAGE_PATH": path})
-        after = lines[lines.index("running tf checks, this will take a second...") :]
-        found.append({re.sub(r"by -5\d\.\d+s", "by -50 s", line) for line in after})
+        variables = {**environment, "ROS_PACKAGE_PATH": path}
+        found.append(wait_until(partial(transform_findings, side, variables), 150) or set())
     assert found[0] == found[1]
     assert "ERROR TF cycle detection::" in found[1]
     assert " * rotation from [a] to [b] is not unit length, 2.0" in found[1]

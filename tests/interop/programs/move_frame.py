@@ -1,6 +1,7 @@
 """Move a frame in steps, and print which of them are reported on tf_changes."""
 
 import threading
+from xmlrpc.client import ServerProxy
 
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
@@ -46,8 +47,16 @@ class Mover:
         return None
 
 
+def is_connected():
+    """Return whether the notifier has the link to this node, and reports nothing in vain."""
+    code, _, uri = rospy.get_master().lookupNode("/notifier")
+    return code == 1 and any(row[2] == "o" for row in ServerProxy(uri).getBusInfo("/mover")[2])
+
+
 rospy.init_node("mover")
 mover = Mover()
+while not is_connected() and not rospy.is_shutdown():
+    rospy.sleep(0.01)
 while mover.move(-1.0, 0.0) is None and not rospy.is_shutdown():
     pass  # the notifier begins
 for place in STEPS:
