@@ -28,7 +28,7 @@ FILE = """\
     </node>
   </group>
   <node machine="far" pkg="programs" type="{other}" name="other" {more}/>
-  <node pkg="programs" type="tell" name="here"/>
+  <node pkg="programs" type="{here}" name="here"/>
 </launch>
 """
 
@@ -48,6 +48,12 @@ exec sleep 1000
     "fails": "#!/bin/sh\necho the reason >&2\nexit 3\n",
     "ends": "#!/bin/sh\nexit 0\n",
     "waits": "#!/bin/sh\nexec sleep 1000\n",
+    "lingers": """\
+#!/bin/sh
+trap 'while [ ! -e "$HOME/over" ]; do sleep 0.1; done; exit' INT
+echo > "$HOME/trapped"
+while :; do sleep 0.1; done
+""",
 }
 
 
@@ -82,13 +88,14 @@ def loader_of(side: Side, folder: Path) -> Path:
 
 
 def launch_on_genuine(
-    ros: RosSystem, sshd: SshServer, programs: Path, other: str = "waits", more: str = ""
+    ros: RosSystem, sshd: SshServer, programs: Path, other: str = "waits", more: str = "", here: str = "tell"
 ) -> Process:
     """Genuine roslaunch as the parent, ours as its child. Genuine roslaunch treats the address 0 as another
     machine; it connects to this one."""
     file = programs / "x.launch"
     loader = loader_of(ros.pipros, programs)
-    file.write_text(FILE.format(address="0", port=sshd.port, loader=loader, other=other, more=more))
+    text = FILE.format(address="0", port=sshd.port, loader=loader, other=other, more=more, here=here)
+    file.write_text(text)
     return ros.genuine.start("roslaunch", file, HOME=str(sshd.folder), ROSLAUNCH_SSH_UNKNOWN="1")
 
 
@@ -105,7 +112,7 @@ def told(ros: RosSystem, node: str) -> list[str]:
 
 
 def test_our_roslaunch_is_the_child_of_a_genuine_one(ros: RosSystem, sshd: SshServer, programs: Path) -> None:
-    running = launch_on_genuine(ros, sshd, programs)
+    running = launch_on_genuine(ros, sshd, programs, here="lingers")
     running.wait_for(r"\[0-0\]: process\[g/there-1\]: started with pid \[\d+\]", 60)
     running.wait_for(r"\[0-0\]: \.\.\. done launching nodes", 60)
     lines = told(ros, "there")
@@ -115,9 +122,13 @@ def test_our_roslaunch_is_the_child_of_a_genuine_one(ros: RosSystem, sshd: SshSe
     ]  # fmt: skip
     assert re.fullmatch(rf"{ros.home}/.ros/log/[-0-9a-f]+/g-there-1.log", log)
     assert {"E=v", "ROS_NAMESPACE=/g", f"ROS_MASTER_URI={ros.master_uri}"} <= set(lines)
+    wait_until((sshd.folder / "trapped").exists, 60)
     running.send_signal(signal.SIGINT)
+    running.wait_for(r"\[0-0\]: \[g/there-1\] killing on exit")
+    (
+        sshd.folder / "over"
+    ).touch()  # until then, the parent waits for its own node, and prints what it is told
     assert running.wait(60) == 0
-    assert "[0-0]: [g/there-1] killing on exit" in running.output
     ros.pipros.processes.assert_nothing_left(60)
 
 
@@ -172,7 +183,9 @@ def test_our_roslaunch_starts_nodes_over_a_real_ssh(
     file = programs / "x.launch"
     loader = loader_of(side, programs)
     file.write_text(
-        FILE.format(address="robot.example", port=sshd.port, loader=loader, other="fails", more="")
+        FILE.format(
+            address="robot.example", port=sshd.port, loader=loader, other="fails", more="", here="tell"
+        )
     )
     path = f"{tools}:{ros.pipros.environment['PATH']}"
     running = ros.pipros.start("roslaunch", file, PATH=path)
