@@ -97,12 +97,12 @@ def genuine(ros: RosSystem) -> Iterator[Side]:
     process = ros.genuine.start("rosmaster", "--core", "-p", str(ros.port))
     side = Side(ros.master_uri.rstrip("/") + "/")
     try:
-        wait_until(lambda: _answers(side), what="genuine rosmaster to answer")
+        wait_until(lambda: _answers(side), 60, what="genuine rosmaster to answer")
         yield side
     finally:
         side.close()
         process.press_ctrl_c()
-        process.wait(10)
+        process.wait()
 
 
 def _answers(side: Side) -> bool:
@@ -123,10 +123,8 @@ def test_hundreds_of_calls_have_the_responses_and_notifications_of_genuine_rosma
                 expected, got = theirs.call(method, params), ours.call(method, params)
                 if got != expected and (method, len(params)) != ("getPid", 1):
                     differences.append(f"{method}{params}\n  genuine: {expected}\n  ours:    {got}")
-                wait_until(lambda: _has_told_all(ours), what="our notices to be delivered")
-                wait_until(
-                    lambda: ours.told() == theirs.told(), timeout_s=5, what=lambda: _told(theirs, ours)
-                )
+                wait_until(lambda: _has_told_all(ours), 60, what="our notices to be delivered")
+                wait_until(lambda: ours.told() == theirs.told(), 60, what=lambda: _told(theirs, ours))
             assert not differences, f"{len(differences)} of {len(script)}:\n" + "\n".join(differences)
             assert len(script) > 500
         finally:

@@ -5,6 +5,7 @@ Each test has a talker of one kind and a listener of the other, in both combinat
 
 from __future__ import annotations
 
+import re
 import signal
 import sqlite3
 import sys
@@ -28,7 +29,10 @@ ROSPY_TALKER = """
     publisher = rospy.Publisher("battery_topic", BatteryLevel, queue_size=10)
     rate = rospy.Rate(20)
     while not rospy.is_shutdown():
-        publisher.publish("%25")
+        try:
+            publisher.publish("%25")
+        except rospy.ROSException:  # the topic was closed since
+            assert rospy.is_shutdown()
         rate.sleep()
 """
 ROSPY_LISTENER = """
@@ -54,14 +58,14 @@ class Scene:
         self._ros = ros
         self._folder = folder
         self.store = folder / "master.db"
-        self.master = MasterClient(ros.master_uri, "/test", timeout_s=5)
+        self.master = MasterClient(ros.master_uri, "/test", timeout_s=30)
 
     def start_master(self, *, resumes: bool = False) -> Process:
         # With an explicit loopback address, like the genuine nodes of these tests.
         command = (sys.executable, "-m", "pipros.cli.rosmaster", "--core", "-p", str(self._ros.port))
         options = ("--resume", str(self.store)) if resumes else ()
         process = self._ros.pipros.start(*command, *options, ROS_IP="127.0.0.1")
-        wait_until(lambda: self._answers(self.master.get_pid))
+        wait_until(lambda: self._answers(self.master.get_pid), 60)
         return process
 
     def start_talker(self, kind: str, name: str = "talker") -> Process:
@@ -143,7 +147,7 @@ def test_a_second_node_of_a_name_ends_the_first_one(scene: Scene, talker: str, l
     scene.start_talker(talker)
     second_listener = scene.start_listener(listener)
 
-    assert (first_talker.wait(15), first_listener.wait(15)) == (0, 0)
+    assert (first_talker.wait(60), first_listener.wait(60)) == (0, 0)
     hears(second_listener)
     assert scene.registered(PUBLISHER) == ["/talker"]
     assert scene.registered(SUBSCRIBER) == ["/listener"]
@@ -158,15 +162,16 @@ def test_nodes_that_are_killed_are_forgotten_without_rosnode_cleanup(
     killed_talker, killed_listener = scene.start_talker(talker), scene.start_listener(listener)
     staying = scene.start_listener(talker, "staying")
     hears(killed_listener)
-    wait_until(lambda: scene.has_met(3))
+    wait_until(lambda: scene.has_met(3), 60)
 
     killed_talker.send_signal(signal.SIGKILL)
     killed_listener.send_signal(signal.SIGKILL)
 
-    wait_until(lambda: scene.registered(PUBLISHER) == [], timeout_s=25)
-    wait_until(lambda: scene.registered(SUBSCRIBER) == ["/staying"], timeout_s=25)
+    wait_until(lambda: scene.registered(PUBLISHER) == [], timeout_s=60)
+    wait_until(lambda: scene.registered(SUBSCRIBER) == ["/staying"], timeout_s=60)
     assert not scene.registered(SERVICE, "/talker/get_loggers")
-    assert "Unable to contact" not in ros.genuine.run("rosnode", "cleanup").output
+    # On a busy machine, it may miss the living node, which it would name.
+    assert not re.search("/talker|/listener", ros.genuine.run("rosnode", "cleanup").output)
     scene.start_talker(talker)
     hears(staying)
 
@@ -179,11 +184,11 @@ def test_links_survive_a_master_restart_and_resume_restores_registrations(
     scene.start_talker(talker)
     staying = scene.start_listener(listener)
     hears(staying)
-    wait_until(scene.has_kept_all)
+    wait_until(scene.has_kept_all, 60)
     before = scene.master.get_system_state()
     service = scene.master.lookup_service("/talker/get_loggers")
     first.send_signal(signal.SIGKILL)
-    first.wait(10)
+    first.wait()
     hears(staying)
 
     scene.start_master(resumes=True)
@@ -206,7 +211,7 @@ def test_without_resume_a_restarted_master_knows_nothing_of_them_but_serves_new_
     staying = scene.start_listener(listener)
     hears(staying)
     first.send_signal(signal.SIGKILL)
-    first.wait(10)
+    first.wait()
 
     scene.start_master()
 

@@ -136,8 +136,8 @@ def check_that_all_works(ros: RosSystem, prefix: Path) -> None:
     expected = f'data: "north 1.5 7 {REPOSITORY}/facades/api/rospy/__init__.py"'
 
     launch = side.start("roslaunch", "-p", str(ros.port), "mixed", "both.launch")
-    ros.wait_for_publisher("/report")
-    ros.wait_for_publisher("/level")
+    ros.wait_for_publisher("/report", 60)
+    ros.wait_for_publisher("/level", 60)
 
     assert side.run("rostopic", "echo", "-n1", "/report").stdout == [expected, "---"]
     assert side.run("rostopic", "echo", "-n1", "/level").stdout == ['tank: "north"', "height: 1.5", "---"]
@@ -146,12 +146,12 @@ def check_that_all_works(ros: RosSystem, prefix: Path) -> None:
     examined = side.run("roswtf", timeout_s=60)
     assert examined.stdout.count("No errors or warnings") == 2, examined.output
     launch.press_ctrl_c()
-    assert launch.wait() == 0, launch.output
+    assert launch.wait(60) == 0, launch.output
 
     side.start_master()
     talker = side.start("rosrun", "mixed", "talker")
     listener = side.start("rosrun", "mixed", "listener.py", "report:=heard")
-    ros.wait_for_publisher("/heard")
+    ros.wait_for_publisher("/heard", 60)
     assert side.run("rostopic", "echo", "-n1", "/heard").stdout == [expected, "---"]
     for node in (listener, talker):
         node.press_ctrl_c()

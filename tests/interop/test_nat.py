@@ -16,6 +16,7 @@ from tests.support.ros import RosSystem, Side
 from tests.support.sshd import SSHD, SshServer
 
 pytestmark = [
+    pytest.mark.timeout(400),
     needs_network,
     pytest.mark.skipif(shutil.which("nft") is None, reason="needs nftables"),
 ]
@@ -29,7 +30,7 @@ MAPPED = {31400 + number: 11400 + number for number in range(10)} | {21311: MAST
 
 LAUNCH = """\
 <launch>
-  <machine name="far" address="{address}" ssh-port="31022" env-loader="{loader}" timeout="20"/>
+  <machine name="far" address="{address}" ssh-port="31022" env-loader="{loader}" timeout="60"/>
   <node machine="far" pkg="composiv_tryouts" type="composiv_talker.py" name="talker" output="screen"/>
 </launch>
 """
@@ -100,12 +101,12 @@ def test_everything_works_across_nat_with_genuine_nodes_and_master(world: World)
     world.use(0, "/open", "/first", "/second")
     assert "/first" in "".join(world.run(None, "rosnode", "ping", "-c", "1", "/first"))
     bag = world.ros.home / "inside.bag"
-    world.run(0, "rosbag", "record", "-O", str(bag), "--duration=1", "/open/latched", "/second/latched")
+    world.run(0, "rosbag", "record", "-O", str(bag), "--limit=1", "/open/latched", "/second/latched")
     topics = world.run(0, "rostopic", "list", "-b", str(bag))
     assert {"/open/latched", "/second/latched"} <= set(topics)
     echo = world.start(None, "rostopic", "echo", "-n", "1", "/played")
     world.start(0, "rosbag", "play", "--loop", str(bag), "/open/latched:=/played")
-    assert echo.wait() == 0
+    assert echo.wait(60) == 0
     assert "data: " in echo.output
 
 
@@ -175,12 +176,12 @@ def test_roslaunch_starts_nodes_behind_nat_by_ssh(
         sshd.client(tools, world.network.mapped[child], world.network.mapped[child])
         path = f"{tools}:{world.side(parent).environment['PATH']}"
         running = world.start(parent, "roslaunch", str(file), PATH=path, **home)
-        running.wait_for(r"process\[talker-\d\]: started with pid")
+        running.wait_for(r"process\[talker-\d\]: started with pid", 60)
         if parent is None:
-            running.wait_for(r"\.\.\. done launching nodes")
+            running.wait_for(r"\.\.\. done launching nodes", 60)
         hearing = world.start(None, *world.ros.genuine.node("cpp_battery", "battery_listener"))
         hearing.wait_for(r"^heard %25 from /")
         running.send_signal(signal.SIGINT)
-        assert running.wait() == 0
+        assert running.wait(60) == 0
     finally:
         sshd.close()

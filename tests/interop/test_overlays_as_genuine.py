@@ -95,10 +95,11 @@ def build(side: Processes, base: Path) -> None:
         ". under/devel/setup.bash && cd over && catkin_make install",
         "cd other && catkin_make install",
     ):
-        made = side.run("bash", "-c", script, timeout_s=120)
+        made = side.run("bash", "-c", script, timeout_s=200)
         assert made.returncode == 0, made.output
 
 
+@pytest.mark.timeout(900)  # the first test of a worker builds, or waits until another has
 @pytest.mark.parametrize("shell", ["bash", "zsh"])
 @pytest.mark.parametrize("sequence", SEQUENCES)
 def test_the_environment_is_that_of_genuine_setup_files(

@@ -9,6 +9,8 @@ from __future__ import annotations
 import stat
 from pathlib import Path
 
+import pytest
+
 from tests.support.catkin import CATKIN
 from tests.support.once import machine_folder, make_once
 from tests.support.ros import RosSystem, Side
@@ -120,7 +122,7 @@ def make_workspace(side: Side, base: Path) -> None:
         file.chmod(0o755 if name.startswith("scripts/") else 0o644)
     side.environment.pop("ROS_PACKAGE_PATH", None)
     for target in ("install", "run_tests"):
-        made = side.run("catkin_make", "-C", base, target, timeout_s=240)
+        made = side.run("catkin_make", "-C", base, target, timeout_s=300)
         assert made.returncode == 0, made.output
 
 
@@ -140,6 +142,7 @@ def results(base: Path) -> set[str]:
     return {path.name for path in (base / "build/test_results").rglob("*.xml")}
 
 
+@pytest.mark.timeout(900)
 def test_a_package_is_built_and_installed_as_by_genuine_catkin(ros: RosSystem, tmp_path: Path) -> None:
     genuine, pipros = machine_folder("everything", (Path(__file__), CATKIN)), tmp_path / "pipros"
     make_once(genuine, lambda: make_workspace(ros.genuine, genuine))

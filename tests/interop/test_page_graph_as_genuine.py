@@ -6,6 +6,7 @@ import json
 import random
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from socketserver import ThreadingMixIn
@@ -30,10 +31,15 @@ NODES_ONLY = GraphOptions("nodes", hide_debug=False)
 
 
 def genuine_edges(ros: RosSystem) -> dict[str, Any]:
-    done = ros.genuine.run("/usr/bin/python3", SCRIPT, timeout_s=120)
+    done = ros.genuine.run("/usr/bin/python3", SCRIPT, timeout_s=240)
     assert done.returncode == 0, done.output
     found: dict[str, Any] = json.loads(done.stdout[-1])
     return found
+
+
+def edges_without_bad_nodes(ros: RosSystem) -> dict[str, Any] | None:
+    edges = genuine_edges(ros)
+    return None if edges["bad"] else edges
 
 
 def observe(ros: RosSystem, nodes: int) -> Observation:
@@ -61,6 +67,7 @@ def _key(name: str) -> str:
     return f"topic {name[1:]}" if name.startswith(" ") else f"node {name}"
 
 
+@pytest.mark.timeout(400)
 def test_the_case_study(ros: RosSystem) -> None:
     ros.pipros.start_master()
     ros.pipros.start("rosrun", "composiv_tryouts", "composiv_talker.py", "__name:=talker")
@@ -71,12 +78,17 @@ def test_the_case_study(ros: RosSystem) -> None:
     wait_until(lambda: len(ros.publishers("/battery_topic")) == 2, 30, "two publishers")
     wait_until(lambda: len(ros.subscribers("/battery_topic")) == 3, 30, "three subscribers")
 
-    def is_complete() -> bool:
-        found = observe(ros, 6).connections
-        return sum(connection.topic == "/battery_topic" for connection in found) == 6
+    def complete() -> Observation | None:
+        found = observe(ros, 6)
+        links = Counter(connection.topic for connection in found.connections)
+        is_complete = links == {"/battery_topic": 6, "/rosout": 5} and not found.unreachable
+        return found if is_complete else None
 
-    wait_until(is_complete, 60, "all to be connected")
-    observation, genuine = observe(ros, 6), genuine_edges(ros)
+    observation = wait_until(complete, 120, "all to be connected")
+    assert observation is not None
+    # Genuine ROS skips a node that does not answer within a second.
+    genuine = wait_until(lambda: edges_without_bad_nodes(ros), 120, "all nodes to answer in time")
+    assert genuine is not None
     ours = sorted([each.publisher, each.subscriber, each.topic] for each in observation.connections)
     assert ours == genuine["connections"]
     assert sorted(observation.nodes) == genuine["nodes"]
@@ -166,7 +178,7 @@ def random_system() -> Iterator[RandomSystem]:
     system.close()
 
 
-@pytest.mark.timeout(240)  # either side may take minutes on a busy machine
+@pytest.mark.timeout(600)  # either side may take minutes on a busy machine
 def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSystem) -> None:
     plain_ros.serve_master()
     with ServerProxy(plain_ros.master_uri) as master:
@@ -174,7 +186,9 @@ def test_300_nodes_and_1000_topics(plain_ros: RosSystem, random_system: RandomSy
     dead = {f"/node{node}" for node in random_system.dead}
     # On a busy machine, a node may miss the deadline of either side. pipros retries; genuine ROS skips the
     # node.
-    observation = wait_until(lambda: _with_dead(observe(plain_ros, NODES), dead), 60, "only the dead to fail")
+    observation = wait_until(
+        lambda: _with_dead(observe(plain_ros, NODES), dead), 200, "only the dead to fail"
+    )
     genuine = genuine_edges(plain_ros)
     silent = set(genuine["bad"])
     assert dead <= silent

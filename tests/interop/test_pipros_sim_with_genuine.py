@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from tests.support.ros import RosSystem
 
 DRIVER = """
@@ -18,6 +20,7 @@ scan = rospy.wait_for_message("scan", LaserScan, timeout=30)
 print("scan", scan.header.frame_id, len(scan.ranges), round(scan.ranges[180], 1))
 fixed = rospy.wait_for_message("tf_static", TFMessage, timeout=30)
 print("fixed", *(each.child_frame_id for each in fixed.transforms))
+rospy.wait_for_service("charge", 30)
 print("charge", rospy.ServiceProxy("charge", SetBool)(True).message)
 commands = rospy.Publisher("cmd_vel", Twist, queue_size=1, latch=True)
 command = Twist()
@@ -35,13 +38,14 @@ print("tf", moving.header.frame_id, moving.child_frame_id, math.hypot(shift.x, s
 """
 
 
+@pytest.mark.timeout(300)
 def test_genuine_nodes_and_tools_use_a_simulated_robot(ros: RosSystem) -> None:
     ros.genuine.start_master()
     sim = ros.pipros.start("rosrun", "pipros_sim", "sim", "_headless:=true")
     sim.wait_for("Simulating 1 robot ")
     driver = ros.genuine.home / "driver.py"
     driver.write_text(DRIVER)
-    driven = ros.genuine.run("/usr/bin/python3", driver)
+    driven = ros.genuine.run("/usr/bin/python3", driver, timeout_s=150)
     assert driven.stdout == [
         "scan base_scan 360 4.9",
         "fixed base_link base_scan",

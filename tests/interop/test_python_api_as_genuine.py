@@ -114,7 +114,7 @@ def dump(python: str, environment: dict[str, str]) -> Described:
         env=environment,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=180,
         check=True,
     )
     described: Described = json.loads(found.stdout)
@@ -193,7 +193,7 @@ def shown(parameters: list[Parameter] | None) -> str:
     return "(" + ", ".join(texts) + ")"
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(400)
 def test_every_public_name_of_genuine_ros_exists_with_its_arguments(
     both: tuple[Described, Described],
 ) -> None:
@@ -205,7 +205,7 @@ def test_every_public_name_of_genuine_ros_exists_with_its_arguments(
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(400)
 def test_every_listed_difference_exists(both: tuple[Described, Described]) -> None:
     different = [name for name, _ in differences(*both)]
     different += [name.rpartition(".")[0] for name in different]
@@ -219,7 +219,7 @@ def test_every_listed_difference_exists(both: tuple[Described, Described]) -> No
     assert not needless
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(400)
 def test_nearly_all_names_are_the_same(both: tuple[Described, Described]) -> None:
     genuine, _ = both
     names = {f"{module}.{name}" for module, found in genuine.items() for name in found}
@@ -247,7 +247,7 @@ def test_private_names_that_published_packages_use_are_here(tmp_path: Path) -> N
         assert ran.returncode == 0, ran.stderr
 
 
-@pytest.mark.timeout(120)
+@pytest.mark.timeout(240)
 @pytest.mark.parametrize(("script", "outcomes"), SCRIPTS.items(), ids=list(SCRIPTS))
 def test_functions_with_plain_arguments_return_the_same_as_in_genuine_ros(
     script: str, outcomes: int, tmp_path: Path

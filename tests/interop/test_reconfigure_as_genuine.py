@@ -38,7 +38,7 @@ def test_wrong_command_lines_of_dynparam_exit_alike(plain_ros: RosSystem, words:
     assert codes == [2 if words and words[0] != "frobnicate" else 1] * 2
 
 
-@pytest.mark.timeout(200)
+@pytest.mark.timeout(500)
 def test_parameters_change_alike(plain_ros: RosSystem, tmp_path: Path) -> None:
     file = tmp_path / "Tuning.cfg"
     file.write_text(CFG)

@@ -20,7 +20,7 @@ from tests.support.waiting import wait_until
 
 FILE = """\
 <launch>
-  <machine name="far" address="{address}" ssh-port="{port}" env-loader="{loader}" timeout="20"/>
+  <machine name="far" address="{address}" ssh-port="{port}" env-loader="{loader}" timeout="60"/>
   <remap from="a" to="b"/>
   <group ns="g">
     <node machine="far" pkg="programs" type="tell" name="there" args="one 'two words'" output="screen">
@@ -28,7 +28,7 @@ FILE = """\
     </node>
   </group>
   <node machine="far" pkg="programs" type="{other}" name="other" {more}/>
-  <node pkg="programs" type="tell" name="here"/>
+  <node pkg="programs" type="{here}" name="here"/>
 </launch>
 """
 
@@ -48,6 +48,12 @@ exec sleep 1000
     "fails": "#!/bin/sh\necho the reason >&2\nexit 3\n",
     "ends": "#!/bin/sh\nexit 0\n",
     "waits": "#!/bin/sh\nexec sleep 1000\n",
+    "lingers": """\
+#!/bin/sh
+trap 'while [ ! -e "$HOME/over" ]; do sleep 0.1; done; exit' INT
+echo > "$HOME/trapped"
+while :; do sleep 0.1; done
+""",
 }
 
 
@@ -82,14 +88,22 @@ def loader_of(side: Side, folder: Path) -> Path:
 
 
 def launch_on_genuine(
-    ros: RosSystem, sshd: SshServer, programs: Path, other: str = "waits", more: str = ""
+    ros: RosSystem, sshd: SshServer, programs: Path, other: str = "waits", more: str = "", here: str = "tell"
 ) -> Process:
     """Genuine roslaunch as the parent, ours as its child. Genuine roslaunch treats the address 0 as another
     machine; it connects to this one."""
     file = programs / "x.launch"
     loader = loader_of(ros.pipros, programs)
-    file.write_text(FILE.format(address="0", port=sshd.port, loader=loader, other=other, more=more))
+    text = FILE.format(address="0", port=sshd.port, loader=loader, other=other, more=more, here=here)
+    file.write_text(text)
     return ros.genuine.start("roslaunch", file, HOME=str(sshd.folder), ROSLAUNCH_SSH_UNKNOWN="1")
+
+
+def end(ros: RosSystem, running: Process) -> None:
+    """End a genuine roslaunch, and wait for the end of its child on the other machine."""
+    running.press_ctrl_c()
+    running.wait(60)
+    ros.pipros.processes.assert_nothing_left(60)
 
 
 def told(ros: RosSystem, node: str) -> list[str]:
@@ -98,9 +112,9 @@ def told(ros: RosSystem, node: str) -> list[str]:
 
 
 def test_our_roslaunch_is_the_child_of_a_genuine_one(ros: RosSystem, sshd: SshServer, programs: Path) -> None:
-    running = launch_on_genuine(ros, sshd, programs)
-    running.wait_for(r"\[0-0\]: process\[g/there-1\]: started with pid \[\d+\]")
-    running.wait_for(r"\[0-0\]: \.\.\. done launching nodes")
+    running = launch_on_genuine(ros, sshd, programs, here="lingers")
+    running.wait_for(r"\[0-0\]: process\[g/there-1\]: started with pid \[\d+\]", 60)
+    running.wait_for(r"\[0-0\]: \.\.\. done launching nodes", 60)
     lines = told(ros, "there")
     log = next(line for line in lines if line.startswith("arg __log:=")).removeprefix("arg __log:=")
     assert [line[4:] for line in lines if line.startswith("arg ")] == [
@@ -108,45 +122,51 @@ def test_our_roslaunch_is_the_child_of_a_genuine_one(ros: RosSystem, sshd: SshSe
     ]  # fmt: skip
     assert re.fullmatch(rf"{ros.home}/.ros/log/[-0-9a-f]+/g-there-1.log", log)
     assert {"E=v", "ROS_NAMESPACE=/g", f"ROS_MASTER_URI={ros.master_uri}"} <= set(lines)
+    wait_until((sshd.folder / "trapped").exists, 60)
     running.send_signal(signal.SIGINT)
-    assert running.wait() == 0
-    assert "[0-0]: [g/there-1] killing on exit" in running.output
-    ros.pipros.processes.assert_nothing_left()
+    running.wait_for(r"\[0-0\]: \[g/there-1\] killing on exit")
+    (
+        sshd.folder / "over"
+    ).touch()  # until then, the parent waits for its own node, and prints what it is told
+    assert running.wait(60) == 0
+    ros.pipros.processes.assert_nothing_left(60)
 
 
 def test_a_genuine_parent_is_notified_of_the_end_of_a_node(
     ros: RosSystem, sshd: SshServer, programs: Path
 ) -> None:
     running = launch_on_genuine(ros, sshd, programs, "fails")
-    running.wait_for(r"\[0-0\]: \[other-2\] process has died \[pid \d+, exit code 3, cmd ")
+    running.wait_for(r"\[0-0\]: \[other-2\] process has died \[pid \d+, exit code 3, cmd ", 60)
     running.wait_for(r"^\[other-2\]   the reason")
+    end(ros, running)
 
 
 def test_the_child_of_a_genuine_parent_ends_with_a_required_node(
     ros: RosSystem, sshd: SshServer, programs: Path
 ) -> None:
     running = launch_on_genuine(ros, sshd, programs, "ends", 'required="true"')
-    running.wait_for(r"\[0-0\]: =+REQUIRED process \[other-2\] has died!")
+    running.wait_for(r"\[0-0\]: =+REQUIRED process \[other-2\] has died!", 60)
     running.wait_for(r"\[0-0\]: \[g/there-1\] killing on exit")
     running.wait_for(r"\[0-0\] process has died")  # a genuine parent keeps running, as with a genuine child
-    ros.pipros.processes.assert_nothing_left()
+    ros.pipros.processes.assert_nothing_left(60)
 
 
 def test_a_genuine_parent_gets_the_nodes_that_cannot_be_started(
     ros: RosSystem, sshd: SshServer, programs: Path
 ) -> None:
     running = launch_on_genuine(ros, sshd, programs, "nope")
-    running.wait_for(r"\[0-0\]: ERROR: cannot launch node of type \[programs/nope\]")
+    running.wait_for(r"\[0-0\]: ERROR: cannot launch node of type \[programs/nope\]", 60)
     running.wait_for(r"\[0-0\]: \.\.\. done launching nodes")
+    end(ros, running)
 
 
 def test_nothing_of_the_child_outlives_a_genuine_parent_that_is_killed(
     ros: RosSystem, sshd: SshServer, programs: Path
 ) -> None:
     running = launch_on_genuine(ros, sshd, programs)
-    running.wait_for("done launching nodes")
+    running.wait_for(r"\[0-0\]: \.\.\. done launching nodes", 60)
     running.kill()
-    ros.pipros.processes.assert_nothing_left(timeout_s=15.0)
+    ros.pipros.processes.assert_nothing_left(60)
     for line in ros.genuine.processes.left():  # genuine ROS leaves a master running
         with suppress(ProcessLookupError):
             os.kill(int(line.partition(":")[0]), signal.SIGKILL)
@@ -163,16 +183,18 @@ def test_our_roslaunch_starts_nodes_over_a_real_ssh(
     file = programs / "x.launch"
     loader = loader_of(side, programs)
     file.write_text(
-        FILE.format(address="robot.example", port=sshd.port, loader=loader, other="fails", more="")
+        FILE.format(
+            address="robot.example", port=sshd.port, loader=loader, other="fails", more="", here="tell"
+        )
     )
     path = f"{tools}:{ros.pipros.environment['PATH']}"
     running = ros.pipros.start("roslaunch", file, PATH=path)
-    running.wait_for(r"\[other-3\] process has died \[pid \d+, exit code 3, cmd ssh ")
+    running.wait_for(r"\[other-3\] process has died \[pid \d+, exit code 3, cmd ssh ", 60)
     lines = told(ros, "there")
     assert [line[4:] for line in lines if line.startswith("arg ")] == [
         "one", "two words", "a:=b", "__name:=there",
     ]  # fmt: skip
     assert {"E=v", "ROS_NAMESPACE=/g", f"ROS_MASTER_URI={ros.master_uri}"} <= set(lines)
     running.press_ctrl_c()
-    assert running.wait() == 0
-    side.processes.assert_nothing_left()
+    assert running.wait(60) == 0
+    side.processes.assert_nothing_left(60)

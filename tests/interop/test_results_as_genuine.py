@@ -11,6 +11,8 @@ import pytest
 from tests.support.processes import Process
 from tests.support.ros import RosSystem, Side
 
+pytestmark = pytest.mark.timeout(240)
+
 KINDS = """#!/usr/bin/env python3
 import sys, unittest
 
@@ -102,7 +104,7 @@ def package(ros: RosSystem, tmp_path: Path) -> Path:
 def run(side: Side, *command: str) -> tuple[Process, dict[str, str]]:
     """Return the ended program, and its result files by name."""
     results = Path(side.environment["ROS_HOME"]) / "results"
-    ended = side.run(*command, ROS_TEST_RESULTS_DIR=str(results))
+    ended = side.run(*command, timeout_s=100, ROS_TEST_RESULTS_DIR=str(results))
     left = {file.name: file.read_text() for file in results.rglob("*.xml")}
     for file in results.rglob("*.xml"):
         file.unlink()

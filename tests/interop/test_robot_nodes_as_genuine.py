@@ -41,7 +41,7 @@ def program(side: str, name: str) -> list[str]:
     return ["rosrun", name, name] if side == "pipros" else [f"/usr/lib/{name}/{name}"]
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize("chosen", PARAMETERS)
 def test_the_frames_and_joints_are_the_same(plain_ros: RosSystem, chosen: str) -> None:
     package = make_robot_package(plain_ros.home / "src")

@@ -5,16 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 
 import cbor2
+import pytest
 
 from pipros.basics.env import Environment
 from pipros.node import Node
 from tests.support.ros import RosSystem
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 from tests.support.roscpp import compile_program
+from tests.support.waiting import wait_until
 
 SOURCE = Path(__file__).parent / "programs" / "web_robot.cpp"
 
 
+@pytest.mark.timeout(300)
 def test_a_client_and_a_cpp_node_use_each_others_topics_and_services(ros: RosSystem) -> None:
     ros.serve_master()
     ros.genuine.start(compile_program(SOURCE, "sensor_msgs", "std_srvs"))
@@ -31,11 +34,16 @@ def test_a_client_and_a_cpp_node_use_each_others_topics_and_services(ros: RosSys
         binary.send("subscribe", topic="/imu", compression="cbor")
         assert binary.receive(cbor2.loads)["msg"]["orientation"]["w"] == 1.0
 
+        wait_until(lambda: "/enable" in dict(node.master.get_system_state()[2]), 60, "the service /enable")
         assert client.call("/enable", {"data": True})["values"] == {"success": True, "message": "from roscpp"}
 
         client.send("subscribe", topic="/echo")
         client.send("advertise", topic="/cmd", type="std_msgs/String")
-        ros.wait_for_subscriber("/echo")
+        # The node of C++ sends what it receives at once.
+        wait_until(
+            lambda: (echo := node.endpoints.subscription("/echo")) and echo.links, 60, "a link from it"
+        )
+        wait_until(lambda: (cmd := node.endpoints.publication("/cmd")) and cmd.links, 60, "a link to it")
         client.send("publish", topic="/cmd", msg={"data": "to C++"})
         assert client.wait_for("publish", topic="/echo")["msg"] == {"data": "to C++"}
 

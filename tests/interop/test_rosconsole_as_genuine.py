@@ -67,10 +67,12 @@ def speaker(request: pytest.FixtureRequest, ros: RosSystem) -> Process:
     return process
 
 
+@pytest.mark.timeout(400)
 def test_both_get_the_same_responses(ros: RosSystem, speaker: Process) -> None:
     assert differences(ros, QUESTIONS) == {}
 
 
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize("speaker", ["pipros"], indirect=True)
 def test_both_handle_errors_alike(ros: RosSystem, speaker: Process) -> None:
     assert differences(ros, MISTAKES) == {}

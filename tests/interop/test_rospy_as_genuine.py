@@ -61,7 +61,7 @@ SCRIPTS = {
 def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
     """Return the output of the script: `part | label | outcome` lines without addresses."""
     path = str(Path(__file__).parent / "programs" / script)
-    process: Process = side.run(python, path, *arguments, timeout_s=50, ROS_NAMESPACE="ns")
+    process: Process = side.run(python, path, *arguments, timeout_s=110, ROS_NAMESPACE="ns")
     assert process.returncode == 0, process.output
     part, lines = "before_init", []
     for line in process.stdout:
@@ -76,7 +76,7 @@ def run(side: Side, python: str, script: str, *arguments: str) -> list[str]:
     return lines
 
 
-@pytest.mark.timeout(120)
+@pytest.mark.timeout(260)
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: f"{script[0]}-{script[-1]}")
 def test_rospy_behaves_like_genuine_rospy(ros: RosSystem, script: tuple[str, ...]) -> None:
     with Master(port=ros.port):

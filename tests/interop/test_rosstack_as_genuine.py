@@ -88,7 +88,7 @@ def packages(ros: RosSystem) -> Path:
     return source
 
 
-@pytest.mark.timeout(180)  # a hundred processes
+@pytest.mark.timeout(400)  # a hundred processes
 def test_both_print_the_same(ros: RosSystem, packages: Path) -> None:
     different = {}
     for line in STACK_COMMANDS:

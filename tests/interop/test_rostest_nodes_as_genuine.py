@@ -39,7 +39,7 @@ def test_a_genuine_rostest_runs_them_as_ours_does(ros: RosSystem, scene: Scene) 
     scene.write(ros.home / "ws")
     ros.genuine.environment["ROS_PACKAGE_PATH"] = f"{ros.home / 'ws'}:/usr/share"
 
-    ran = ros.genuine.run("rostest", "around", "scene.test", timeout_s=50)
+    ran = ros.genuine.run("rostest", "around", "scene.test", timeout_s=120)
 
     assert ran.returncode == (0 if scene.passes else 2), ran.output
     assert scene.cases == cases_in(ros.home / ".ros/test_results/around/rosunit-scene.xml")

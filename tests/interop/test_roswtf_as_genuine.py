@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
+from functools import partial
 from pathlib import Path
 from typing import Any
 from xmlrpc.client import ServerProxy
 
 import pytest
 
+from pipros.graph.observer import SystemObserver
+from pipros.net.master_client import MasterClient
 from tests.support.answers import ask
 from tests.support.ros import RosSystem, Side
 from tests.support.waiting import wait_until
@@ -96,7 +100,7 @@ ENVIRONMENTS: dict[str, dict[str, str]] = {
 }
 
 
-@pytest.mark.timeout(180)  # forty processes
+@pytest.mark.timeout(400)  # forty processes
 def test_both_find_the_same_in_an_environment(ros: RosSystem, environment: dict[str, str]) -> None:
     different = {}
     for name, changes in ENVIRONMENTS.items():
@@ -119,7 +123,7 @@ def test_both_print_the_same_usage(ros: RosSystem) -> None:
         assert genuine.stderr == pipros.stderr
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize("master", ["genuine", "pipros"])
 def test_both_find_the_same_faults_in_a_broken_system(
     ros: RosSystem, environment: dict[str, str], master: str
@@ -129,6 +133,13 @@ def test_both_find_the_same_faults_in_a_broken_system(
     ros.pipros.start("rostopic", "echo", "/chatter", "__name:=listener")
     ros.wait_for_subscriber("/chatter")
     ros.wait_for_subscriber("/nothing_else")
+    observer = SystemObserver(MasterClient(ros.master_uri, "/test", timeout_s=30))
+
+    def has_all_links() -> bool:
+        links = Counter(link.topic for link in observer.poll().connections)
+        return links == {"/chatter": 1, "/rosout": len(ros.publishers("/rosout"))}
+
+    wait_until(has_all_links, 60, "all links")
     genuine, pipros = both(ros, environment, "--no-plugins")
     assert sorted(pipros) == sorted(genuine)
     assert "   * /nothing_else" in pipros
@@ -144,7 +155,18 @@ def test_both_find_the_same_faults_in_a_broken_system(
     assert "Found 4 error(s)." in pipros
 
 
-@pytest.mark.timeout(180)
+def transform_findings(side: Side, environment: dict[str, str]) -> set[str] | None:
+    """Return the findings about transforms, or None if in that second the nodes were not heard in turn."""
+    lines = findings(side, environment)
+    after = lines[lines.index("running tf checks, this will take a second...") :]
+    found = {re.sub(r"by -5\d\.\d+s", "by -50 s", line) for line in after}
+    heard = [
+        name for name in ("one", "other") if any(f" node [/{name}] publishing " in line for line in found)
+    ]
+    return found if len(heard) == 2 else None
+
+
+@pytest.mark.timeout(400)
 def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environment: dict[str, str]) -> None:
     rules = ros.home / "rules" / "tf_rules"  # Debian has the plugin, and no package that exports it
     rules.mkdir(parents=True)
@@ -158,16 +180,15 @@ def test_both_find_the_same_in_contradicting_transforms(ros: RosSystem, environm
     wait_until(lambda: len(ros.publishers("/tf")) == 2)
     found = []
     for side, path in ((ros.genuine, f"{rules.parent}:/usr/share"), (ros.pipros, str(ros.home / "src"))):
-        lines = findings(side, {**environment, "ROS_PACKAGE_PATH": path})
-        after = lines[lines.index("running tf checks, this will take a second...") :]
-        found.append({re.sub(r"by -5\d\.\d+s", "by -50 s", line) for line in after})
+        variables = {**environment, "ROS_PACKAGE_PATH": path}
+        found.append(wait_until(partial(transform_findings, side, variables), 150) or set())
     assert found[0] == found[1]
     assert "ERROR TF cycle detection::" in found[1]
     assert " * rotation from [a] to [b] is not unit length, 2.0" in found[1]
     assert " * reparenting of [odom] to [world] by [/one]" in found[1]
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 def test_both_check_launch_files(ros: RosSystem, environment: dict[str, str]) -> None:
     package = ros.home / "src" / "mine"
     package.mkdir()

@@ -42,7 +42,7 @@ int main() { std::cout << ros::message_traits::md5sum<map_msgs::ProjectedMapInfo
 """
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(600)
 def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> None:
     add_package(tmp_path, MANIFEST, CMAKE, PROGRAM)
     (tmp_path / "src" / "control_msgs").symlink_to(SHARED_PACKAGES / "control_msgs")
@@ -64,7 +64,7 @@ def test_a_cpp_program_uses_a_package_that_only_pipros_has(tmp_path: Path) -> No
     ]
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(600)
 def test_catkin_make_of_pipros_adds_the_packages_that_genuine_ros_does_not_have(
     ros: RosSystem, tmp_path: Path
 ) -> None:
@@ -73,7 +73,7 @@ def test_catkin_make_of_pipros_adds_the_packages_that_genuine_ros_does_not_have(
 
     built = ros.pipros.run(
         *("catkin_make", "-C", tmp_path),
-        timeout_s=200,
+        timeout_s=400,
         PATH=f"{ros.pipros.environment['PATH']}{os.pathsep}/usr/bin:/bin",
         **CPP_ONLY,
     )

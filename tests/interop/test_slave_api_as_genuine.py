@@ -148,7 +148,7 @@ def uri_of(master_uri: str) -> str:
     return str(answer[2])
 
 
-@pytest.mark.timeout(120)
+@pytest.mark.timeout(240)
 def test_a_node_responds_like_a_genuine_one(ros: RosSystem) -> None:
     genuine, ours = outcomes(ros, ros.genuine), outcomes(ros, ros.pipros)
     assert ours == genuine

@@ -71,7 +71,7 @@ def dump(python: str, environment: dict[str, str], file: Path) -> None:
             env=environment,
             stdout=output,
             stderr=subprocess.PIPE,
-            timeout=120,
+            timeout=280,
             check=True,
         )
 
@@ -87,20 +87,20 @@ def is_known(name: str) -> bool:
     return any(fnmatch.fnmatchcase(name, pattern) for pattern in LACKING) or listed(name) is not None
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(600)
 def test_star_imports_bind_the_names_of_genuine_ros(both: tuple[Bound, Bound]) -> None:
     assert sum(map(len, both[0].values())) > 4000
     assert [name for name in sorted(differences(*both)) if not is_known(name)] == []
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(600)
 def test_every_listed_exception_is_needed(both: tuple[Bound, Bound]) -> None:
     names = list(differences(*both))
     optional = {"genmsg.template_tools.em", "image_geometry.cameramodels.cv2", "rosbag.rosbag_main"}
     assert [pattern for pattern in LACKING.keys() - optional if not fnmatch.filter(names, pattern)] == []
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(600)
 def test_star_imports_of_packages_and_messages_bind_nothing_else(both: tuple[Bound, Bound]) -> None:
     genuine, ours = both
     whole = [name for name in genuine if name in PACKAGES or name in MESSAGES]
@@ -108,7 +108,7 @@ def test_star_imports_of_packages_and_messages_bind_nothing_else(both: tuple[Bou
     assert {name: more for name in whole if (more := ours[name].keys() - genuine[name].keys())} == {}
 
 
-@pytest.mark.timeout(240)
+@pytest.mark.timeout(600)
 def test_imported_modules_are_the_same_as_in_genuine_ros(both: tuple[Bound, Bound]) -> None:
     genuine, ours = both
     different = [

@@ -267,11 +267,12 @@ def test_a_demux_publishes_on_the_selected_topic(graph: Graph, side: str) -> Non
         graph.listen(topic)
     graph.start(side, "demux", "/in", "/one", "two")
     graph.wait_for_link_to("/in")
-    publish("0")
+    publish("0")  # which shows the type, and may come before there are links
     for topic in ("/one", "/two", "/demux/selected"):
         graph.wait_for_link_from(topic)
+    publish("1")
 
-    wait_until(lambda: ("/one", "0") in graph.got, 30, "the message that showed the type")
+    wait_until(lambda: ("/one", "1") in graph.got, 30, "the second message")
     wait_until(lambda: ("/demux/selected", "/one") in graph.got, 30, "what is selected")
     graph.got.clear()
     publish("a")
@@ -356,11 +357,12 @@ WRONG = [
 ]
 
 
+@pytest.mark.timeout(400)
 def test_wrong_arguments_end_alike(graph: Graph) -> None:
     def ended(side: str) -> list[Any]:
         started = [graph.start(side, *line.split()) for line in WRONG]
         return [
-            (line, program.wait(60), [text for text in program.stdout if "usage" in text.lower()])
+            (line, program.wait(120), [text for text in program.stdout if "usage" in text.lower()])
             for line, program in zip(WRONG, started, strict=True)
         ]
 
@@ -372,6 +374,7 @@ def test_wrong_arguments_end_alike(graph: Graph) -> None:
     ]
 
 
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize("caller", SIDES)
 def test_programs_call_the_mux_of_the_other_side(graph: Graph, caller: str) -> None:
     graph.start(SIDES[1 - SIDES.index(caller)], "mux", "/out", "/one", "/two")

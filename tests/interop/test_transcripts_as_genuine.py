@@ -53,7 +53,7 @@ def screen(
     terminal.type(command)
     if is_up:
         terminal.wait_for(last_line)
-        wait_until(is_up, 30, what=lambda: f"{command} to be up: {terminal.output}")
+        wait_until(is_up, 60, what=lambda: f"{command} to be up: {terminal.output}")
         terminal.press_ctrl_c()
     return shown(terminal)
 
@@ -71,7 +71,7 @@ def screens(side: Side, commands: Sequence[str]) -> list[tuple[int, list[str]]]:
 
 def shown(terminal: Terminal) -> tuple[int, list[str]]:
     """Return exit code and output of the last command, without text that varies between runs."""
-    code = terminal.wait_for_prompt()
+    code = terminal.wait_for_prompt(120)
     text = terminal.output.removesuffix(f"[{code}]> ")
     for pattern, name in OPEN:
         text = re.sub(pattern, name, text)
@@ -96,6 +96,7 @@ def both_nodes_are_up(ros: RosSystem) -> bool:
     return bool(ros.publishers("/battery_topic") and ros.subscribers("/battery_topic"))
 
 
+@pytest.mark.timeout(300)
 def test_roscore(ros: RosSystem) -> None:
     command = f"roscore -p {ros.port}"
 
@@ -109,6 +110,7 @@ def test_roscore(ros: RosSystem) -> None:
     assert_same(ours, theirs)
 
 
+@pytest.mark.timeout(300)
 @pytest.mark.parametrize("options", ["", "--screen"])
 @pytest.mark.parametrize("has_master", [False, True], ids=["with a master of its own", "with one that runs"])
 def test_roslaunch(ros: RosSystem, options: str, has_master: bool) -> None:
@@ -119,9 +121,12 @@ def test_roslaunch(ros: RosSystem, options: str, has_master: bool) -> None:
     def is_up() -> object:
         return both_nodes_are_up(ros) and (has_master or ros.publishers("/rosout_agg"))
 
-    assert_same(screen(ros.pipros, command, is_up), screen(ros.genuine, command, is_up))
+    last_line = r"process\[listener-\d\]: started with pid"
+    ours, theirs = (screen(side, command, is_up, last_line) for side in (ros.pipros, ros.genuine))
+    assert_same(ours, theirs)
 
 
+@pytest.mark.timeout(300)
 def test_rostest(ros: RosSystem) -> None:
     command = "rostest composiv_tryouts composiv_tryout.launch"
 
@@ -149,7 +154,7 @@ MISTAKES = (
 )
 
 
-@pytest.mark.timeout(180)
+@pytest.mark.timeout(400)
 def test_mistakes(ros: RosSystem) -> None:
     """All in one terminal of each side, because starting a master takes longer than a command."""
     ros.genuine.start_bare_master()

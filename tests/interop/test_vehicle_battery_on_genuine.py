@@ -9,8 +9,9 @@ from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 
+@pytest.mark.timeout(400)
 def test_the_rostest_passes_on_genuine_ros(ros: RosSystem) -> None:
-    ended = ros.genuine.run("rostest", "vehicle_battery", "battery.test", timeout_s=140)
+    ended = ros.genuine.run("rostest", "vehicle_battery", "battery.test", timeout_s=300)
 
     assert ended.returncode == 0, ended.output
     assert " * TESTS: 3" in ended.output

@@ -137,7 +137,7 @@ def built(side: Side, base: Path) -> tuple[list[str], list[str], str]:
     for name, (depends, cmake, contents) in PACKAGES.items():
         write_package(base, name, depends, cmake, contents)
     side.environment.pop("ROS_PACKAGE_PATH", None)
-    made = side.run("catkin_make", "-C", base, "install", timeout_s=240)
+    made = side.run("catkin_make", "-C", base, "install", timeout_s=400)
     assert made.returncode == 0, made.output
     starts = tuple(
         f"-- {word}" for word in ("a ", "nothing ", "br", "std_msgs ", "be", "af", "found", "rospy=")
@@ -153,7 +153,7 @@ def built(side: Side, base: Path) -> tuple[list[str], list[str], str]:
     return printed, definitions, ended.stdout[-1]
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_all_kinds_of_packages_are_built_and_installed_as_by_genuine_catkin(
     ros: RosSystem, tmp_path: Path
 ) -> None:
@@ -164,7 +164,7 @@ def test_all_kinds_of_packages_are_built_and_installed_as_by_genuine_catkin(
     assert list(built(ros.pipros, tmp_path / "pipros")) == json.loads(outcome.read_text())
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize(
     ("cmake", "complaint"),
     [
@@ -187,6 +187,6 @@ def test_packages_refused_by_genuine_catkin_are_refused(
         base = tmp_path / name
         write_package(base, "refused", "message_generation", cmake, files)
         side.environment.pop("ROS_PACKAGE_PATH", None)
-        made = side.run("catkin_make", "-C", base, timeout_s=120)
+        made = side.run("catkin_make", "-C", base, timeout_s=300)
         assert made.returncode == 1
         assert complaint in " ".join(made.output.split()), name

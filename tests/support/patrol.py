@@ -6,10 +6,11 @@ from pathlib import Path
 
 PACKAGES = Path(__file__).parents[1] / "packages"
 SAID = [
-    "(2.0, 0.0): SUCCEEDED there, moved: True",
+    "(2.0, 0.0): SUCCEEDED there",
     "  at 2.00 0.00, 2.00 0.00, nose at 3.00 0.00",
-    "(2.0, 3.0): SUCCEEDED there, moved: True",
+    "(2.0, 3.0): SUCCEEDED there",
     "  at 2.00 3.00, 2.00 3.00, nose at 2.00 4.00",
-    "(-1.0, 0.0): ABORTED there is a wall, moved: False",
+    "(-1.0, 0.0): ABORTED there is a wall",
+    "moved: True",
     "cancelled: PREEMPTED stopped",
 ]

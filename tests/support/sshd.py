@@ -62,7 +62,7 @@ class SshServer:
         if os.geteuid() == 0:
             Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)  # the chroot folder of the server
         self._process = subprocess.Popen([*prefix, SSHD, "-D", "-f", config, "-E", self.log])
-        wait_until(self._is_listening, what=lambda: f"sshd: {self.log.read_text()}")
+        wait_until(self._is_listening, 60, what=lambda: f"sshd: {self.log.read_text()}")
 
     def client(self, folder: Path, alias: str, address: str = "127.0.0.1") -> None:
         """Put an `ssh` into a folder that connects to this server at an address, under any host name."""
@@ -74,7 +74,7 @@ class SshServer:
 
     def close(self) -> None:
         self._process.terminate()
-        self._process.wait(10)
+        self._process.wait(30)
         self._port.release()
 
     def _is_listening(self) -> bool:

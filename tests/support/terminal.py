@@ -128,18 +128,18 @@ class Terminal:
         self._wait(lambda: self.output.startswith(line + "\n"), 30.0, f"the echo of {line!r}")
         self._typed_at += len(line) + 1
 
-    def run(self, line: str, timeout_s: float = 30.0) -> tuple[int, str]:
+    def run(self, line: str, timeout_s: float = 60.0) -> tuple[int, str]:
         """Type a command and wait for its end; return the exit code and the output."""
         self.type(line)
         code = self.wait_for_prompt(timeout_s)
         return code, _PROMPT.sub("", self.output)
 
-    def wait_for(self, pattern: str, timeout_s: float = 30.0) -> re.Match[str]:
+    def wait_for(self, pattern: str, timeout_s: float = 60.0) -> re.Match[str]:
         """Wait until the regular expression is found in the output of the last command."""
         looked_for = re.compile(pattern)
         return self._wait(lambda: looked_for.search(self.output), timeout_s, f"/{pattern}/")
 
-    def wait_for_prompt(self, timeout_s: float = 30.0) -> int:
+    def wait_for_prompt(self, timeout_s: float = 60.0) -> int:
         """Wait for the end of the command; return its exit code."""
         found = self._wait(lambda: _PROMPT.search(self.text), timeout_s, "the prompt")
         return int(found[1])

@@ -4,7 +4,8 @@ import rospy
 import tf2_ros
 
 rospy.init_node("asker")
-client = tf2_ros.BufferClient("tf2_buffer_server")
+# It fails if a response is later than that, even if the server is merely slow.
+client = tf2_ros.BufferClient("tf2_buffer_server", timeout_padding=rospy.Duration(60))
 print(client.wait_for_server(rospy.Duration(60)))
 found = client.lookup_transform("map", "hand", rospy.Time(0), rospy.Duration(30))
 print(found.header.frame_id, found.child_frame_id, found.transform.translation.x, found.transform.rotation.z)

@@ -24,7 +24,7 @@ def begin(part):
 
 def wait_for(condition):
     pause = threading.Event()
-    for _ in range(1000):
+    for _ in range(6000):
         if condition():
             return
         pause.wait(0.01)

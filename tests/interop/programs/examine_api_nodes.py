@@ -79,7 +79,7 @@ def examine_rospy():
     )
     rospy.rostime.set_rostime_initialized(True)
     for _ in range(2):
-        call("throttle", throttle, "a", 10)
+        call("throttle", throttle, "a", 1000)
         call("identical", identical, "a", "text")
         call("identical", identical, "a", "other")
         call("once", once, "z")

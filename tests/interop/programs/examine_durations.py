@@ -68,11 +68,11 @@ def timers():
     examine("names", lambda: (type(timer.name).__name__, timer.ident is not None))
     wait_for(lambda: len(events) > 2)
     timer.shutdown()
-    timer.join(10)
+    timer.join(60)
     examine("ended", timer.is_alive)
     examine("start", timer.start)
     once = rospy.Timer(rospy.Duration(0.01), events.append, oneshot=True)
-    once.join(10)
+    once.join(60)
     examine("oneshot", once.is_alive)
 
 

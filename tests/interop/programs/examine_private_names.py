@@ -81,7 +81,7 @@ def monitors():
     examine("none any more", roslaunch.pmon.start_process_monitor)
     roslaunch.pmon._shutting_down = False
     roslaunch.pmon.rl_signal(2, None)
-    monitor.join(10)
+    monitor.join(60)
     examine("first signal", lambda: (monitor.is_alive(), roslaunch.pmon._shutting_down))
 
 

@@ -104,7 +104,7 @@ def topics():
     examine("seq", lambda: (stamped, message.header.seq))
     latched = rospy.Publisher("latched", Int32, queue_size=1, latch=True)
     latched.publish(5)
-    examine("latched", lambda: rospy.wait_for_message("latched", Int32, 5).data)
+    examine("latched", lambda: rospy.wait_for_message("latched", Int32, 60).data)
     examine("wait_for_message", lambda: rospy.wait_for_message("/silent", String, 0.1))
     raw = []
     rospy.Subscriber("latched", rospy.AnyMsg, raw.append)
@@ -137,7 +137,7 @@ def services():
     rospy.Service("refuses", Trigger, refuse)
     rospy.Service("header", Trigger, lambda r: (True, str(sorted(r._connection_header))))
     proxy = rospy.ServiceProxy("keep", SetLoggerLevel)
-    examine("wait", lambda: proxy.wait_for_service(5))
+    examine("wait", lambda: proxy.wait_for_service(60))
     for label, call in (
         ("positional", lambda: proxy("a", "b")),
         ("by name", lambda: proxy(logger="c", level="d")),

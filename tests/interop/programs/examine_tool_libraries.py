@@ -87,7 +87,7 @@ def publishing():
     got = []
     rospy.Subscriber("/said", String, lambda message: got.append(message.data))
     publisher = rospy.Publisher("/said", String, queue_size=5, latch=True)
-    examine("wait", lambda: rostopic.wait_for_subscriber(publisher, 10))
+    examine("wait", lambda: rostopic.wait_for_subscriber(publisher, 60))
     lonely = rospy.Publisher("/lonely", String, queue_size=5)
     examine("wait for nobody", lambda: rostopic.wait_for_subscriber(lonely, 0.1))
     for number, text in enumerate(("data: one", "data: two\n---\ndata: three")):

@@ -30,7 +30,7 @@ def latched_topics():
     wait_for(lambda: first)
     rospy.Subscriber("latched", String, lambda m, extra: second.append((m.data, extra)), "extra")
     examine("second subscriber", lambda: second)
-    examine("wait_for_message", lambda: rospy.wait_for_message("latched", String, 5).data)
+    examine("wait_for_message", lambda: rospy.wait_for_message("latched", String, 60).data)
     examine("wait_for_message in a callback", wait_in_a_callback)
     examine("what came", lambda: ([m.data for m in first], second))
     silent = rospy.Publisher("silent", Int32, queue_size=5)
@@ -49,7 +49,7 @@ def wait_in_a_callback():
     got = []
     topic = rospy.Publisher("inner", String, queue_size=5, latch=True)
     topic.publish("x")
-    rospy.Subscriber("inner", String, lambda _: got.append(rospy.wait_for_message("inner", String, 5).data))
+    rospy.Subscriber("inner", String, lambda _: got.append(rospy.wait_for_message("inner", String, 60).data))
     wait_for(lambda: got)
     return got
 

@@ -2,6 +2,7 @@
 """Drive to some places, and check the arrival with tf."""
 
 import sys
+import threading
 
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PointStamped
@@ -35,25 +36,23 @@ def main():
     if not client.wait_for_server(rospy.Duration(60)):
         return 1
     for x, y in PLACES:
-        steps = []
-        client.send_goal(goal_at(x, y), feedback_cb=steps.append)
+        client.send_goal(goal_at(x, y))
         client.wait_for_result(rospy.Duration(60))
         state, now = client.get_state(), rospy.Time.now()
-        print(
-            f"({x}, {y}): {GoalStatus.to_string(state)} {client.get_goal_status_text()}, moved: {bool(steps)}"
-        )
+        print(f"({x}, {y}): {GoalStatus.to_string(state)} {client.get_goal_status_text()}")
         if state == GoalStatus.SUCCEEDED:
-            found = buffer.lookup_transform("map", "base_link", now, rospy.Duration(10))
+            found = buffer.lookup_transform("map", "base_link", now, rospy.Duration(60))
             translation = found.transform.translation
-            old_listener.waitForTransform("map", "base_link", now, rospy.Duration(10))
+            old_listener.waitForTransform("map", "base_link", now, rospy.Duration(60))
             (old_x, old_y, _), _ = old_listener.lookupTransform("map", "base_link", now)
             nose = PointStamped()
             nose.header.frame_id, nose.header.stamp, nose.point.x = "base_link", now, 1.0
-            point = buffer.transform(nose, "map", rospy.Duration(10)).point
+            point = buffer.transform(nose, "map", rospy.Duration(60)).point
             print(f"  at {translation.x:.2f} {translation.y:.2f}, {old_x:.2f} {old_y:.2f}", end="")
             print(f", nose at {point.x:.2f} {point.y:.2f}")
-    client.send_goal(goal_at(1000.0, 0.0))
-    rospy.sleep(0.2)
+    moving = threading.Event()
+    client.send_goal(goal_at(1000.0, 0.0), feedback_cb=lambda _: moving.set())
+    print(f"moved: {moving.wait(60)}")
     client.cancel_goal()
     client.wait_for_result(rospy.Duration(60))
     print(f"cancelled: {GoalStatus.to_string(client.get_state())} {client.get_goal_status_text()}")
