@@ -50,7 +50,7 @@ class Parent:
     def child(self) -> RpcClient:
         """Return the child's server after its registration."""
         registered = wait_until(lambda: [call for call in self.calls if call[0] == "register"])
-        return RpcClient(registered[0][2], timeout_s=10.0)
+        return RpcClient(registered[0][2], timeout_s=30.0)
 
     @property
     def shown(self) -> list[tuple[int, str]]:

@@ -74,7 +74,7 @@ class SshServer:
 
     def close(self) -> None:
         self._process.terminate()
-        self._process.wait(10)
+        self._process.wait(30)
         self._port.release()
 
     def _is_listening(self) -> bool:

@@ -19,7 +19,7 @@ def raw_subscriber(node: Node, topic: str, name: str = "/raw") -> Iterator[socke
     """A subscriber that has sent its header and reads nothing, not even the response."""
     with socket.socket() as sock:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
-        sock.settimeout(10)
+        sock.settimeout(30)
         sock.connect(("127.0.0.1", node.endpoints.port))
         sock.sendall(encode_header({"topic": topic, "md5sum": "*", "callerid": name}))
         yield sock

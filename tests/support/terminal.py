@@ -122,7 +122,7 @@ class Terminal:
         self.wait_for_prompt()
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
-        self._wait(lambda: self.output.startswith(line + "\n"), 5.0, f"the echo of {line!r}")
+        self._wait(lambda: self.output.startswith(line + "\n"), 30.0, f"the echo of {line!r}")
         self._typed_at += len(line) + 1
 
     def run(self, line: str, timeout_s: float = 30.0) -> tuple[int, str]:
