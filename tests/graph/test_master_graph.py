@@ -15,7 +15,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.basics.errors import Refused, Unreachable
 from pipros.basics.limits import Limits
-from pipros.master import notifier
+from pipros.master import notifier, server
 from pipros.master.master import Master
 from pipros.master.options import Probing
 from pipros.master.statistics import describe
@@ -27,7 +27,7 @@ from tests.support.waiting import wait_until
 
 @pytest.fixture
 def master() -> Iterator[Master]:
-    with Master(port=0) as running:
+    with Master(port=0, probing=Probing(answer_s=60.0)) as running:
         yield running
 
 
@@ -284,28 +284,38 @@ def test_the_master_ends_on_request_of_this_computer() -> None:
 # ---- resuming
 
 
-def test_a_restarted_master_remembers_parameters_and_the_nodes_that_are_still_there(tmp_path: Path) -> None:
+def test_a_restarted_master_remembers_parameters_and_the_nodes_that_are_still_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(server, "RESUME_ANSWER_S", 60.0)  # a node that answers later is kept
     store = tmp_path / "master.db"
     here, gone, other = FakeSlave(name="/here"), FakeSlave(name="/gone"), FakeSlave(name="/somebody_else")
-    silent = SilentSlave()
     with Master(port=0, store=store, parameters={"/run_id": "first"}) as master:
         client(master, "/here").register_publisher("/t", "x/Y", here.api)
         client(master, "/here").register_service("/srv", "rosrpc://127.0.0.1:9", here.api)
         client(master, "/gone").register_publisher("/t", "x/Y", gone.api)
         client(master, "/replaced").register_publisher("/t", "x/Y", other.api)
-        client(master, "/silent").register_publisher("/t", "x/Y", silent.api)
         client(master, "/x").set_param("/robot", {"name": "r", "gains": [1.5, 2]})
         client(master, "/x").delete_param("/robot/name")
     gone.stop()
     with Master(port=0, store=store, parameters={"/run_id": "second"}) as master:
         me = client(master, "/x")
         assert me.get_param("/") == {"robot": {"gains": [1.5, 2]}, "run_id": "second"}
-        assert me.get_system_state() == [[["/t", ["/here", "/silent"]]], [], [["/srv", ["/here"]]]]
+        assert me.get_system_state() == [[["/t", ["/here"]]], [], [["/srv", ["/here"]]]]
         assert me.lookup_service("/srv") == "rosrpc://127.0.0.1:9"
         assert me.get_topic_types() == [["/t", "x/Y"]]
     assert here.told == []
-    for found in (here, other, silent):
+    for found in (here, other):
         found.stop()
+
+
+def test_a_restarted_master_keeps_a_silent_node(tmp_path: Path) -> None:
+    store, silent = tmp_path / "master.db", SilentSlave()
+    with Master(port=0, store=store) as master:
+        client(master, "/silent").register_publisher("/t", "x/Y", silent.api)
+    with Master(port=0, store=store) as master:
+        assert client(master, "/x").get_system_state() == [[["/t", ["/silent"]]], [], []]
+    silent.stop()
 
 
 def test_an_unusable_store_is_set_aside_and_the_master_starts(tmp_path: Path) -> None:
