@@ -121,7 +121,7 @@ def test_a_node_that_ignores_signals_is_killed_after_the_timeouts(ros: RosSystem
 
 
 def test_a_second_ctrl_c_ends_the_wait(ros: RosSystem, package: Path) -> None:
-    running = launch(ros, package, node("stubborn"))
+    running = launch(ros, package, node("stubborn"), "--sigint-timeout=1000", "--sigterm-timeout=1000")
     running.wait_for("ready")
     for expected in ("killing on exit", "escalating to SIGTERM", "escalating to SIGKILL"):
         running.press_ctrl_c()
