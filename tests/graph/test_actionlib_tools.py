@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import os
 import select
+from typing import Any
 
 import pytest
 
+from actionlib import TerminalState
+from actionlib_tools import axclient
+from actionlib_tools.dynamic_action import DynamicAction
 from actionlib_tools.library import yaml_msg_str, yaml_msgs_str
 from tests.support.environments import REPOSITORY
 from tests.support.ros import RosSystem
@@ -125,6 +129,30 @@ def test_goals_are_answered_on_a_terminal_until_ctrl_c_or_the_end_of_the_node(ro
     (node,) = [name for name in ros.pipros.run("rosnode", "list").stdout if "axserver" in name]
     ros.pipros.run("rosnode", "kill", node)
     assert terminal.wait_for_prompt() == 0
+
+
+def test_feedback_that_another_thread_delivers_after_the_result_is_not_shown(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from actionlib.msg import TestFeedback, TestResult
+
+    class Unordered:
+        def __init__(self, *_: Any) -> None: ...
+
+        def send_goal(self, _: Any, on_end: Any, on_active: Any, on_feedback: Any) -> None:
+            on_active()
+            on_feedback(TestFeedback(1))
+            on_end(TerminalState.PREEMPTED, TestResult(2))
+            on_feedback(TestFeedback(3))
+
+        def get_goal_status_text(self) -> str:
+            return ""
+
+    monkeypatch.setattr(axclient, "SimpleActionClient", Unordered)
+    axclient.Client("/test", DynamicAction("actionlib/TestAction")).send()
+    assert capsys.readouterr().out.splitlines()[1:] == [
+        *("feedback:", "  feedback: 1", "result:", "  result: 2", "PREEMPTED")
+    ]
 
 
 def test_a_missing_action_is_named(ros: RosSystem) -> None:

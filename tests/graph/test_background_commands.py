@@ -73,7 +73,7 @@ def test_a_test_run_in_the_background_of_a_script_ends_on_sigint(ros: RosSystem,
     )
     ros.pipros.environment["ROS_PACKAGE_PATH"] = str(package.parent)
     shell, job = start_in_background(ros, command)
-    wait_until(lambda: (ros.home / "ready").exists(), 20.0, "the test to run")
+    wait_until(lambda: (ros.home / "ready").exists(), what="the test to run")
     os.kill(job, signal.SIGINT)
     shell.wait_for(r"^code \d+$")
 

@@ -75,7 +75,7 @@ def talker_and_listener(master: Master, make_node: MakeNode) -> None:
 
 @pytest.fixture
 def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) -> Iterator[None]:
-    """A healthy talker and listener, and a dozen faults around them."""
+    """A healthy talker and listener, and a dozen faults around them, all found without waiting in vain."""
     sick = make_node("sick")
 
     def publish(node: str, topic: str, type_name: str, api: str) -> None:
@@ -83,8 +83,6 @@ def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) 
 
     publish("/ghost", "/a", "std_msgs/String", NOBODY)
     publish("/stranger", "/b", "std_msgs/String", "http://no.such.host.invalid:9/")
-    silent = SilentSlave()
-    publish("/silent", "/c", "std_msgs/String", silent.api)
     publish("/left_over", "/d", "std_msgs/String", sick.uri)
     publish("/exotic", "/e", "no_such_package/Thing", sick.uri)
     sick.subscribe("/chatter", Int32, lambda _: None)
@@ -103,7 +101,7 @@ def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) 
     deaf = FakeNode(getBusInfo=[[1, sick.uri, "i", "TCPROS", "/pose", True]])
     register_as(master, "/deaf", "registerSubscriber", "/pose", "geometry_msgs/PoseStamped", deaf.api)
     yield
-    for fake in (silent, other, deaf):
+    for fake in (other, deaf):
         fake.stop()
 
 
@@ -113,8 +111,8 @@ def register_as(master: Master, node: str, method: str, *params: str) -> None:
     client.close()
 
 
-def examined(master: Master, **options: Any) -> Examination:
-    return examine(Environment(master_uri=master.uri), timeout_s=1.0, **options)
+def examined(master: Master, *, timeout_s: float = 30.0, **options: Any) -> Examination:
+    return examine(Environment(master_uri=master.uri), timeout_s=timeout_s, **options)
 
 
 def test_nothing_is_found_in_a_healthy_system(
@@ -146,7 +144,6 @@ def test_each_planted_fault_is_found(
     assert found >= {
         ("ghost-node", "/ghost"),
         ("unknown-host", "/stranger"),
-        ("silent-node", "/silent"),
         ("no-publisher", "/d", "/left_over"),
         ("unknown-type", "no_such_package/Thing", "/e"),
         ("type-mismatch", "/chatter", "/talker", "/sick"),
@@ -160,6 +157,15 @@ def test_each_planted_fault_is_found(
         ("one-sided-connection", "/pose", "/sick", "/deaf"),
     }
     assert not any("/listener" in finding for finding in found), "which is well"
+
+
+def test_a_silent_node_is_found(master: Master, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    silent = SilentSlave()
+    register_as(master, "/silent", "registerPublisher", "/c", "std_msgs/String", silent.api)
+    found = {(finding.rule, *finding.subjects) for finding in examined(master, timeout_s=1.0).findings}
+    assert ("silent-node", "/silent") in found
+    silent.stop()
 
 
 def test_a_subscriber_that_cannot_reach_this_machine_does_not_connect(master: Master) -> None:
@@ -238,7 +244,7 @@ def test_faults_of_a_setup_are_reported(tmp_path: Any, monkeypatch: pytest.Monke
         "ROS_HOME": str(home),
         "ROS_VERSION": "2",
     }
-    findings = check_machine(gather_machine(variables, timeout_s=1.0))
+    findings = check_machine(gather_machine(variables, timeout_s=30.0))
     assert {finding.rule for finding in findings} >= {
         "master-host-unknown",
         "ip-of-another",

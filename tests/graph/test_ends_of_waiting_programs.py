@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import shlex
 import signal
+from contextlib import closing
 
 import pytest
 
+from pipros.net.master_client import MasterClient
 from tests.support.ros import RosSystem
 from tests.support.slaves import SilentSlave
 from tests.support.waiting import wait_until
@@ -16,7 +18,7 @@ WAITING_FOR_TRANSFORMS = {
     "rosrun tf tf_echo earth moon": 0,
     "rosrun tf tf_monitor": 0,
     "rosrun tf tf_monitor earth moon": 0,
-    "rosrun tf view_frames": 130,
+    "python3 -c 'import tf.nodes.view_frames as it; it.LISTEN_S = 1000; raise SystemExit(it.main())'": 130,
     "rosrun tf2_tools echo.py earth moon": 0,
 }
 """Exit codes by commands."""
@@ -26,7 +28,7 @@ WAITING_FOR_TRANSFORMS = {
 @pytest.mark.parametrize("command", WAITING_FOR_TRANSFORMS)
 def test_a_node_that_waits_for_transforms_ends(ros: RosSystem, command: str, way: str) -> None:
     ros.serve_master()
-    program = ros.pipros.start(*command.split())
+    program = ros.pipros.start(*shlex.split(command))
     ros.wait_for_subscriber("/tf")
     (node,) = ros.subscribers("/tf")
     if way == "rosnode kill":
@@ -36,7 +38,11 @@ def test_a_node_that_waits_for_transforms_ends(ros: RosSystem, command: str, way
 
     assert program.wait() == WAITING_FOR_TRANSFORMS[command], program.output
     assert "Traceback" not in program.output
-    assert ros.publishers("/rosout") == []
+    # A program gives up if the master, in this process, does not answer soon. Then the master removes it.
+    wait_until(lambda: ros.publishers("/rosout") == [])
+    with closing(MasterClient(ros.master_uri, "/a_test")) as master:
+        calls = master.call("pipros.getStatistics")["calls_by_method"]
+    assert any(name.startswith("unregister") for name in calls)
     assert not (ros.home / "frames.gv").exists()
 
 

@@ -34,15 +34,15 @@ def image() -> Any:
     return made
 
 
-def send_until(node: Node, topic: str, got: list[Any]) -> None:
-    """Publish the image repeatedly, because programs connect only when they are ready."""
+def send_until_all_arrive(node: Node, topic: str, *got: list[Any]) -> None:
+    """Publish the image repeatedly, because programs connect only when they are ready, in any order."""
     publisher = node.advertise(topic, Image, queue_size=1)
 
     def arrived() -> bool:
         publisher.publish(image())
-        return bool(got)
+        return all(got)
 
-    wait_until(arrived, 60, "an image")
+    wait_until(arrived, 60, "images")
 
 
 def test_images_are_converted_to_png_and_back(processes: Processes, make_node: MakeNode) -> None:
@@ -54,7 +54,7 @@ def test_images_are_converted_to_png_and_back(processes: Processes, make_node: M
     processes.start(*run, "raw", "in:=/camera/image", "compressed", "out:=/small")
     processes.start(*run, "compressed", "in:=/small", "raw", "out:=/back")
 
-    send_until(node, "/camera/image", got)
+    send_until_all_arrive(node, "/camera/image", got, packed)
 
     assert (got[0].encoding, got[0].width, got[0].step) == ("rgb8", 6, 18)
     assert bytes(got[0].data) == image().data
@@ -68,7 +68,7 @@ def test_a_raw_image_is_republished_in_every_transport(processes: Processes, mak
     node.subscribe("/out/compressed", CompressedImage, packed.append)
     processes.start("rosrun", "image_transport", "republish", "raw", "in:=/camera/image", "out:=/out")
 
-    send_until(node, "/camera/image", packed)
+    send_until_all_arrive(node, "/camera/image", got, packed)
 
     assert bytes(got[0].data) == image().data
     assert packed[0].format == "rgb8; jpeg compressed bgr8"

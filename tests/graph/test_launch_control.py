@@ -89,7 +89,7 @@ def test_the_output_is_shown_without_colours(ros: RosSystem, launch: Process) ->
             [[source, shown]] = next(
                 data["output"]
                 for data in browser.watch("launch_output", launch=node["launch"], node=node["name"])
-                if data["output"]
+                if any(written for _, written in data["output"])
             )
             assert (Path(source).name, shown) == (f"{node['name'].replace('/', '-')}-stdout.log", text)
 

@@ -53,11 +53,11 @@ def workspace(ros: RosSystem) -> Path:
 
 
 def shell(ros: RosSystem, script: str, program: str = "bash") -> Process:
-    return ros.pipros.run(program, "-c", script, ROS_PACKAGE_PATH="")
+    return ros.pipros.run(program, "-c", script, timeout_s=120.0, ROS_PACKAGE_PATH="")
 
 
 def catkin_make(ros: RosSystem, workspace: Path, *arguments: str) -> Process:
-    return ros.pipros.run("catkin_make", "-C", workspace, *arguments, ROS_PACKAGE_PATH="")
+    return ros.pipros.run("catkin_make", "-C", workspace, *arguments, timeout_s=120.0, ROS_PACKAGE_PATH="")
 
 
 def test_a_package_is_created_built_and_found(ros: RosSystem) -> None:

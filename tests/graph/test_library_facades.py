@@ -199,7 +199,7 @@ def test_a_script_prints(script: str, expected: list[str], master: Master, tmp_p
         {"ROS_MASTER_URI": master.uri, "ROS_HOME": str(tmp_path), "PATH": "/usr/bin:/bin"}, tmp_path
     )
     try:
-        ended = processes.run(sys.executable, file)
+        ended = processes.run(sys.executable, file, timeout_s=120.0)
     finally:
         processes.end_all()
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import fcntl
 import socket
+import sys
+import termios
 import threading
 import xmlrpc.client
 from collections.abc import Iterator
@@ -57,13 +60,13 @@ class Serving:
     def hold(self) -> bool:
         """Block the event loop, so that it afterwards receives all requests at once."""
         self.is_held.set()
-        return self.may_go_on.wait(10)
+        return self.may_go_on.wait(60)
 
     def open_gate(self) -> None:
         self.loop.call(self.gate.set)
 
     def connect(self) -> socket.socket:
-        return socket.create_connection(("127.0.0.1", self.server.port), 10)
+        return socket.create_connection(("127.0.0.1", self.server.port), 60)
 
     def close(self) -> None:
         self.loop.run(self.server.stop())
@@ -79,6 +82,12 @@ def serving() -> Iterator[Serving]:
 
 def request(method: str, *params: Any) -> bytes:
     return build_request("h", "/", encode_call(method, params))
+
+
+def has_arrived(peer: socket.socket) -> bool:
+    """Return whether the system has passed all that was sent to the other end, read there or not."""
+    left = fcntl.ioctl(peer, termios.TIOCOUTQ, bytes(4))
+    return not int.from_bytes(left, sys.byteorder)
 
 
 def read_to_end(peer: socket.socket) -> bytes:
@@ -143,9 +152,11 @@ def test_pipelined_calls_and_those_of_others_take_turns(serving: Serving) -> Non
             peer.sendall(request("echo", "hello"))
             assert b"hello" in peer.recv(65536)
         hasty.sendall(request("hold"))
-        assert serving.is_held.wait(10)
+        assert serving.is_held.wait(60)
         hasty.sendall(request("note", "hasty") * 100)
         other.sendall(request("note", "other") * 2)
+        for peer in (hasty, other):
+            wait_until(lambda peer=peer: has_arrived(peer))  # type: ignore[misc]
         serving.may_go_on.set()
         for peer in (hasty, other):
             peer.shutdown(socket.SHUT_WR)
@@ -194,7 +205,7 @@ def test_a_waiting_call_delays_only_its_own_connection(serving: Serving) -> None
         assert client.call("echo", 1) == 1
         assert not answer
         serving.open_gate()
-        waiting.join(10)
+        waiting.join(60)
         assert answer == ["waited"]
 
 
@@ -333,10 +344,13 @@ def test_the_connection_idle_longest_is_closed_for_a_new_one() -> None:
 
 
 def test_idle_connections_are_closed_without_affecting_clients() -> None:
-    serving = Serving(limits=Limits(idle_s=0.05))
+    serving = Serving()
+    usual = serving.server.limits
     with RpcClient(serving.uri, timeout_s=10) as client:
         assert client.call("echo", 1) == 1
+        serving.server.limits = Limits(idle_s=0.05)
         wait_until(lambda: len(serving.server.connections) == 0)
+        serving.server.limits = usual
         assert client.call("echo", 2) == 2
     serving.close()
 
@@ -367,10 +381,10 @@ def test_many_threads_share_a_client(serving: Serving) -> None:
 
 
 def test_an_unreachable_server_raises_with_the_reason() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = listener.getsockname()[1]
-    with pytest.raises(Unreachable) as caught:
-        RpcClient(f"http://127.0.0.1:{port}/").call("echo")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))  # nothing listens there
+        with pytest.raises(Unreachable) as caught:
+            RpcClient(f"http://127.0.0.1:{taken.getsockname()[1]}/").call("echo")
     assert caught.value.reason == "Connection refused"
     assert isinstance(caught.value.__cause__, ConnectionRefusedError)
 

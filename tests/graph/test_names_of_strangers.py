@@ -12,6 +12,7 @@ from std_msgs.msg import Int32, String
 from pipros.cli.command_node import command_node
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
+from pipros.node import registration
 from pipros.node.registration import Registrations
 from tests.support.bags import bag_bytes
 from tests.support.nodes import MakeNode
@@ -34,8 +35,12 @@ def test_playing_an_illegal_topic_is_one_error(
 
 
 def test_a_name_that_cannot_be_encoded_is_reported_and_the_node_ends_properly(
-    master: Master, make_node: MakeNode, caplog: pytest.LogCaptureFixture
+    master: Master,
+    make_node: MakeNode,
+    caplog: pytest.LogCaptureFixture,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    monkeypatch.setattr(registration, "UNREGISTER_TIMEOUT_S", 60.0)
     node = make_node("talker")
     node.log.addHandler(caplog.handler)
     node.advertise("/good", String)

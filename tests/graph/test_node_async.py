@@ -21,7 +21,7 @@ SetBool: Any = load_service_class("std_srvs/SetBool")
 
 
 def run(coroutine: Coroutine[Any, Any, Any]) -> Any:
-    return asyncio.run(asyncio.wait_for(coroutine, 20))
+    return asyncio.run(asyncio.wait_for(coroutine, 60))
 
 
 def test_messages_are_iterated_in_order_and_the_iteration_ends_with_the_node(
@@ -70,7 +70,7 @@ def test_a_service_is_served_and_called_by_coroutines(make_node: MakeNode) -> No
 
     async def talk() -> Any:
         server.serve("set", SetBool, handle)
-        return await client.call("set", SetBool, SetBool._request_class(data=True), timeout_s=10)
+        return await client.call("set", SetBool, SetBool._request_class(data=True), timeout_s=30)
 
     response = run(talk())
     assert (response.success, response.message) == (True, "MainThread")
@@ -79,7 +79,7 @@ def test_a_service_is_served_and_called_by_coroutines(make_node: MakeNode) -> No
 def test_an_awaited_call_can_be_limited_and_cancelled(make_node: MakeNode) -> None:
     server, client, gate = make_node("server"), make_node("client"), threading.Event()
     entered = threading.Event()
-    server.serve("hang", SetBool, lambda _: (entered.set(), gate.wait(10), SetBool._response_class())[2])
+    server.serve("hang", SetBool, lambda _: (entered.set(), gate.wait(60), SetBool._response_class())[2])
     request = SetBool._request_class()
 
     async def talk() -> None:
@@ -87,7 +87,7 @@ def test_an_awaited_call_can_be_limited_and_cancelled(make_node: MakeNode) -> No
             await client.call("hang", SetBool, request, timeout_s=0.05)
         entered.clear()
         task = asyncio.ensure_future(client.call("hang", SetBool, request))
-        await asyncio.to_thread(entered.wait, 10)
+        await asyncio.to_thread(entered.wait, 60)
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
             await task

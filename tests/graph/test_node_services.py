@@ -100,7 +100,7 @@ def test_a_crashed_server_is_unreachable(make_node: MakeNode) -> None:
 def test_a_probe_connects_without_a_call(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     service = server.serve("set", SetBool, answer(""))
-    client.client("set", SetBool).probe(5.0)
+    client.client("set", SetBool).probe(60.0)
     assert service.calls == 0
 
 
@@ -122,13 +122,13 @@ def test_a_slow_handler_does_not_delay_other_calls(make_node: MakeNode) -> None:
     def handle(request: Any) -> Any:
         if request.data:
             entered.set()
-            gate.wait(10)
+            gate.wait(60)
         return SetBool._response_class()
 
     server.serve("set", SetBool, handle)
     slow = threading.Thread(target=client.client("set", SetBool).call, args=(ON,))
     slow.start()
-    assert entered.wait(10)
+    assert entered.wait(60)
     client.client("set", SetBool).call(SetBool._request_class(data=False))
     assert slow.is_alive()
     gate.set()
@@ -171,7 +171,7 @@ def test_a_call_during_interpreter_shutdown_fails_silently(
 def test_the_end_of_a_node_ends_its_calls(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     entered, gate = threading.Event(), threading.Event()
-    server.serve("hang", Empty, lambda _: (entered.set(), gate.wait(10), Empty._response_class())[2])
+    server.serve("hang", Empty, lambda _: (entered.set(), gate.wait(60), Empty._response_class())[2])
     errors: list[Exception] = []
 
     def call() -> None:
@@ -182,9 +182,9 @@ def test_the_end_of_a_node_ends_its_calls(make_node: MakeNode) -> None:
 
     caller = threading.Thread(target=call)
     caller.start()
-    assert entered.wait(10)
+    assert entered.wait(60)
     client.shutdown("enough")
-    caller.join(10)
+    caller.join(60)
     assert "transport error completing service call" in str(errors[0])
     gate.set()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import socket
@@ -179,7 +180,8 @@ def test_a_silent_connection_of_the_slave_api_ends_with_the_handshake(make_node:
     node = make_node("one", ports=PORTS, limits=Limits(handshake_s=0.2))
     with socket.create_connection(("127.0.0.1", node.endpoints.port), 10) as peer:
         peer.sendall(b"PO")
-        assert peer.recv(1) == b""
+        with contextlib.suppress(ConnectionResetError):  # the limit may have passed before they were sent
+            assert peer.recv(1) == b""
 
 
 LISTEN_BELOW_1024 = """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from functools import partial
-from threading import Event
+from threading import Event, Lock
 from typing import Any
 
 import rospy
@@ -51,6 +51,7 @@ class Client:
         self._client = SimpleActionClient(name, action.action)
         self._ended = Event()
         self._ended.set()
+        self._printing = Lock()
 
     def wait_for_server(self) -> bool:
         """Wait indefinitely for the server. Return False if the node is shut down first."""
@@ -88,13 +89,16 @@ class Client:
         print("The goal is active.", flush=True)
 
     def _on_feedback(self, feedback: Any) -> None:
-        print(f"feedback:\n{indented(feedback)}", flush=True)
+        with self._printing:  # another thread may have printed the result, and the prompt after it
+            if not self._ended.is_set():
+                print(f"feedback:\n{indented(feedback)}", flush=True)
 
     def _on_end(self, status: int, result: Any) -> None:
         text = self._client.get_goal_status_text()
-        print(f"result:\n{indented(result)}" if result is not None else "result: none")
-        print(f"{TerminalState.to_string(status)}{f': {listed(text)}' if text else ''}", flush=True)
-        self._ended.set()
+        with self._printing:
+            print(f"result:\n{indented(result)}" if result is not None else "result: none")
+            print(f"{TerminalState.to_string(status)}{f': {listed(text)}' if text else ''}", flush=True)
+            self._ended.set()
 
 
 def main() -> int:
