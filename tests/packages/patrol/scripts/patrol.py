@@ -39,6 +39,8 @@ def main():
         client.send_goal(goal_at(x, y), feedback_cb=steps.append)
         client.wait_for_result(rospy.Duration(60))
         state, now = client.get_state(), rospy.Time.now()
+        while state == GoalStatus.SUCCEEDED and not steps:  # the result may overtake the feedback
+            rospy.sleep(0.01)
         print(
             f"({x}, {y}): {GoalStatus.to_string(state)} {client.get_goal_status_text()}, moved: {bool(steps)}"
         )
