@@ -62,7 +62,7 @@ def test_the_battery_monitor_warns_is_drawn_and_acknowledged(ros: RosSystem) -> 
     def run(words: str, expected: str) -> None:
         terminal = ros.pipros.open_terminal()
         terminal.type(typed[words])
-        terminal.wait_for(expected)
+        terminal.wait_for(expected, 90)
 
     run("roslaunch vehicle_battery", r"battery low: \d+ %")
     run("rqt_graph", r"http://localhost:\d+/")
