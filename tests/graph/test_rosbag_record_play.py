@@ -264,6 +264,7 @@ def test_a_bag_is_played_in_order_with_its_types_and_latching(
     assert play.stdout[-1] == "Done."
 
 
+@pytest.mark.timeout(300)
 def test_a_thousand_topics_are_played_and_recorded(ros: RosSystem, master: Master) -> None:
     rows = [(f"/t{n % 1000}", Int32(n), 100 + n // 1000, n % 1000) for n in range(3000)]
     (ros.home / "in.bag").write_bytes(bag_bytes(rows))

@@ -126,6 +126,7 @@ def corners_and_turns(poses: list[Any]) -> list[tuple[float, float]]:
     return [*edges, (math.hypot(poses[-1].x - start.x, poses[-1].y - start.y), turned)]
 
 
+@pytest.mark.timeout(240)
 def test_a_turtle_draws_a_pentagon_exactly(ros: RosSystem) -> None:
     """The turtle of this test moves once for each command, so that it never moves while a node is paused."""
     ros.pipros.start_master()

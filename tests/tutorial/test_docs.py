@@ -59,6 +59,7 @@ NOT_RUN = {
 OUTPUT = {"text"}
 
 
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize("page", PAGES)
 def test_the_commands_of_a_page_print_the_output_shown(ros: RosSystem, page: str) -> None:
     text = (DOCS / page).read_text()

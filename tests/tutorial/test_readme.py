@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 from tests.support.environments import REPOSITORY, VENV_BIN
 from tests.support.ros import RosSystem
 from tests.support.terminal import Terminal
@@ -23,6 +25,7 @@ def commands(block: int) -> dict[str, str]:
     return {" ".join(line.split()[:2]): line for line in lines}
 
 
+@pytest.mark.timeout(400)
 def test_each_command_works_in_its_own_terminal(ros: RosSystem) -> None:
     typed = commands(0) | commands(1)
 
