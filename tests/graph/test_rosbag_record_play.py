@@ -64,9 +64,10 @@ def bag_of(path: Path, count: int = 20) -> Path:
 
 def test_published_messages_are_recorded_until_ctrl_c(ros: RosSystem, master: Master, talker: Node) -> None:
     record = start(ros, master, "record", "--chunksize", "0", "-O", "run", "/number", "/text")
-    publish(talker, "/number", [Int32(n) for n in range(50)])
-    publish(talker, "/text", [String("a"), String("b")], latch=True)
     active = ros.home / "run.bag.active"
+    publish(talker, "/number", [Int32(n) for n in range(50)])
+    wait_until(lambda: message_count(active) == 50, what="the numbers in the file")
+    publish(talker, "/text", [String("a"), String("b")], latch=True)
     wait_until(lambda: message_count(active) == 52, what="all messages in the file")
     record.press_ctrl_c()
 
@@ -143,16 +144,17 @@ def test_snapshots_are_written_on_request(ros: RosSystem, master: Master, talker
     take = talker.client("/recorder/trigger_snapshot", Trigger)
     found: list[list[tuple[str, Any]]] = []
 
-    def ask_until(newest: int) -> None:
-        """Take snapshots until one contains this number."""
-        number.publish(Int32(newest))
-        while not any(("/number", newest) in rows for rows in found):
+    def ask_until(row: tuple[str, Any]) -> None:
+        """Take snapshots until one contains this message."""
+        while not any(row in rows for rows in found):
             answer = take.call(Trigger._request_class(), timeout_s=30)
             if answer.success:
                 found.append(recorded(ros.home / answer.message))
 
-    ask_until(1)
-    ask_until(2)
+    ask_until(("/text", "latched"))
+    for value in (1, 2):
+        number.publish(Int32(value))
+        ask_until(("/number", value))
     trigger.publish(Empty())
     record.wait_for(rf"Wrote a snapshot of 1 messages to 'snap_{len(found)}.bag'")
     record.press_ctrl_c()
@@ -182,7 +184,7 @@ def test_a_killed_recording_loses_only_the_current_chunk(
     record = start(ros, master, "record", "--chunksize", "1", "-O", "killed", "/text")
     active = ros.home / "killed.bag.active"
     publish(talker, "/text", [String("x" * 200 + str(n)) for n in range(200)])
-    wait_until(lambda: active.stat().st_size > 30_000, what="some chunks")
+    wait_until(lambda: active.stat().st_size > 40_000, what="some chunks")
     record.send_signal(signal.SIGKILL)
     record.wait()
 
@@ -211,7 +213,9 @@ def test_a_full_disk_leaves_a_valid_bag_and_disturbs_no_publisher(
     assert re.search(r"the disk with 'full.bag' is full: the last \d+ messages were discarded", record.output)
     assert re.search(r"\d+ messages were dropped, \d+ in all: the disk is full", record.output)
     assert not (ros.home / "full.bag.active").exists()
-    found = [message[len(text) :] for _, message in recorded(ros.home / "full.bag")]
+    # The recorder looks at the disk every five seconds, so the last, short message may have its chance.
+    messages = [message for _, message in recorded(ros.home / "full.bag")]
+    found = [message[len(text) :] for message in messages if message.startswith(text)]
     assert found == [str(n) for n in range(len(found))]
     assert len(found) > 150
 
@@ -260,6 +264,7 @@ def test_a_bag_is_played_in_order_with_its_types_and_latching(
     assert play.stdout[-1] == "Done."
 
 
+@pytest.mark.timeout(300)
 def test_a_thousand_topics_are_played_and_recorded(ros: RosSystem, master: Master) -> None:
     rows = [(f"/t{n % 1000}", Int32(n), 100 + n // 1000, n % 1000) for n in range(3000)]
     (ros.home / "in.bag").write_bytes(bag_bytes(rows))
@@ -284,7 +289,8 @@ def test_parts_and_the_clock_are_played(ros: RosSystem, master: Master, make_nod
     listener.subscribe("/number", Int32, inbox)
     listener.subscribe("/clock", Clock, clock)
     words = ("--clock", "-s", "1.5", "-u", "0.8", "--topics", "/number", "--bags", "in.bag")
-    play = start(ros, master, "play", "-d", "2", *words)
+    # Slowly, so that a listener that is late gets a part of the clock.
+    play = start(ros, master, "play", "-d", "2", "-r", "0.2", "--wait-for-subscribers", *words)
 
     assert [message.data for message in inbox.wait(10)] == list(range(10, 20))
     assert play.wait() == 0

@@ -231,8 +231,8 @@ def test_the_graph_has_nodes_topics_connections_and_unreachable_nodes(master: An
     rosgraph.Master("/ghost").registerPublisher("/chatter", "std_msgs/String", "http://127.0.0.1:9/")
     with Node("talker", environment=environment) as talker, Node("listener", environment=environment) as ear:
         publisher = talker.advertise("/chatter", String)
-        ear.subscribe("/chatter", String, lambda _: None)
-        wait_until(lambda: publisher.connection_count == 1)
+        subscriber = ear.subscribe("/chatter", String, lambda _: None)
+        wait_until(lambda: publisher.connection_count == subscriber.connection_count == 1)
         graph = rosgraph.impl.graph.Graph()
 
         assert graph.update()

@@ -30,17 +30,26 @@ def register(master: Master, node: str, api: str) -> None:
     itself.close()
 
 
+@pytest.fixture
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give the nodes of this process, which may be busy, more than the usual three seconds to answer."""
+    assert pinging.TIMEOUT_S == 3.0
+    monkeypatch.setattr(pinging, "TIMEOUT_S", 30.0)
+
+
+@pytest.mark.usefixtures("patient")
 def test_answers_are_timed_and_averaged(client: MasterClient, make_node: MakeNode) -> None:
     make_node("talker").advertise("/chatter", String)
     lines: list[str] = []
     pauses: list[float] = []
     assert pinging.ping(client, "/talker", count=2, say=lines.append, pause=pauses.append)
-    assert lines[0] == "pinging /talker with a timeout of 3.0s"
+    assert lines[0] == "pinging /talker with a timeout of 30.0s"
     assert [line.partition("\t")[2][:5] for line in lines[1:3]] == ["time=", "time="]
     assert lines[3].startswith("ping average: ")
     assert pauses == [pinging.PERIOD_S]
 
 
+@pytest.mark.usefixtures("patient")
 def test_ctrl_c_ends_an_endless_ping_with_the_average(client: MasterClient, make_node: MakeNode) -> None:
     make_node("talker").advertise("/chatter", String)
     lines: list[str] = []

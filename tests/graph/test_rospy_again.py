@@ -14,8 +14,10 @@ from tests.support.processes import Process, Processes
 HEAD = """
 import os, signal, sys
 import rospy, rospy.client, rospy.core
+from pipros.node import registration
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+registration.UNREGISTER_TIMEOUT_S = 30  # the master, in the process of the test, may be busy
 
 def begin_anew(name, **more):
     rospy.client._init_node_args = None

@@ -17,7 +17,7 @@ import rospy
 from std_msgs.msg import Float32MultiArray, String
 
 def wait_for(condition):
-    for _ in range(1000):
+    for _ in range(3000):
         if condition():
             return
         threading.Event().wait(0.01)

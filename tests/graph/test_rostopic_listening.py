@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 import shutil
 import signal
 from pathlib import Path
@@ -47,6 +49,16 @@ def nodes_of(master: Master) -> list[str]:
     client = MasterClient(master.uri, "/test")
     try:
         return SystemState.from_state(client.get_system_state()).nodes()
+    finally:
+        client.close()
+
+
+def calls_of(master: Master) -> dict[str, float]:
+    """Return the number of calls to the master by method."""
+    client = MasterClient(master.uri, "/test")
+    try:
+        calls: dict[str, float] = client.call("pipros.getStatistics")["calls_by_method"]
+        return calls
     finally:
         client.close()
 
@@ -98,7 +110,8 @@ def test_a_signal_ends_echo_with_0_and_without_registrations(
 
     assert echo.wait() == 0
     assert echo.lines == []
-    assert nodes_of(master) == ["/talker"]
+    wait_until(lambda: nodes_of(master) == ["/talker"], what="the end of its registration")
+    assert calls_of(master)["unregisterSubscriber"] == 1
 
 
 def test_echo_ends_quietly_when_its_reader_closes_the_pipe(commands: Commands, talker: Publisher) -> None:
@@ -273,10 +286,13 @@ def test_the_clock_that_the_command_follows_can_be_listened_to(
     client.close()
     clock = make_node("world").advertise("/clock", Clock)
     listening = commands.start("rostopic", *words, "/clock")
-    wait_until_connected(clock)
-    for seconds in range(1, 4):
-        clock.publish(Clock(Time(seconds, 7)))
-    listening.wait_for(report)
+    seconds = itertools.count(1)
+
+    def is_reported() -> bool:
+        clock.publish(Clock(Time(next(seconds), 7)))
+        return any(re.search(report, line) for line in listening.lines)
+
+    wait_until(is_reported, 60, lambda: listening.output)
     listening.press_ctrl_c()
 
     assert listening.wait() == 0
@@ -294,8 +310,8 @@ def test_delay_is_the_age_of_the_stamps(commands: Commands, make_node: MakeNode)
     message.header.stamp.secs = node.clock.now_ns() // 1_000_000_000 - 100
     for _ in range(3):
         publisher.publish(message)
-    delay.wait_for(r"^average delay: 10[01]\.\d+$")
-    delay.wait_for(r"^\tmin: 10[01]\.\d+s max: 10[01]\.\d+s std dev: [\d.]+s window: 3$")
+    delay.wait_for(r"^average delay: 1\d\d\.\d+$")  # and a message may take seconds on a busy machine
+    delay.wait_for(r"^\tmin: 1\d\d\.\d+s max: 1\d\d\.\d+s std dev: [\d.]+s window: 3$")
     delay.press_ctrl_c()
 
     assert delay.wait() == 0

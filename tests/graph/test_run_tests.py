@@ -64,7 +64,7 @@ def write(workspace: Path, name: str, content: str) -> None:
 
 
 def test_launch_tests_unit_tests_and_checks_all_leave_results(ros: RosSystem, workspace: Path) -> None:
-    made = ros.pipros.run("catkin_make", "-C", workspace, "run_tests", timeout_s=50)
+    made = ros.pipros.run("catkin_make", "-C", workspace, "run_tests", timeout_s=120)
 
     assert made.returncode == 0, made.output
     results = workspace / "build/test_results"
@@ -84,7 +84,7 @@ def test_failures_are_named_by_catkin_test_results(ros: RosSystem, workspace: Pa
     write(workspace, "test/test_unit.py", UNIT.replace("SUM", "3"))
     write(workspace, "launch/nodes.launch", LAUNCH.format("gone.py"))
 
-    made = ros.pipros.run("catkin_make", "-C", workspace, "run_tests_pkg", timeout_s=50)
+    made = ros.pipros.run("catkin_make", "-C", workspace, "run_tests_pkg", timeout_s=120)
 
     assert made.returncode == 0, made.output
     summed = ros.pipros.run("catkin_test_results", workspace / "build/test_results")

@@ -51,8 +51,8 @@ def test_an_empty_header_closes_the_connection_silently(make_node: MakeNode) -> 
 def test_both_ends_of_a_link_name_port_and_socket(make_node: MakeNode) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("/chat", String)
-    listener.subscribe("/chat", String, lambda message: None)
-    wait_until(lambda: publisher.connection_count == 1)
+    subscriber = listener.subscribe("/chat", String, lambda message: None)
+    wait_until(lambda: publisher.connection_count == subscriber.connection_count == 1)
     pattern = re.compile(r"TCPROS connection on port (\d+) to \[(.*) on socket (\d+)\]")
     remarks = []
     for node in (talker, listener):

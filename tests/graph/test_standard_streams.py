@@ -65,6 +65,7 @@ def test_a_program_of_a_package_ends_quietly_when_its_reader_closes_the_pipe(
     assert shell(ros, script).stdout == ["0"]
 
 
+@pytest.mark.timeout(300)
 @pytest.mark.parametrize("is_buffered", ["", "1"])
 def test_a_command_without_a_standard_output_succeeds_silently(ros: RosSystem, is_buffered: str) -> None:
     ros.pipros.start_master()
@@ -74,6 +75,7 @@ def test_a_command_without_a_standard_output_succeeds_silently(ros: RosSystem, i
         assert (closed.returncode, closed.lines) == (usual.returncode, []), command
 
 
+@pytest.mark.timeout(300)
 @pytest.mark.parametrize("is_buffered", ["", "1"])
 def test_output_that_cannot_be_written_is_one_line_and_pythons_code(ros: RosSystem, is_buffered: str) -> None:
     ros.pipros.start_master()

@@ -46,7 +46,7 @@ def test_rosnode_ends_nodes(make_node: MakeNode) -> None:
     node = make_node("talker")
     node.advertise("/chatter", String)
     assert rosnode.kill_nodes(["/talker", "/nobody"]) == (["/talker"], ["/nobody"])
-    assert node.wait_for_shutdown(timeout_s=10)
+    assert node.wait_for_shutdown(timeout_s=60)
 
 
 def test_pinging_an_unknown_node_is_false(capsys: pytest.CaptureFixture[str]) -> None:

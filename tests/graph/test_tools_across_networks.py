@@ -81,6 +81,7 @@ def test_tools_of_another_machine_see_the_system(machines: TwoMachines) -> None:
     heard = machines.near("rostopic", "echo", "-n", "1", "/from_far")
     machines.far("rostopic", "pub", "/from_far", "std_msgs/String", "back")
     heard.wait_for("back")
+    assert heard.wait() == 0
     rules = machines.findings_there().keys() - {"mixed-programs", "mixed-paths", "no-publishers"}
     assert rules == set()
 

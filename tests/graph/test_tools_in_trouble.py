@@ -188,11 +188,10 @@ def test_a_topic_of_ten_thousand_messages_a_second_is_measured_and_shown(
 
     with repeating(burst, 0.01):
         hz = ros.pipros.start("rostopic", "hz", "/quick")
-        rate = float(hz.wait_for(r"average rate: ([\d.]+)", 60.0)[1])
+        hz.wait_for(r"average rate: \d{3,}", 60.0)
         echo = ros.pipros.run("rostopic", "echo", "-n", "2000", "/quick", timeout_s=60.0)
         hz.press_ctrl_c()
         assert hz.wait() == 0
-    assert rate > 100
     assert echo.stdout == ['data: "x"', "---"] * 2000
     assert echo.returncode == 0
 

@@ -10,6 +10,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
+from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.node.service_client import ServiceFailed
 from tests.support.nodes import Inbox, wait_until_connected
@@ -29,6 +30,9 @@ def start_turtlesim(ros: RosSystem, *arguments: str) -> Process:
     ros.pipros.start_master()
     turtlesim = ros.pipros.start("rosrun", "turtlesim", "turtlesim_node", *arguments)
     ros.wait_for_subscriber("/turtle1/cmd_vel")
+    master = MasterClient(ros.master_uri, "/a_test")
+    wait_until(lambda: "/kill" in dict(master.get_system_state()[2]), what="the last service of turtlesim")
+    master.close()
     return turtlesim
 
 
@@ -53,12 +57,13 @@ def wait_for_pose(ros: RosSystem, condition: Callable[[Any], object], turtle: st
             newest[0] = pose
 
         node.subscribe(f"/{turtle}/pose", Pose, keep)
-        wait_until(lambda: newest[0] is not None and condition(newest[0]), 30, lambda: f"{newest[0]}")
+        wait_until(lambda: newest[0] is not None and condition(newest[0]), 60, lambda: f"{newest[0]}")
         return newest[0]
 
 
 def test_topics_and_services_are_those_of_the_wiki(ros: RosSystem) -> None:
     turtlesim = start_turtlesim(ros)
+    ros.wait_for_publisher("/rosout_agg")
     turtlesim.wait_for(LOG_LINE + "Starting turtlesim with node name /turtlesim")
     turtlesim.wait_for(
         LOG_LINE + r"Spawning turtle \[turtle1\] at x=\[5\.544445\], y=\[5\.544445\], theta=\[0\.000000\]"
@@ -134,7 +139,7 @@ def test_values_that_turtlesim_cannot_hold_are_refused(ros: RosSystem) -> None:
             (node.client("/spawn", spawn), spawn._request_class(name="/turtle1")),
         ):
             with pytest.raises(ServiceFailed):
-                client.call(request, 10)
+                client.call(request, 30)
         publisher = node.advertise("/turtle1/cmd_vel", Twist, latch=True)
         twist = Twist()
         twist.linear.x = float("nan")

@@ -11,12 +11,13 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
 from pipros.node import Node
-from tests.support.nodes import Inbox
+from pipros.simulation.turtlesim.turtle import TICK_S
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
 Pose: Any = load_message_class("turtlesim/Pose")
+Twist: Any = load_message_class("geometry_msgs/Twist")
 
 
 def start_turtlesim(ros: RosSystem) -> None:
@@ -88,7 +89,10 @@ def test_a_short_fibonacci_sequence_and_an_average(ros: RosSystem) -> None:
     ros.wait_for_subscriber("/fibonacci/goal")
     goal = ["rostopic", "pub", "-1", "/fibonacci/goal", "actionlib_tutorials/FibonacciActionGoal"]
     result = ros.pipros.start("rostopic", "echo", "-n1", "/fibonacci/result/result/sequence")
-    ros.wait_for_subscriber("/fibonacci/result")
+    wait_until(
+        lambda: " * topic: /fibonacci/result" in ros.pipros.run("rosnode", "info", "/fibonacci").stdout,
+        what="the connection for the result",
+    )
     ros.pipros.start(*goal, "{goal: {order: 2}}")
     result.wait_for(r"\[0, 1, 1\]")
     ros.pipros.start("rosrun", "actionlib_tutorials", "averaging_server")
@@ -101,7 +105,7 @@ def test_a_short_fibonacci_sequence_and_an_average(ros: RosSystem) -> None:
 def test_a_client_of_actions_ends_with_one_line_after_ctrl_c(ros: RosSystem) -> None:
     ros.pipros.start_master()
     client = ros.pipros.start("rosrun", "actionlib_tutorials", "fibonacci_client.py")
-    ros.wait_for_subscriber("/fibonacci/status")
+    ros.wait_for_subscriber("/fibonacci/feedback")  # the last one
     client.press_ctrl_c()
     assert client.wait() == 1
     assert client.output.splitlines()[-1].endswith("program interrupted before completion")
@@ -122,16 +126,36 @@ def corners_and_turns(poses: list[Any]) -> list[tuple[float, float]]:
     return [*edges, (math.hypot(poses[-1].x - start.x, poses[-1].y - start.y), turned)]
 
 
+@pytest.mark.timeout(240)
 def test_a_turtle_draws_a_pentagon_exactly(ros: RosSystem) -> None:
-    start_turtlesim(ros)
-    inbox = Inbox()
-    with Node("observer", environment=Environment(master_uri=ros.master_uri)) as node:
-        node.subscribe("/turtle1/pose", Pose, inbox)
+    """The turtle of this test moves once for each command, so that it never moves while a node is paused."""
+    ros.pipros.start_master()
+    poses = [Pose(x=5.5, y=5.5)]
+    polls, seen = itertools.count(), 0
+    with Node("turtle", environment=Environment(master_uri=ros.master_uri)) as node:
+
+        def move(twist: Any) -> None:
+            theta = poses[-1].theta + twist.angular.z * TICK_S
+            x = poses[-1].x + math.cos(theta) * twist.linear.x * TICK_S
+            y = poses[-1].y + math.sin(theta) * twist.linear.x * TICK_S
+            poses.append(Pose(x, y, theta, twist.linear.x, twist.angular.z))
+            publisher.publish(poses[-1])
+
+        def is_finished() -> bool:
+            nonlocal seen
+            if next(polls) % 100 == 0:  # about once a second
+                if seen == len(poses):  # the server has no goal yet
+                    publisher.publish(poses[-1])
+                seen = len(poses)
+            return "Action finished: SUCCEEDED" in client.output
+
+        publisher = node.advertise("/turtle1/pose", Pose)
+        node.subscribe("/turtle1/cmd_vel", Twist, move)
         server = ros.pipros.start("rosrun", "turtle_actionlib", "shape_server")
         client = ros.pipros.start("rosrun", "turtle_actionlib", "shape_client")
-        client.wait_for("Action finished: SUCCEEDED", 60)
+        wait_until(is_finished, 120, lambda: f"{poses[-1]}\n{client.output}")
         server.wait_for("turtle_shape: Succeeded")
-        edges = corners_and_turns(inbox.messages)
+    edges = corners_and_turns(poses)
     apothem = 1.3 * math.cos(math.pi / 5)
     assert [length for length, _ in edges] == pytest.approx(
         [2 * apothem * math.tan(math.pi / 5)] * 5, abs=0.01
@@ -164,8 +188,13 @@ def test_a_second_turtle_follows_the_first(ros: RosSystem, package: str, launch:
             return math.hypot(one.x - two.x, one.y - two.y) if one and two else math.inf
 
         wait_until(lambda: distance() < 0.5, 60, lambda: f"{distance()}\n{terminal.output}")
-        terminal.answer("\x1b[A")  # the keys reach teleop through roslaunch
-        wait_until(lambda: newest["turtle1"].x > 6, 30, lambda: str(newest["turtle1"]))
+        # The keys reach teleop through roslaunch. Each one moves the turtle for up to a second, so that a
+        # single one might be too few for a busy turtlesim.
+        wait_until(
+            lambda: terminal.press_in_program("\x1b[A") or newest["turtle1"].x > 6,
+            60,
+            lambda: str(newest["turtle1"]),
+        )
         wait_until(lambda: newest["turtle2"].x > 6, 60, lambda: str(newest["turtle2"]))
     terminal.press_ctrl_c()
     terminal.wait_for_prompt()

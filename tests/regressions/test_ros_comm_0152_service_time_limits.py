@@ -29,14 +29,14 @@ def test_a_call_that_takes_too_long_ends_and_the_next_one_works(
 
     def handle(request: Any) -> Any:
         if request.data:
-            gate.wait(10)
+            gate.wait(60)
         return SetBool._response_class(success=True)
 
     server.serve("set", SetBool, handle)
     client = make_node("client").client("set", SetBool, persistent=persistent)
     with pytest.raises(CallTimeout, match=r"service \[/set\] did not answer in time"):
         client.call(SetBool._request_class(data=True), 0.05)
-    assert client.call(SetBool._request_class(data=False), 10).success
+    assert client.call(SetBool._request_class(data=False), 30).success
     client.close()
     gate.set()
 
@@ -56,7 +56,7 @@ def test_a_wrong_type_is_named(make_node: MakeNode) -> None:
     make_node("server").serve("set", SetBool, lambda _: SetBool._response_class())
     client = make_node("client").client("set", Trigger)
     with pytest.raises(ServiceFailed, match="md5sum") as caught:
-        client.call(Trigger._request_class(), 10)
+        client.call(Trigger._request_class(), 30)
     assert SetBool._md5sum in str(caught.value)
     assert Trigger._md5sum in str(caught.value)
 
@@ -66,8 +66,8 @@ import threading, rospy
 from std_srvs.srv import Empty
 rospy.init_node("node")
 gate = threading.Event()
-rospy.Service("hang", Empty, lambda _: (gate.wait(10), [])[1])
-rospy.wait_for_service("hang", timeout=10)
+rospy.Service("hang", Empty, lambda _: (gate.wait(60), [])[1])
+rospy.wait_for_service("hang", timeout=30)
 for call in (
     lambda: rospy.ServiceProxy("hang", Empty, timeout=0.05)(),
     lambda: rospy.ServiceProxy("hang", Empty).call(timeout=0.05),

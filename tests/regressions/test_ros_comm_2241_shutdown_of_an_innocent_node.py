@@ -6,14 +6,23 @@ The master still had the address of the dead node. When a node of the same name 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from pipros.master.master import Master
+from pipros.master.options import Probing
 from pipros.net.master_client import MasterClient
 from tests.support.slaves import FakeSlave
 from tests.support.waiting import wait_until
+
+
+@pytest.fixture
+def master() -> Iterator[Master]:
+    """A master that waits long for the answers of this process, which may be busy."""
+    with Master(port=0, probing=Probing(answer_s=60.0)) as running:
+        yield running
 
 
 def register(master: Master, node: str, api: str) -> None:

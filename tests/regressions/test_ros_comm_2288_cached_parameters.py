@@ -100,7 +100,7 @@ def test_many_threads_may_read_while_others_write(make_node: MakeNode) -> None:
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(20)
+        thread.join(60)
     assert not any(thread.is_alive() for thread in threads)
     for number in range(7):
         truth = writer.params.get(f"/busy/{number}")

@@ -134,7 +134,7 @@ def _subscribe(passed: bool) -> tuple[tuple[str, str, bool], ...]:
 
 
 SCENES = (
-    Scene("hztest", "{topic: level, hz: 20, hzerror: 18, test_duration: 6.0}", _hz(True)),
+    Scene("hztest", "{topic: level, hz: 20, hzerror: 19, test_duration: 3.0}", _hz(True)),
     Scene(
         "hztest",
         "{topic: level, hz: 1000, hzerror: 8, test_duration: 0.5}",

@@ -34,8 +34,9 @@ def own_copy(ros: RosSystem, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def core(ros: RosSystem) -> Terminal:
-    """A terminal in which roscore runs."""
+    """A terminal in which roscore runs, and a master that knows /rosout."""
     terminal = ros.pipros.open_terminal()
     terminal.type("roscore")
     terminal.wait_for(CORE_IS_UP)
+    ros.wait_for_publisher("/rosout_agg")
     return terminal

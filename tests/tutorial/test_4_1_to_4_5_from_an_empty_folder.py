@@ -30,6 +30,7 @@ def open_sourced_terminal(ros: RosSystem) -> Terminal:
     return terminal
 
 
+@pytest.mark.timeout(400)
 def test_every_step_of_the_document_works_as_it_is_typed(ros: RosSystem) -> None:
     package = ros.home / WORKSPACE / "src/composiv_tryouts"
     first = ros.pipros.open_terminal()

@@ -59,6 +59,7 @@ NOT_RUN = {
 OUTPUT = {"text"}
 
 
+@pytest.mark.timeout(400)
 @pytest.mark.parametrize("page", PAGES)
 def test_the_commands_of_a_page_print_the_output_shown(ros: RosSystem, page: str) -> None:
     text = (DOCS / page).read_text()
@@ -77,6 +78,10 @@ def _type(ros: RosSystem, block: str) -> None:
     for line, _, expected in commands:
         terminal.type(line)
         _wait_for(terminal, expected)
+        if line == "roscore":
+            ros.wait_for_publisher("/rosout_agg")
+        elif line.startswith("rostopic pub") and not expected:
+            ros.wait_for_publisher(line.split()[2])
         if line != commands[-1][0]:
             assert terminal.wait_for_prompt() == 0, terminal.text
 

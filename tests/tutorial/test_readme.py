@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
 from tests.support.environments import REPOSITORY, VENV_BIN
 from tests.support.ros import RosSystem
 from tests.support.terminal import Terminal
@@ -23,6 +25,7 @@ def commands(block: int) -> dict[str, str]:
     return {" ".join(line.split()[:2]): line for line in lines}
 
 
+@pytest.mark.timeout(400)
 def test_each_command_works_in_its_own_terminal(ros: RosSystem) -> None:
     typed = commands(0) | commands(1)
 
@@ -62,7 +65,7 @@ def test_the_battery_monitor_warns_is_drawn_and_acknowledged(ros: RosSystem) -> 
     def run(words: str, expected: str) -> None:
         terminal = ros.pipros.open_terminal()
         terminal.type(typed[words])
-        terminal.wait_for(expected)
+        terminal.wait_for(expected, 90)
 
     run("roslaunch vehicle_battery", r"battery low: \d+ %")
     run("rqt_graph", r"http://localhost:\d+/")

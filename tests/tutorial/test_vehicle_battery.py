@@ -16,11 +16,12 @@ from tests.support.waiting import wait_until
 PACKAGE = EXAMPLES / "vehicle_battery"
 
 
+@pytest.mark.timeout(300)
 def test_its_own_tests_pass_in_pytest(ros: RosSystem, tmp_path: Path) -> None:
     shutil.copy(REPOSITORY / "pyproject.toml", tmp_path)  # whose pytest settings are ignored
     tests = shutil.copytree(PACKAGE, tmp_path / "vehicle_battery") / "test"
 
-    ended = ros.pipros.run(VENV_BIN / "python", "-m", "pytest", "-q", tests, timeout_s=140)
+    ended = ros.pipros.run(VENV_BIN / "python", "-m", "pytest", "-q", tests, timeout_s=280)
 
     assert ended.returncode == 0, ended.output
     counted = re.search(r"(\d+) passed", ended.output)
@@ -42,8 +43,9 @@ def test_catkin_make_builds_and_installs_it_without_cmake(ros: RosSystem, tmp_pa
     assert ended.stdout == ["0.1"], ended.output
 
 
+@pytest.mark.timeout(300)
 def test_the_rostest_passes(ros: RosSystem) -> None:
-    ended = ros.pipros.run("rostest", "vehicle_battery", "battery.test", timeout_s=140)
+    ended = ros.pipros.run("rostest", "vehicle_battery", "battery.test", timeout_s=280)
 
     assert ended.returncode == 0, ended.output
     assert " * TESTS: 3" in ended.output

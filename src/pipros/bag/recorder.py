@@ -200,8 +200,8 @@ class Recorder:
         if now >= self._next_disk_check:
             ends = self._options.ends_without_space
             self._next_disk_check = now + (_ENDING_DISK_PERIOD_S if ends else _DISK_PERIOD_S)
+            self._report_dropped()  # the reason is that of the time before
             self._check_disk(files)
-            self._report_dropped()
 
         if now >= self._next_flush and self._has_space:
             self._next_flush = now + _CHUNK_AGE_S
