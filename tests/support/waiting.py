@@ -12,7 +12,7 @@ T = TypeVar("T")
 _LOOK_EVERY_S = 0.01
 
 
-def wait_until(condition: Callable[[], T], timeout_s: float = 10.0, what: str | Callable[[], str] = "") -> T:
+def wait_until(condition: Callable[[], T], timeout_s: float = 30.0, what: str | Callable[[], str] = "") -> T:
     """Poll `condition`, and return its first true value.
 
     `what` is the text of the failure: the expected condition, or a function that describes the state
