@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.node import Node
 
-TIMEOUT_S = 20.0
+TIMEOUT_S = 60.0
 
 
 @contextmanager
@@ -33,7 +33,9 @@ class RosbridgeClient:
 
     def __init__(self, url: str, **options: Any) -> None:
         self._open = ExitStack()
-        self.socket = self._open.enter_context(connect(url, max_size=None, **{"close_timeout": 1, **options}))
+        self.socket = self._open.enter_context(
+            connect(url, max_size=None, **{"close_timeout": 1, "open_timeout": TIMEOUT_S, **options})
+        )
 
     def __enter__(self) -> RosbridgeClient:
         return self
