@@ -61,11 +61,8 @@ static void wait_for_end(void) {
 }
 
 static void wait_for_reader(dds_entity_t writer) {
-  dds_publication_matched_status_t status;
-  do {
-    dds_sleepfor(DDS_MSECS(5));
-    dds_get_publication_matched_status(writer, &status);
-  } while (!status.current_count);
+  dds_publication_matched_status_t status = {0};
+  while (dds_get_publication_matched_status(writer, &status), !status.current_count) dds_sleepfor(DDS_MSECS(5));
 }
 
 static dds_entity_t waitset_of(dds_entity_t reader) {
@@ -130,6 +127,7 @@ static void serve(char **words) {
     while (take(waitset, reader, &sample, 50)) {
       REQUEST *request = sample;
       RESPONSE response = {request->client, request->sequence_number, request->a + request->b};
+      wait_for_reader(writer); /* otherwise the reply would be lost */
       dds_write(writer, &response);
     }
   }

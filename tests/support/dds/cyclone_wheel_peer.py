@@ -92,6 +92,7 @@ def main(domain: str, mode: str, name: str, *words: str) -> None:
         while not has_input_ended(0.0005):
             for request in requests.take(100):
                 total = request.a + request.b
+                wait_until(replies.get_matched_subscriptions)  # otherwise the reply would be lost
                 replies.write(Response(request.client, request.sequence_number, total))
     elif mode == "client":
         answers = DataReader(participant, Topic(participant, f"rr{name}Reply", Response), caller)
