@@ -11,7 +11,7 @@ from pipros.fleet.zenoh_session import open_router
 from pipros.net.loop import BackgroundLoop
 from pipros.testing.faults.tcp_proxy import Switch, TcpProxy
 from tests.graph.test_fleet_topics import publish_until
-from tests.support.fleet import Member, String, running_router
+from tests.support.fleet import LIMIT_S, Member, String, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -70,37 +70,49 @@ def test_a_pulled_cable_delays_no_local_node_and_what_is_lost_is_counted(claimed
         received = operator.receive("/robot1/chatter")
         maps = operator.receive("/robot1/map", name="maps")
         publish_until(talker, received, "before")
-        wait_until(lambda: [each.data for each in maps] == ["old map"], 15, "the map")
+        wait_until(lambda: [each.data for each in maps] == ["old map"], LIMIT_S, "the map")
 
         cable.stall()
-        wait_until(lambda: not robot.link.is_connected, 20, "the robot to notice")
+        wait_until(lambda: not robot.link.is_connected, LIMIT_S, "the robot to notice")
         state.publish(String("new map"))
-        wait_until(lambda: not robot.agent.sender.is_up, 15, "the agent to notice")
-        before = len(at_home)
+        wait_until(lambda: not robot.agent.sender.is_up, LIMIT_S, "the agent to notice")
         for number in range(100):
             talker.publish(String(f"away {number}"))
-        wait_until(lambda: len(at_home) == before + 100, 15, "all messages at the local node")
-        unsent = next(row for key, row in robot.agent.statistics()["sent"].items() if key.endswith("chatter"))
-        assert unsent[3] >= 100
+
+        def unsent() -> int:
+            rows = robot.agent.statistics()["sent"].items()
+            return next(row[3] for key, row in rows if key.endswith("chatter"))
+
+        wait_until(
+            lambda: sum(each.data.startswith("away") for each in at_home) == 100,
+            LIMIT_S,
+            "all messages at the local node",
+        )
+        wait_until(lambda: unsent() >= 100, LIMIT_S, "all messages in the counters")
 
         cable.stall(stall=False)
         cable.cut()
         publish_until(talker, received, "after")
-        wait_until(lambda: maps[-1].data == "new map", 15, "the new map")
+        wait_until(lambda: maps[-1].data == "new map", LIMIT_S, "the new map")
 
 
 def test_a_router_that_is_restarted_joins_all_again(claimed_port: ClaimedPort) -> None:
     address = f"tcp/127.0.0.1:{claimed_port.number}"
     router = open_router([address])
     with Member("robot1", address) as robot, Member("operator", address) as operator:
-        talker = robot.node("talker").advertise("/chatter", String)
+        talker = robot.node("talker").advertise("/chatter", String, queue_size=None)
         operator.wait_for_topic("/robot1/chatter")
         received = operator.receive("/robot1/chatter")
         publish_until(talker, received, "before")
         router.close()
-        wait_until(lambda: not robot.agent.sender.is_up, 20, "the robot to notice")
+        wait_until(lambda: not robot.agent.sender.is_up, LIMIT_S, "the robot to notice")
         for number in range(20):
             talker.publish(String(f"away {number}"))
+        wait_until(
+            lambda: sum(row[3] for row in robot.agent.statistics()["sent"].values()) >= 20,
+            LIMIT_S,
+            "the messages to be discarded",
+        )
         assert "/robot1/chatter" in operator.state().publishers, "names stay while there is no router"
         router = open_router([address])
         try:
@@ -120,12 +132,12 @@ def test_messages_latched_during_a_short_cut_arrive(claimed_port: ClaimedPort) -
         state.publish(String("old"))
         operator.wait_for_topic("/robot1/map")
         maps = operator.receive("/robot1/map")
-        wait_until(lambda: maps, 15, "the map")
+        wait_until(lambda: maps, LIMIT_S, "the map")
         router.close()
         state.publish(String("new"))
         router = open_router([address])
         try:
-            wait_until(lambda: maps[-1].data == "new", 15, "the new map")
+            wait_until(lambda: maps[-1].data == "new", LIMIT_S, "the new map")
         finally:
             router.close()
 
@@ -144,15 +156,17 @@ def test_a_member_that_returns_while_the_link_is_down_is_shown_again(claimed_por
                 gone.node("talker").advertise("/x", String)
                 operator.wait_for_topic("/robot2/x")
                 cable.stall()
-                wait_until(lambda: not operator.agent.sender.is_up, 20, "the operator to notice")
+                wait_until(lambda: not operator.agent.sender.is_up, LIMIT_S, "the operator to notice")
         with Member("robot1", router) as robot:
             talker = robot.node("talker").advertise("/new", String)
             cable.stall(stall=False)
             cable.cut()
             operator.wait_for_topic("/robot1/new")
             publish_until(talker, operator.receive("/robot1/new"), "hello")
-            wait_until(lambda: "/robot1/old" not in operator.state().publishers, 15, "the old topic to go")
-            wait_until(lambda: "/robot2/x" not in operator.state().publishers, 15, "robot2 to go")
+            wait_until(
+                lambda: "/robot1/old" not in operator.state().publishers, LIMIT_S, "the old topic to go"
+            )
+            wait_until(lambda: "/robot2/x" not in operator.state().publishers, LIMIT_S, "robot2 to go")
 
 
 def test_a_killed_member_disappears_and_its_successor_takes_the_name(
@@ -165,12 +179,12 @@ def test_a_killed_member_disappears_and_its_successor_takes_the_name(
         first = ros.pipros.start("pipros", "fleet", "join", "robot1", "--router", address)
         operator.wait_for_topic("/robot1/chatter")
         received = operator.receive("/robot1/chatter")
-        wait_until(lambda: received, 15, "a message")
+        wait_until(lambda: received, LIMIT_S, "a message")
         first.kill()
-        wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, 15, "the topic to go")
+        wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, LIMIT_S, "the topic to go")
         count = len(received)
         ros.pipros.start("pipros", "fleet", "join", "robot1", "--router", address)
-        wait_until(lambda: len(received) > count, 30, "messages of the successor")
+        wait_until(lambda: len(received) > count, LIMIT_S, "messages of the successor")
         assert talker.is_running
     port.release()
 
@@ -182,7 +196,7 @@ def test_closing_a_link_does_not_wait_for_a_silent_router(claimed_port: ClaimedP
         cable.stall()
         closer = threading.Thread(target=member.close)
         closer.start()
-        closer.join(15)
+        closer.join(30)
         assert not closer.is_alive()
 
 
@@ -200,7 +214,7 @@ def test_a_member_that_does_not_read_delays_no_other(claimed_port: ClaimedPort) 
             member.wait_for_topic("/robot1/images")
         received, at_slow = operator.receive("/robot1/images"), slow.receive("/robot1/images")
         publish_until(talker, received, "first")
-        wait_until(lambda: at_slow, 15, "a message at the slow one")
+        wait_until(lambda: at_slow, LIMIT_S, "a message at the slow one")
         cable.stall()
         image = "x" * 200_000
         numbers = itertools.count()
@@ -209,7 +223,7 @@ def test_a_member_that_does_not_read_delays_no_other(claimed_port: ClaimedPort) 
             talker.publish(String(f"{next(numbers)} {image}"))
             return len(received) > 100
 
-        wait_until(next_arrives, 30, "a hundred images at the other operator")
+        wait_until(next_arrives, LIMIT_S, "a hundred images at the other operator")
 
 
 def test_a_masters_restart_does_not_end_the_membership(ros: RosSystem, claimed_port: ClaimedPort) -> None:

@@ -44,7 +44,7 @@ class NodeClient:
             events = (json.loads(line) for line in list(self.process.stdout))
             return next((each for each in events if each["event"] == event and check(each)), None)
 
-        wait_until(lambda: find() is not None)
+        wait_until(lambda: find() is not None, 60)
         return find()
 
 

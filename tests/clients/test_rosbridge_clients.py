@@ -17,6 +17,7 @@ from playwright.sync_api import sync_playwright
 
 from tests.support.bridge_clients import ROSLIBPY, roslib, roslibpy_python
 from tests.support.browser import find_chromium
+from tests.support.network import steady_interfaces
 from tests.support.ros import RosSystem
 
 PROGRAMS = Path(__file__).parent / "programs"
@@ -59,7 +60,7 @@ def port(request: pytest.FixtureRequest, ros: RosSystem) -> int:
     launched = ros.pipros.start("roslaunch", "rosbridge_server", "rosbridge_websocket.launch", "port:=0")
     found = int(launched.wait_for(r"Rosbridge WebSocket server started on port (\d+)", 60)[1])
     ros.pipros.start("rosrun", "tf2_web_republisher", "tf2_web_republisher")
-    for topic in ("/latched", "/count/status", "/tf2_web_republisher/status"):
+    for topic in ("/latched", "/count/status", "/tf_static", "/tf2_web_republisher/status"):
         ros.wait_for_publisher(topic, 60)
     return found
 
@@ -133,10 +134,12 @@ def page_url() -> Iterator[str]:
 
 
 def test_roslib_in_chromium_has_every_encoding_services_and_parameters(page_url: str, port: int) -> None:
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
+    with steady_interfaces(), sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=find_chromium(), args=["--no-sandbox"], timeout=90_000
+        )
         tab = browser.new_page()
-        tab.goto(page_url)
+        tab.goto(page_url, timeout=90_000)
         tab.wait_for_function("window.ask !== undefined", timeout=90_000)
         found = tab.evaluate("url => window.ask(url)", f"ws://127.0.0.1:{port}")
         browser.close()

@@ -13,15 +13,16 @@ from pipros.fleet import keys
 from pipros.fleet.zenoh_session import LinkFailed
 from pipros.msg import load_service_class
 from pipros.node.service_client import ErrorReply, OpenCalls, ServiceClient, ServiceFailed
-from tests.support.fleet import Member, running_router
+from tests.support.fleet import LIMIT_S, Member, running_router
 from tests.support.ports import ClaimedPort
+from tests.support.waiting import wait_until
 
 SetBool: Any = load_service_class("std_srvs/SetBool")
 Trigger: Any = load_service_class("std_srvs/Trigger")
 FILE = """
 share: {parameters: [{name: /public/*, from: [operator]}]}
 accept:
-  services: [{name: /lamp, from: [operator], timeout_s: 0.5}, /slow]
+  services: [{name: /lamp, from: [operator], timeout_s: 60}, /slow]
   parameters: [{name: /public/speed, from: [operator]}]
 """
 
@@ -36,14 +37,14 @@ def call(member: Member, service: str, request: Any, service_class: Any = SetBoo
     node = member.agent_node
     client = ServiceClient(service, service_class, master=lambda: node.master, calls=OpenCalls())
     try:
-        return client.call(request, 15)
+        return client.call(request, LIMIT_S)
     finally:
         client.close()
 
 
 def ask(member: Member, other: str, verb: str, value: Any, caller: str | None = None) -> Any:
     key = keys.parameters(other, verb, caller or member.name)
-    (answer,) = member.link.get(key, b"" if value is None else json.dumps(value).encode(), timeout_s=10)
+    (answer,) = member.link.get(key, b"" if value is None else json.dumps(value).encode(), timeout_s=LIMIT_S)
     return json.loads(answer.payload)
 
 
@@ -66,17 +67,19 @@ def test_services_of_a_member_are_called_below_its_name(router: str) -> None:
             call(operator, "/robot1/lamp", Trigger._request_class(), Trigger)
 
         with pytest.raises(LinkFailed, match=r"\[operator\] is not allowed to call \[/secret\]"):
-            operator.link.get(keys.service("robot1", "operator", "/secret"), timeout_s=10)
+            operator.link.get(keys.service("robot1", "operator", "/secret"), timeout_s=LIMIT_S)
         with pytest.raises(LinkFailed, match=r"\[stranger\] is not allowed to call \[/lamp\]"):
-            operator.link.get(keys.service("robot1", "stranger", "/lamp"), timeout_s=10)
+            operator.link.get(keys.service("robot1", "stranger", "/lamp"), timeout_s=LIMIT_S)
 
 
-def test_a_service_that_takes_too_long_fails(router: str) -> None:
+def test_a_service_that_takes_too_long_fails(router: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.fleet.calls.GRACE_S", 60.0)  # the reason comes from the other member
     is_over = threading.Event()
-    with Member("robot1", router, FILE) as robot, Member("operator", router) as operator:
+    file = FILE.replace("timeout_s: 60", "timeout_s: 0.5")
+    with Member("robot1", router, file) as robot, Member("operator", router) as operator:
 
         def wait(_: Any) -> Any:
-            is_over.wait(30)
+            is_over.wait(LIMIT_S)
             return SetBool._response_class()
 
         robot.node("lamp").serve("/lamp", SetBool, wait)
@@ -96,7 +99,7 @@ def test_a_call_fails_when_the_member_leaves(router: str) -> None:
 
             def wait(_: Any) -> Any:
                 is_called.set()
-                is_over.wait(30)
+                is_over.wait(LIMIT_S)
                 return SetBool._response_class()
 
             robot.node("slow").serve("/slow", SetBool, wait)
@@ -110,9 +113,9 @@ def test_a_call_fails_when_the_member_leaves(router: str) -> None:
 
             caller = threading.Thread(target=make_call)
             caller.start()
-            assert is_called.wait(15)
+            assert is_called.wait(LIMIT_S)
             robot.link.close()
-            caller.join(20)
+            caller.join(LIMIT_S)
             is_over.set()
         assert len(errors) == 1
 
@@ -122,6 +125,7 @@ def test_parameters_are_read_and_set_as_the_file_allows(router: str) -> None:
         master = robot.agent_node.master
         for name, value in (("/public/speed", 1.5), ("/public/tree", {"a": [1, "x"]}), ("/secret", 1)):
             master.set_param(name, value)
+        wait_until(lambda: "robot1" in operator.agent.statistics()["members"], LIMIT_S, "the member")
         assert ask(operator, "robot1", "get", None) == ["/public/speed"]
         assert ask(operator, "robot1", "get", "/public/speed") == 1.5
         assert ask(operator, "robot1", "get", "/public/tree") == {"a": [1, "x"]}

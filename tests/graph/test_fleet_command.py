@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import time
 from pathlib import Path
 
 import pytest
@@ -52,10 +51,8 @@ def test_a_router_and_a_member_run_as_commands(ros: RosSystem) -> None:
             member.wait_for("the link to the router is lost")
             sick = ros.pipros.run("pipros", "doctor")
             assert "[/pipros_fleet_robot1] has no link to its fleet: no router is connected" in sick.output
-        before = time.monotonic()
         process.send_signal(end)
-        assert process.wait() == 0
-        assert time.monotonic() - before < 5  # with much to spare on a busy machine
+        assert process.wait(30) == 0
     assert not list(Path("/dev/shm").glob("*.zenoh"))  # noqa: S108
     port.release()
 

@@ -15,9 +15,9 @@ from pipros.fleet.history_files import COMPLETION_S, SMALLEST_LIMIT_BYTES, Histo
 from pipros.fleet.key_files import read_keys
 from pipros.fleet.recorder import Recorder
 from pipros.fleet.status import history_file, history_of
-from pipros.fleet.zenoh_session import connect, open_router
+from pipros.fleet.zenoh_session import open_router
 from tests.graph.test_fleet_topics import publish_until
-from tests.support.fleet import Member, String
+from tests.support.fleet import LIMIT_S, Member, String, link_to
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -40,16 +40,16 @@ def test_an_operator_who_joins_late_gets_the_history(claimed_port: ClaimedPort, 
             node = robot.node("base")
             node.advertise("/map", String, latch=True).publish(String("map"))
             odometry, unwanted = node.advertise("/odom", String), node.advertise("/debug", String)
-            wait_until(lambda: odometry.connection_count == 1, 15, "the recorder to receive")
+            wait_until(lambda: odometry.connection_count == 1, LIMIT_S, "the recorder to receive")
             odometry.publish(String("moved"))
             assert unwanted.connection_count == 0, "nothing else crosses the link"
-            late = connect(address)
+            late = link_to(address)
             try:
 
                 def found() -> list[Any]:
                     return history_of(late, "robot1") or []
 
-                wait_until(lambda: sum(each.messages for each in found()) >= 2, 15, "both messages")
+                wait_until(lambda: sum(each.messages for each in found()) >= 2, LIMIT_S, "both messages")
                 contents = []
                 for each in found():
                     copy = tmp_path / each.name
@@ -77,9 +77,9 @@ def test_with_certificates_an_observer_gets_the_history(claimed_port: ClaimedPor
     try:
         with Member("robot1", address, tls=robot_tls) as robot:
             robot.node("base").advertise("/map", String, latch=True).publish(String("map"))
-            viewer = connect(address, viewer_tls)
+            viewer = link_to(address, viewer_tls)
             try:
-                wait_until(lambda: history_of(viewer, "robot1"), 15, "the map")
+                wait_until(lambda: history_of(viewer, "robot1"), LIMIT_S, "the map")
                 (file,) = history_of(viewer, "robot1") or []
                 assert file.messages == 1
             finally:
@@ -103,13 +103,13 @@ def test_messages_for_other_members_are_recorded_without_extra_traffic(
             operator.wait_for_topic("/robot1/chatter")
             received = operator.receive("/robot1/chatter")
             publish_until(talker, received, "hello")
-            wait_until(lambda: "router" in operator.agent.shown, 15, "the recorder to be a member")
+            wait_until(lambda: "router" in operator.agent.shown, LIMIT_S, "the recorder to be a member")
 
             def count() -> int:
                 talker.publish(String("more"))
                 return sum(each.messages for each in files.list("robot1"))
 
-            wait_until(lambda: count() > 0, 15, "a recorded message")
+            wait_until(lambda: count() > 0, LIMIT_S, "a recorded message")
     finally:
         recorder.close()
         router.close()
@@ -131,7 +131,7 @@ def test_a_router_with_a_history_runs_as_a_command(ros: RosSystem) -> None:
             "pipros", "fleet", "history", "robot1", "--router", address, "--output", "copies"
         )
 
-    wait_until(lambda: "1 messages" in listed().output, 30, "the message")
+    wait_until(lambda: "1 messages" in listed().output, LIMIT_S, "the message")
     router.press_ctrl_c()
     assert router.wait() == 0
     (copy,) = (ros.home / "copies").glob("robot1_*.mcap")

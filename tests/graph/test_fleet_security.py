@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +19,7 @@ from pipros.fleet.key_files import read_keys
 from pipros.fleet.messages import Attachment, pack
 from pipros.fleet.zenoh_session import Link, LinkFailed, connect, open_router
 from tests.graph.test_fleet_topics import publish_until
-from tests.support.fleet import Member, String, running_router
+from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -44,7 +45,7 @@ def router(authority: Authority, claimed_port: ClaimedPort) -> Iterator[str]:
 
 
 def link_of(authority: Authority, name: str, router: str) -> Link:
-    return connect(router, read_keys(authority.folder / name).tls)
+    return link_to(router, read_keys(authority.folder / name).tls)
 
 
 def member(authority: Authority, name: str, router: str, file: str = "") -> Member:
@@ -102,7 +103,7 @@ def test_a_member_cannot_pose_as_a_router(authority: Authority) -> None:
     fake = open_router([address], read_keys(authority.folder / "robot2").tls)
     try:
         with pytest.raises(LinkFailed, match="cannot reach the router"):
-            link_of(authority, "robot1", address)
+            connect(address, read_keys(authority.folder / "robot1").tls)
     finally:
         fake.close()
         port.release()
@@ -128,10 +129,10 @@ def test_a_member_cannot_speak_for_another(authority: Authority, router: str) ->
             spy.put(keys.into("operator", "robot1", "/cmd"), b"\x01\0\0\0x", attachment)
             with pytest.raises(LinkFailed, match="not allowed to call"):
                 # it may ask under its own name, and is then refused by the robot's file
-                spy.get(keys.service("robot1", "robot2", "/reset"), timeout_s=2)
+                spy.get(keys.service("robot1", "robot2", "/reset"), timeout_s=LIMIT_S)
             assert spy.get(keys.service("robot1", "operator", "/reset"), timeout_s=2) == []
 
-            wait_until(lambda: "robot2" in operator.agent.statistics()["members"], 15, "its own token")
+            wait_until(lambda: "robot2" in operator.agent.statistics()["members"], LIMIT_S, "its own token")
             assert "robot9" not in operator.agent.statistics()["members"]
             assert "/robot1/cmd" in operator.state().subscribers, "the false directory was not delivered"
             publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
@@ -149,10 +150,10 @@ def test_an_observer_receives_but_changes_nothing(authority: Authority, router: 
         publish_until(talker, viewer.receive("/robot1/chatter"), "hello")
         viewer.wait_for_input("/robot1/cmd")
         wrong = viewer.node("teleop").advertise("/robot1/cmd", String)
-        wait_until(lambda: wrong.connection_count, 15, "a connection")
+        wait_until(lambda: wrong.connection_count, LIMIT_S, "a connection")
         for _ in range(10):
             wrong.publish(String("stray"))
-        wait_until(lambda: viewer.agent.statistics()["sent"], 15, "what it sends")
+        wait_until(lambda: viewer.agent.statistics()["sent"], LIMIT_S, "what it sends")
         assert viewer.link.get(keys.service("robot1", "viewer", "/reset"), timeout_s=1) == []
         publish_until(talker, viewer.receive("/robot1/chatter", name="again"), "later")
         assert commands == []
@@ -170,7 +171,7 @@ def test_revoking_ends_the_link_of_a_member(ros: RosSystem, authority: Authority
             operator.wait_for_topic("/robot1/chatter")
             authority.revoke("robot1")
             router.wait_for("the list of members has changed")
-            wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, 20, "robot1 to go")
+            wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, LIMIT_S, "robot1 to go")
         with member(authority, "robot2", address, ACCEPTS) as other:
             other.node("talker").advertise("/chatter", String)
             operator.wait_for_topic("/robot2/chatter")
@@ -210,18 +211,23 @@ def test_an_authority_adds_renews_and_revokes_members(tmp_path: Path) -> None:
 def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPort) -> None:
     """A member sends malformed data with every key that it may use."""
     with running_router(claimed_port.number) as address, Member("operator", address) as operator:
-        hostile = connect(address)
+        hostile = link_to(address)
         try:
             instance = new_instance()
+            wishes: list[bytes] = []
             entries = (Entry("/chatter", "std_msgs/String", String._md5sum),)
             answer = _answering(to_json(Directory("bad", instance, 1, entries)))
             held = [
+                hostile.subscribe(
+                    keys.wanted("operator", "bad"), lambda _, document, __: wishes.append(document)
+                ),
                 hostile.serve(keys.directory("bad"), answer),
                 hostile.declare_token(keys.live("bad", 1, instance)),
             ]
             operator.wait_for_topic("/bad/chatter")
             received = operator.receive("/bad/chatter")
-            wait_until(lambda: operator.agent.shown["bad"].wanted(), 15, "the topic to be wanted")
+            # They come after the operator's subscription, which therefore is known on the way.
+            wait_until(lambda: any(b"/chatter" in each for each in wishes), LIMIT_S, "the topic to be wanted")
             good = Attachment(0, instance, 1, 0, String._md5sum)
             body = b"\x02\0\0\0ok"
             for payload, attachment in (
@@ -230,7 +236,7 @@ def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPor
                 (body, pack(Attachment(0, instance, 1, 0, "0" * 32))),
                 (body, pack(Attachment(0, instance, 1, 0, String._md5sum, is_compressed=True))),
             ):
-                hostile.put(keys.topic("bad", "/chatter"), payload, attachment)
+                hostile.put(keys.topic("bad", "/chatter"), payload, attachment, waits=True)
             for document in (
                 b"",
                 b"\xff",
@@ -239,14 +245,14 @@ def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPor
                 b"x" * (5 * 1024 * 1024),
                 json.dumps(1).encode(),
             ):
-                hostile.put(keys.directory("bad"), document)
-                hostile.put(keys.wanted("bad", "operator"), document)
-            hostile.put(keys.topic("bad", "/chatter"), body, pack(good))
-            wait_until(lambda: received, 15, "the good message")
+                hostile.put(keys.directory("bad"), document, waits=True)
+                hostile.put(keys.wanted("bad", "operator"), document, waits=True)
+            hostile.put(keys.topic("bad", "/chatter"), body, pack(good), waits=True)
+            wait_until(lambda: received, LIMIT_S, "the good message")
             assert [each.data for each in received] == ["ok"]
             (counts,) = operator.agent.statistics()["received"].values()
             assert counts[3] == 4
-            assert len(held) == 2
+            assert len(held) == 3
         finally:
             hostile.close()
 
@@ -261,11 +267,11 @@ def _answering(payload: bytes) -> Any:
 
 def test_a_member_of_another_version_is_reported_and_ignored(claimed_port: ClaimedPort) -> None:
     with running_router(claimed_port.number) as address, Member("operator", address) as operator:
-        other = connect(address)
+        other = link_to(address)
         try:
             held = other.declare_token(keys.live("future", keys.VERSION + 1, new_instance()))
             expected = f"[future] has version {keys.VERSION + 1} of the fleet protocol, and this member has "
-            wait_until(lambda: any(expected in each for each in operator.warnings), 15, expected)
+            wait_until(lambda: any(expected in each for each in operator.warnings), LIMIT_S, expected)
             assert "future" not in operator.agent.statistics()["members"]
             del held
         finally:
@@ -275,10 +281,10 @@ def test_a_member_of_another_version_is_reported_and_ignored(claimed_port: Claim
 def test_of_two_members_with_one_name_the_later_one_ends(claimed_port: ClaimedPort) -> None:
     """Two members joined while the link between them was cut, so neither could see the other."""
     with running_router(claimed_port.number) as address, Member("robot1", address) as first:
-        twin = connect(address)
+        twin = link_to(address)
         try:
             older = twin.declare_token(keys.live("robot1", keys.VERSION, "0" * 16))
-            wait_until(lambda: first.failures, 15, "the later one to end")
+            wait_until(lambda: first.failures, LIMIT_S, "the later one to end")
             assert "already has a member [robot1]" in str(first.failures[0])
             del older
         finally:
@@ -294,10 +300,10 @@ def test_a_flood_of_tokens_is_bounded_and_disturbs_no_other(claimed_port: Claime
         talker = robot.node("talker").advertise("/chatter", String)
         operator.wait_for_topic("/robot1/chatter")
         received = operator.receive("/robot1/chatter")
-        hostile = connect(address)
+        hostile = link_to(address)
         try:
             held = [hostile.declare_token(keys.live(f"x{n}", 1, new_instance())) for n in range(200)]
-            wait_until(lambda: len(operator.agent.statistics()["members"]) == 20, 15, "the limit")
+            wait_until(lambda: len(operator.agent.statistics()["members"]) == 20, LIMIT_S, "the limit")
             publish_until(talker, received, "still")
             assert len(held) == 200
         finally:
@@ -313,17 +319,24 @@ def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(claimed_port: Clai
     ):
         commands = robot.receive("/cmd", name="base")
         operator.wait_for_input("/robot1/cmd")
-        hostile = connect(address)
+        hostile = link_to(address)
         try:
             instance = new_instance()
             held = hostile.declare_token(keys.live("bad", 1, instance))
-            wait_until(lambda: "bad" in robot.agent.statistics()["members"], 15, "its token")
-            for number in range(1, 3001):
+            wait_until(lambda: "bad" in robot.agent.statistics()["members"], LIMIT_S, "its token")
+            numbers = itertools.count(1)
+
+            def flood() -> bool:
+                number = next(numbers)
                 attachment = pack(Attachment(0, instance, number, 0, String._md5sum))
                 hostile.put(keys.into("bad", "robot1", "/cmd"), b"\x04\0\0\0junk", attachment)
                 hostile.put(keys.into("bad", "robot1", f"/other{number}"), b"junk", attachment)
+                return len(robot.warnings) == 1000
+
+            for _ in range(3000):
+                flood()
             publish_until(operator.node("teleop").advertise("/robot1/cmd", String), commands, "go")
-            wait_until(lambda: len(robot.warnings) == 1000, 15, "a limited number of warnings")
+            wait_until(flood, LIMIT_S, "a limited number of warnings")  # a full link drops messages
             assert held is not None
         finally:
             hostile.close()
@@ -348,7 +361,7 @@ def test_an_oversized_message_is_dropped_and_later_ones_arrive(claimed_port: Cla
 def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -> None:
     """A member has the name of the agent's node, and offers a service with the name of the node's own."""
     with running_router(claimed_port.number) as address, Member("operator", address) as operator:
-        hostile = connect(address)
+        hostile = link_to(address)
         try:
             name, instance, md5sum = "pipros_fleet_operator", new_instance(), "0" * 32
             shared = (Entry("/chatter", "std_msgs/String", String._md5sum),)
@@ -361,7 +374,7 @@ def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -
             operator.wait_for_service(f"/{name}/other")
             operator.wait_for_topic(f"/{name}/chatter")
             expected = f"[/link] of [{name}] is not shown: service [/{name}/link] already registered"
-            assert expected in operator.warnings
+            wait_until(lambda: expected in operator.warnings, LIMIT_S, expected)
             assert len(held) == 2
         finally:
             hostile.close()
@@ -380,7 +393,7 @@ def test_topics_and_services_of_all_members_together_are_limited(claimed_port: C
         running_router(claimed_port.number) as address,
         Member("operator", address, limits={"fleet_topics": 5}) as operator,
     ):
-        others = connect(address)
+        others = link_to(address)
         try:
             held = []
             for name, offers in directories.items():
@@ -388,7 +401,7 @@ def test_topics_and_services_of_all_members_together_are_limited(claimed_port: C
                 answer = _answering(to_json(Directory(name, instance, 1, *offers)))
                 held.append(others.serve(keys.directory(name), answer))
                 held.append(others.declare_token(keys.live(name, 1, instance)))
-                wait_until(lambda name=name: name in operator.agent.shown, 15, name)
+                wait_until(lambda name=name: name in operator.agent.shown, LIMIT_S, name)
             shown = {
                 name: (len(each.sinks), len(each.inputs), len(each.services))
                 for name, each in operator.agent.shown.items()
@@ -416,7 +429,7 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
         running_router(claimed_port.number) as address,
         Member("operator", address, limits={"fleet_definition_bytes": 180}) as operator,
     ):
-        other = connect(address)
+        other = link_to(address)
         try:
             instance = new_instance()
             held = [
@@ -434,7 +447,7 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
                 other.put(keys.directory("robot1"), to_json(Directory("robot1", instance, revision, entries)))
                 names = {entry.name for entry in entries}
                 sinks = operator.agent.shown["robot1"].sinks
-                wait_until(lambda sinks=sinks, names=names: sinks.keys() == names, 15, "the change")
+                wait_until(lambda sinks=sinks, names=names: sinks.keys() == names, LIMIT_S, "the change")
             assert sorted(requested) == 3 * [keys.definition("robot1", "a/Type0")] + [
                 keys.definition("robot1", "a/Type1")
             ]

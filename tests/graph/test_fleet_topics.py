@@ -10,9 +10,8 @@ from typing import Any
 import pytest
 
 from pipros.fleet.agent import NameTaken
-from pipros.fleet.zenoh_session import connect
 from pipros.msg import load_message_class
-from tests.support.fleet import Member, String, running_router
+from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.waiting import wait_until
 
@@ -33,7 +32,7 @@ def publish_until(publisher: Any, received: list[Any], text: str) -> None:
         publisher.publish(String(f"{text} {next(numbers)}"))
         return any(message.data.startswith(text) for message in received)
 
-    wait_until(arrives, 15, f"{text} to arrive")
+    wait_until(arrives, LIMIT_S, f"{text} to arrive")
 
 
 def test_a_topic_appears_below_the_members_name(router: str) -> None:
@@ -62,7 +61,7 @@ def test_nothing_crosses_without_a_subscriber(router: str) -> None:
         subscriber = listener.subscribe("/robot1/chatter", String, received.append)
         publish_until(talker, received, "now")
         subscriber.unregister()
-        wait_until(lambda: talker.connection_count == 0, 15, "the agent to unsubscribe")
+        wait_until(lambda: talker.connection_count == 0, LIMIT_S, "the agent to unsubscribe")
 
 
 def test_a_late_subscriber_gets_the_latched_message_of_each_publisher(router: str) -> None:
@@ -71,16 +70,16 @@ def test_a_late_subscriber_gets_the_latched_message_of_each_publisher(router: st
             robot.node(name).advertise("/map", String, latch=True).publish(String(name))
         operator.wait_for_topic("/robot1/map")
         received = operator.receive("/robot1/map", name="first")
-        wait_until(lambda: {each.data for each in received} == {"one", "two"}, 15, "both maps")
+        wait_until(lambda: {each.data for each in received} == {"one", "two"}, LIMIT_S, "both maps")
 
         later = operator.receive("/robot1/map", name="second")
-        wait_until(lambda: {each.data for each in later} == {"one", "two"}, 15, "both maps again")
+        wait_until(lambda: {each.data for each in later} == {"one", "two"}, LIMIT_S, "both maps again")
         assert later[0]._connection_header["latching"] == "1"
 
         with Member("other", router) as other:
             other.wait_for_topic("/robot1/map")
             elsewhere = other.receive("/robot1/map")
-            wait_until(lambda: {each.data for each in elsewhere} == {"one", "two"}, 15, "both elsewhere")
+            wait_until(lambda: {each.data for each in elsewhere} == {"one", "two"}, LIMIT_S, "both elsewhere")
 
 
 def test_the_status_of_an_action_is_received_after_its_outcome_topics_are_linked(router: str) -> None:
@@ -102,10 +101,10 @@ def test_the_status_of_an_action_is_received_after_its_outcome_topics_are_linked
             topics["status"].publish(types["status"]())
             return bool(received)
 
-        wait_until(arrives, 15, "the status")
+        wait_until(arrives, LIMIT_S, "the status")
         assert topics["feedback"].connection_count == topics["result"].connection_count == 1
         subscriber.unregister()
-        wait_until(lambda: topics["result"].connection_count == 0, 15, "the agent to unsubscribe")
+        wait_until(lambda: topics["result"].connection_count == 0, LIMIT_S, "the agent to unsubscribe")
 
 
 def test_inputs_reach_a_robot_only_if_its_file_accepts_them(router: str) -> None:
@@ -123,7 +122,7 @@ def test_inputs_reach_a_robot_only_if_its_file_accepts_them(router: str) -> None
 
         stranger.wait_for_input("/robot1/cmd")
         wrong = stranger.node("teleop").advertise("/robot1/cmd", String)
-        wait_until(lambda: wrong.connection_count, 15, "a connection")
+        wait_until(lambda: wrong.connection_count, LIMIT_S, "a connection")
         wrong.publish(String("stray"))
         operator_last = operator.node("again").advertise("/robot1/cmd", String)
         publish_until(operator_last, commands, "last")
@@ -152,11 +151,10 @@ def test_messages_never_loop(router: str) -> None:
 
 
 def test_a_second_member_of_one_name_is_refused(router: str) -> None:
-    with (
-        Member("robot1", router) as first,
-        pytest.raises(NameTaken, match=r"already has a member \[robot1\]"),
-    ):
-        Member("robot1", router)
+    with Member("robot1", router) as first, Member("operator", router) as operator:
+        wait_until(lambda: "robot1" in operator.agent.statistics()["members"], LIMIT_S, "the first one")
+        with pytest.raises(NameTaken, match=r"already has a member \[robot1\]"):
+            Member("robot1", router)
     assert first.failures == []
 
 
@@ -165,11 +163,11 @@ def test_a_local_node_in_the_namespace_of_a_member_hides_it(router: str) -> None
         blocking = operator.node("robot1_proxy")
         blocking.serve("/robot1/reset", load_empty(), lambda _: None)
         operator.wait_for_service("/robot1/reset")
-        wait_until(lambda: operator.agent.local_names() >= {"/robot1/reset"}, 15, "a look at the master")
+        wait_until(lambda: operator.agent.local_names() >= {"/robot1/reset"}, LIMIT_S, "a look at the master")
         with Member("robot1", router) as robot:
             robot.node("talker").advertise("/chatter", String)
             expected = "[robot1] is not shown, because the local name [/robot1/reset] uses its namespace"
-            wait_until(lambda: expected in operator.warnings, 15, expected)
+            wait_until(lambda: expected in operator.warnings, LIMIT_S, expected)
             assert "/robot1/chatter" not in operator.state().publishers
 
 
@@ -184,7 +182,7 @@ def test_topics_of_a_member_that_leaves_disappear(router: str) -> None:
         with Member("robot1", router) as robot:
             robot.node("talker").advertise("/chatter", String)
             operator.wait_for_topic("/robot1/chatter")
-        wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, 15, "the topic to go")
+        wait_until(lambda: "/robot1/chatter" not in operator.state().publishers, LIMIT_S, "the topic to go")
 
 
 def test_transforms_get_prefixes_and_static_ones_are_merged(router: str) -> None:
@@ -207,7 +205,7 @@ def test_transforms_get_prefixes_and_static_ones_are_merged(router: str) -> None
         def children() -> set[str]:
             return {each.child_frame_id for each in received[-1].transforms} if received else set()
 
-        wait_until(lambda: children() == {"robot1/laser", "robot1/camera"}, 15, "the merged message")
+        wait_until(lambda: children() == {"robot1/laser", "robot1/camera"}, LIMIT_S, "the merged message")
         assert received[-1].transforms[0].header.frame_id == "robot1/base"
 
 
@@ -220,7 +218,7 @@ def test_a_rate_limit_keeps_the_last_message(router: str) -> None:
         publish_until(publisher, received, "first")
         for number in range(100):
             publisher.publish(String(f"burst {number}"))
-        wait_until(lambda: received[-1].data == "burst 99", 15, "the last message")
+        wait_until(lambda: received[-1].data == "burst 99", LIMIT_S, "the last message")
         burst = [each.data for each in received if each.data.startswith("burst")]
         assert len(burst) < 100
         (counts,) = robot.agent.statistics()["sent"].values()
@@ -243,8 +241,10 @@ def test_messages_dropped_before_the_link_are_counted(router: str) -> None:
                 for messages, _, dropped, unsent in robot.agent.statistics()["sent"].values()
             )
 
-        wait_until(lambda: received[-1].data == "1999", 15, "the newest message")
-        wait_until(lambda: counted() == talker.statistics()["frames"], 15, "all messages in the counters")
+        wait_until(lambda: received[-1].data == "1999", LIMIT_S, "the newest message")
+        wait_until(
+            lambda: counted() == talker.statistics()["frames"], LIMIT_S, "all messages in the counters"
+        )
 
 
 def test_links_and_members_are_on_diagnostics(router: str) -> None:
@@ -255,7 +255,9 @@ def test_links_and_members_are_on_diagnostics(router: str) -> None:
         def names() -> set[str]:
             return {status.name for status in received[-1].status} if received else set()
 
-        wait_until(lambda: names() == {"/Fleet/operator", "/Fleet/operator/robot1"}, 15, "both components")
+        wait_until(
+            lambda: names() == {"/Fleet/operator", "/Fleet/operator/robot1"}, LIMIT_S, "both components"
+        )
         assert {status.message for status in received[-1].status} == {"connected", "present"}
 
 
@@ -267,7 +269,7 @@ def test_the_callbacks_of_a_link_keep_the_state_of_their_thread(router: str) -> 
         kept.count = getattr(kept, "count", 0) + 1
         counts.append(kept.count)
 
-    sender, receiver = connect(router), connect(router)
+    sender, receiver = link_to(router), link_to(router)
     try:
         subscriber = receiver.subscribe("pipros/robot1/t/x", take)
 
@@ -275,7 +277,7 @@ def test_the_callbacks_of_a_link_keep_the_state_of_their_thread(router: str) -> 
             sender.put("pipros/robot1/t/x", b"")
             return max(counts) >= 3
 
-        wait_until(is_kept, 15, "a third message in one thread")
+        wait_until(is_kept, LIMIT_S, "a third message in one thread")
         subscriber.undeclare()
     finally:
         sender.close()

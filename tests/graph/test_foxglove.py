@@ -318,12 +318,16 @@ def test_the_connection_graph_is_sent_and_followed(make_node: MakeNode) -> None:
         client.send("subscribeConnectionGraph")
         update = client.next("connectionGraphUpdate")
         assert {"name": "/chatter", "publisherIds": ["/talker"]} in update["publishedTopics"]
+
+        def wait_for(*subscribers: str) -> None:
+            row = {"name": "/chatter", "subscriberIds": [*subscribers]}
+            while row not in client.next("connectionGraphUpdate")["subscribedTopics"]:
+                pass
+
         listener = make_node("listener").subscribe("/chatter", String, print)
-        update = client.next("connectionGraphUpdate")
-        assert {"name": "/chatter", "subscriberIds": ["/listener"]} in update["subscribedTopics"]
+        wait_for("/listener")
         listener.unregister()
-        update = client.next("connectionGraphUpdate")
-        assert {"name": "/chatter", "subscriberIds": []} in update["subscribedTopics"]
+        wait_for()
         client.send("unsubscribeConnectionGraph")
 
 

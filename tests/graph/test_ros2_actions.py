@@ -157,8 +157,8 @@ def test_clients_of_ros2_get_errors_for_goals_that_do_not_exist(system: System) 
     Server(system.ros1)
     system.gateway(ALLOWED)
 
-    result = caller(system, "get_result").call(messages.with_id(ID, b""), 20.0)
-    cancelled = caller(system, "cancel_goal").call(messages.cancel_request(GoalInfo(ID)), 20.0)
+    result = caller(system, "get_result").call(messages.with_id(ID, b""), 60.0)
+    cancelled = caller(system, "cancel_goal").call(messages.cancel_request(GoalInfo(ID)), 60.0)
 
     assert PAIR.result_to_ros1(result)[0] is Ros2Status.UNKNOWN
     assert cancelled == messages.cancel_reply(CancelCode.UNKNOWN_GOAL, [])

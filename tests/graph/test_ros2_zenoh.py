@@ -38,7 +38,7 @@ def router() -> Iterator[Router]:
 
 @pytest.fixture
 def engine(router: Router) -> Iterator[Ros2Engine]:
-    engine = ZenohEngine(0, "/robot/gateway", [router.address])
+    engine = ZenohEngine(0, "/robot/gateway", [router.address], timeout_s=60)
     yield engine
     engine.close()
 
@@ -69,7 +69,7 @@ def test_messages_reach_ros2_with_their_attachments(engine: Ros2Engine, peer: Pe
 
     wait_until(arrived, what="messages in ROS 2")
 
-    (token,) = [each for each in peer.tokens if "/MP/" in each]
+    (token,) = wait_until(lambda: [each for each in peer.tokens if "/MP/" in each], what="the token")
     assert "/MP/%/%robot/gateway/%chatter/std_msgs::msg::dds_::String_/" in token
     assert token.endswith("/::,10:,:,:,,")
     payloads, attachments = zip(*received, strict=True)
@@ -131,7 +131,7 @@ def test_services_of_ros2_are_called(engine: Ros2Engine, peer: Peer) -> None:
     peer.serve("/add", lambda request: request[::-1])
     wait_until(lambda: caller.is_available, what="the service")
 
-    assert caller.call(b"abc", 10.0) == b"cba"
+    assert caller.call(b"abc", 60.0) == b"cba"
     caller.close()
     wait_until(lambda: not any("/SC/" in each for each in peer.tokens), what="the end of the client")
 
@@ -187,7 +187,7 @@ def test_remembered_endpoints_are_limited(
 ) -> None:
     for number in range(20):
         peer.declare("MP", f"/topic{number}", "std_msgs::msg::dds_::String_", STRING)
-    engine = ZenohEngine(0, "/gateway", [router.address], limits=Limits(ros2_graph_bytes=4000))
+    engine = ZenohEngine(0, "/gateway", [router.address], timeout_s=60, limits=Limits(ros2_graph_bytes=4000))
 
     wait_until(lambda: "ros2_graph_bytes" in caplog.text, what="the warning")
 
@@ -205,7 +205,7 @@ def test_an_engine_without_a_router_raises() -> None:
 
 
 def test_a_closed_engine_refuses_endpoints(router: Router) -> None:
-    engine = ZenohEngine(0, "/gateway", [router.address])
+    engine = ZenohEngine(0, "/gateway", [router.address], timeout_s=60)
     engine.close()
     engine.close()
 
@@ -217,7 +217,7 @@ PROGRAM = """
 import sys
 from pipros.ros2.engine import TopicQos
 from pipros.ros2.zenoh.engine import ZenohEngine
-engine = ZenohEngine(0, "/gateway", sys.argv[1:])
+engine = ZenohEngine(0, "/gateway", sys.argv[1:], timeout_s=60)
 engine.subscribe("/chatter", "std_msgs/msg/String", "", TopicQos(), print)
 """
 

@@ -29,6 +29,7 @@ from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_client import ServiceFailed
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
+from tests.support.ports import ClaimedPort
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 from tests.support.waiting import wait_until
 
@@ -102,15 +103,20 @@ def test_a_topic_of_another_type_is_reported(url: str, robot: Node) -> None:
 
 
 def test_a_throttled_topic_with_a_queue_sends_the_newest_message_later(url: str, robot: Node) -> None:
-    publisher = robot.advertise("/fast", STRING)
+    publisher = robot.advertise("/fast", STRING, queue_size=None)
     with RosbridgeClient(url) as client:
         client.send("subscribe", topic="/fast", throttle_rate=300, queue_length=1)
         wait_until_connected(publisher)
+        start = time.monotonic()
         for number in range(20):
             publisher.publish(STRING(str(number)))
-        start = time.monotonic()
-        assert [client.receive()["msg"]["data"] for _ in range(2)] == ["0", "19"]
-        assert time.monotonic() - start > 0.2
+        got = [client.receive()["msg"]["data"]]
+        while got[-1] != "19":
+            got.append(client.receive()["msg"]["data"])
+        # The publisher may pause for longer than the interval. Usually two messages arrive.
+        assert got[0] == "0"
+        assert 1 < len(got) < 20
+        assert time.monotonic() - start > 0.2 * (len(got) - 1)
 
 
 def test_a_throttled_topic_without_a_queue_drops_messages_that_come_too_early(url: str, robot: Node) -> None:
@@ -226,7 +232,7 @@ def test_publishers_stay_for_a_while_after_their_client(make_node: MakeNode, rob
             client.send("publish", topic="/cmd", msg={"data": "again"})
             assert inbox.wait()[0].data == "again"
         wait_until(lambda: not subscriber.connection_count)
-        assert node.endpoints.publication("/cmd") is None
+        wait_until(lambda: node.endpoints.publication("/cmd") is None)
 
 
 def test_services_are_called_with_lists_and_objects(url: str, robot: Node) -> None:
@@ -255,7 +261,7 @@ def test_a_client_offers_a_service(url: str, robot: Node) -> None:
 
         def call(data: bool) -> None:
             try:
-                answers.append(robot.client("/switch", SET_BOOL).call(SET_BOOL._request_class(data), 20.0))
+                answers.append(robot.client("/switch", SET_BOOL).call(SET_BOOL._request_class(data), 60.0))
             except ServiceFailed as error:
                 answers.append(str(error))
 
@@ -265,7 +271,7 @@ def test_a_client_offers_a_service(url: str, robot: Node) -> None:
             request = client.wait_for("call_service", service="/switch")
             assert request["args"] == {"data": data}
             client.send("service_response", service="/switch", **{"id": request["id"], **response})
-            thread.join(20)
+            thread.join(60)
             return answers.pop()
 
         assert answered(True, values={"success": True, "message": "on"}, result=True).message == "on"
@@ -292,14 +298,14 @@ def test_callers_of_a_client_that_leaves_get_an_error(url: str, robot: Node) -> 
 
         def call() -> None:
             try:
-                robot.client("/switch", SET_BOOL).call(SET_BOOL._request_class(True), 20.0)
+                robot.client("/switch", SET_BOOL).call(SET_BOOL._request_class(True), 60.0)
             except ServiceFailed as error:
                 errors.append(str(error))
 
         thread = threading.Thread(target=call, daemon=True)
         thread.start()
         client.wait_for("call_service")
-    thread.join(20)
+    thread.join(60)
     assert "the client that offers it has disconnected" in errors[0]
     wait_until(lambda: not _is_offered(robot, "/switch"))
 
@@ -322,13 +328,13 @@ def test_the_newest_offer_of_a_service_counts(url: str, robot: Node) -> None:
             client.send("advertise_service", service="/switch", type="std_srvs/SetBool")
             client.call("/nothing")
         robot_call = threading.Thread(
-            target=lambda: robot.client("/switch", SET_BOOL).call(SET_BOOL._request_class(True), 20.0),
+            target=lambda: robot.client("/switch", SET_BOOL).call(SET_BOOL._request_class(True), 60.0),
             daemon=True,
         )
         robot_call.start()
         request = new.wait_for("call_service")
         new.send("service_response", service="/switch", id=request["id"], values=[True], result=True)
-        robot_call.join(20)
+        robot_call.join(60)
 
 
 def test_clients_are_counted_and_listed(url: str, robot: Node) -> None:
@@ -361,8 +367,8 @@ def test_bson_mode_has_bson_in_both_directions(node: Node, robot: Node) -> None:
 
 def test_clients_log_in_with_auth(node: Node) -> None:
     secret = "0123456789abcdef"  # noqa: S105 # of this test
-    authenticator = Authenticator(secret, time.time)
     now = int(time.time())
+    authenticator = Authenticator(secret, lambda: now)
     text = f"{secret}127.0.0.1here{'r'}{now}user{now + 100}"
     auth = {
         "op": "auth",
@@ -393,6 +399,7 @@ def test_a_client_that_never_reads_costs_the_others_nothing(make_node: MakeNode)
     with rosbridge_server(bridge) as url, RosbridgeClient(url) as stuck, RosbridgeClient(url) as reader:
         for client in (stuck, reader):
             client.send("subscribe", topic="/image", compression="cbor")
+            client.call("/nothing")  # answered after the subscription
         wait_until_connected(publisher)
         for number in range(100):
             publisher.publish(image(format=str(number), data=bytes(100_000)))
@@ -609,9 +616,11 @@ def test_udp_clients_are_served_on_loopback_only(node: Node, robot: Node) -> Non
 
 
 @pytest.mark.parametrize("server_class", [WebSocketServer, TcpServer])
-def test_a_server_can_be_started_again_when_its_port_is_free(server_class: Any, node: Node) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as occupant:
-        port = occupant.getsockname()[1]
+def test_a_server_can_be_started_again_when_its_port_is_free(
+    server_class: Any, node: Node, claimed_port: ClaimedPort
+) -> None:
+    port = claimed_port.number
+    with socket.create_server(("127.0.0.1", port)):
         server = server_class(node, ServerOptions(port=port))
         with pytest.raises(OSError, match=r"[Ii]n use"):
             server.start()

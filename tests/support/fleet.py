@@ -11,7 +11,7 @@ from pipros.basics.env import Environment
 from pipros.basics.limits import process_limits
 from pipros.fleet.agent import Agent, agent_node_name
 from pipros.fleet.fleet_file import FleetFile, parse_fleet_file
-from pipros.fleet.zenoh_session import Link, Tls, connect, open_router
+from pipros.fleet.zenoh_session import Link, LinkFailed, Tls, connect, open_router
 from pipros.graph.system_state import SystemState
 from pipros.master.master import Master
 from pipros.msg import load_message_class
@@ -20,6 +20,23 @@ from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
 LOOK_S = 0.05
+LIMIT_S = 60
+
+
+def link_to(router: str, tls: Tls | None = None, **options: Any) -> Link:
+    """Connect to a router. If it does not answer within a second, try again, as `pipros fleet join` does."""
+
+    def connected() -> Link | None:
+        try:
+            return connect(router, tls, **options)
+        except LinkFailed as error:
+            reasons.append(str(error))
+            return None
+
+    reasons: list[str] = []
+    link = wait_until(connected, LIMIT_S, lambda: reasons[-1])
+    assert link is not None
+    return link
 
 
 class _Kept(logging.Handler):
@@ -67,7 +84,7 @@ class Member:
         self._stack.enter_context(self.agent_node)
         self.agent_node.log.addHandler(_Kept(self.warnings))
         parsed = parse_fleet_file(file) if isinstance(file, str) else file
-        self.link: Link = connect(router, tls, limits=self.agent_node.limits)
+        self.link: Link = link_to(router, tls, limits=self.agent_node.limits)
         self._stack.callback(self.link.close)
         self.agent = Agent(
             self.agent_node, self.link, name, parsed, on_failure=self.failures.append, look_s=LOOK_S
@@ -87,13 +104,15 @@ class Member:
         return SystemState.from_state(self.agent_node.master.get_system_state())
 
     def wait_for_topic(self, topic: str) -> None:
-        wait_until(lambda: topic in self.state().publishers, 15, f"{topic} at {self.name}")
+        wait_until(lambda: topic in self.state().publishers, LIMIT_S, f"{topic} at {self.name}")
 
     def wait_for_input(self, topic: str) -> None:
-        wait_until(lambda: topic in self.state().subscribers, 15, f"a subscriber of {topic} at {self.name}")
+        wait_until(
+            lambda: topic in self.state().subscribers, LIMIT_S, f"a subscriber of {topic} at {self.name}"
+        )
 
     def wait_for_service(self, service: str) -> None:
-        wait_until(lambda: service in self.state().services, 15, f"{service} at {self.name}")
+        wait_until(lambda: service in self.state().services, LIMIT_S, f"{service} at {self.name}")
 
     def receive(self, topic: str, kind: Any = String, name: str = "listener") -> list[Any]:
         """Subscribe, and return the list to which messages are added."""

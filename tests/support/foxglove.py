@@ -56,7 +56,7 @@ class Client:
     def send(self, op: str, **fields: Any) -> None:
         self.socket.send(json.dumps({"op": op, **fields}))
 
-    def receive(self, timeout_s: float = 30.0) -> Any:
+    def receive(self, timeout_s: float = 60.0) -> Any:
         """The next message, which is kept."""
         data = self.socket.recv(timeout=timeout_s)
         message = data if isinstance(data, bytes) else json.loads(data)
@@ -80,7 +80,7 @@ class Client:
 
     def until(self, check: Callable[[], Any]) -> Any:
         """Receive until a condition is met; return its value."""
-        end = time.monotonic() + 30
+        end = time.monotonic() + 60
         while not (found := check()):
             self.receive(end - time.monotonic())
         return found
@@ -130,7 +130,7 @@ class Client:
 @contextlib.contextmanager
 def connected(address: str, subprotocol: str = SUBPROTOCOLS[0]) -> Iterator[Client]:
     with connect(
-        address, subprotocols=[Subprotocol(subprotocol)], proxy=None, open_timeout=30, max_size=None
+        address, subprotocols=[Subprotocol(subprotocol)], proxy=None, open_timeout=60, max_size=None
     ) as socket:
         yield Client(socket)
 

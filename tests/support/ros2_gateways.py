@@ -57,7 +57,7 @@ class System:
         if self._router is None:
             engine = RtpsEngine(Discovery(self.domain), node, gateway=gateway)
         else:
-            engine = ZenohEngine(self.domain, node, [self._router.address])
+            engine = ZenohEngine(self.domain, node, [self._router.address], timeout_s=60)
         self._stack.callback(engine.close)
         return engine
 

@@ -53,32 +53,33 @@ class Router:
 
 
 class Peer:
-    """A session with one node, `/peer`.
-
-    Attributes:
-        tokens: the tokens of other sessions.
-    """
+    """A session with one node, `/peer`."""
 
     def __init__(self, router: Router, domain: int = 0) -> None:
         connect = {"connect/endpoints": [router.address], "listen/endpoints": []}
         self.session = _session(mode="client", **connect)
         self.domain = domain
         self.id = str(self.session.zid())
-        self.tokens: set[str] = set()
+        self._tokens: set[str] = set()
         self._numbers = itertools.count(1)
         self._kept: list[Any] = []
         liveliness = self.session.liveliness()
         watch = liveliness.declare_subscriber(f"@ros2_lv/{domain}/**", self._changed, history=True)
         self._kept += [watch, liveliness]
 
+    @property
+    def tokens(self) -> set[str]:
+        """The tokens of other sessions. A copy, because a thread of Zenoh changes them."""
+        return self._tokens.copy()
+
     def _changed(self, change: zenoh.Sample) -> None:
         token = str(change.key_expr)
         if token.split("/")[2] == self.id:
             return
         if change.kind == zenoh.SampleKind.PUT:
-            self.tokens.add(token)
+            self._tokens.add(token)
         else:
-            self.tokens.discard(token)
+            self._tokens.discard(token)
 
     def declare(self, kind: str, name: str, type_name: str, type_hash: str, qos: str = VOLATILE) -> bytes:
         """Declare the token of an endpoint, and return its GID."""
@@ -142,7 +143,7 @@ class Peer:
             consolidation=zenoh.ConsolidationMode.NONE,
             payload=request,
             attachment=attachment_of(7, 8, gid),
-            timeout=10.0,
+            timeout=60.0,
         )
         found = [reply.ok for reply in replies]
         return [(ok.payload.to_bytes(), ok.attachment.to_bytes()) for ok in found if ok and ok.attachment]

@@ -3,7 +3,7 @@ export async function ask({ Ros, Topic, Service, Param }, url) {
   const ros = new Ros({ url });
   const answer = (begin) =>
     new Promise((resolve, reject) => {
-      setTimeout(() => reject(new Error("no answer in 30 s")), 30000);
+      setTimeout(() => reject(new Error("no answer in 60 s")), 60000);
       begin(resolve, reject);
     });
   await answer((resolve, reject) => {

@@ -35,14 +35,14 @@ def first_message(topic, while_waiting=lambda: None):
 
 
 ros = roslibpy.Ros("127.0.0.1", int(sys.argv[1]))
-ros.run(timeout=30)
+ros.run(timeout=60)
 found = {}
 found["none"] = first_message(roslibpy.Topic(ros, "/latched", "std_msgs/String"))
 command = roslibpy.Topic(ros, "/cmd", "std_msgs/String")
 echo = roslibpy.Topic(ros, "/echo", "std_msgs/String")
 found["echo"] = first_message(echo, lambda: command.publish(roslibpy.Message({"data": "from py"})))
 enable = roslibpy.Service(ros, "/enable", "std_srvs/SetBool")
-found["robot's"] = dict(enable.call(roslibpy.ServiceRequest({"data": True}), timeout=30))
+found["robot's"] = dict(enable.call(roslibpy.ServiceRequest({"data": True}), timeout=60))
 
 
 def switch(request, response):
@@ -56,7 +56,7 @@ offered.advertise(switch)
 while ros.get_service_type("/switch") != "std_srvs/SetBool":
     time.sleep(0.05)
 own = roslibpy.Service(ros, "/switch", "std_srvs/SetBool")
-found["own"] = dict(own.call(roslibpy.ServiceRequest({"data": True}), timeout=30))
+found["own"] = dict(own.call(roslibpy.ServiceRequest({"data": True}), timeout=60))
 parameter = roslibpy.Param(ros, "/from_py")
 parameter.set([1, {"a": 2.5}])
 found["parameter"] = parameter.get()
@@ -64,7 +64,7 @@ found["type"] = ros.get_topic_type("/echo")
 found["robot"] = sorted(ros.get_node_details("/robot")["publishing"])[:2]
 
 client = actionlib.ActionClient(ros, "/count", "actionlib/TestAction")
-while "result" not in found:  # the client does not wait until it has received the server's results
+while not {"feedback", "result"} <= found.keys():  # the client does not wait until both reach it
     goal = actionlib.Goal(client, roslibpy.Message({"goal": 21}))
     goal.on("feedback", lambda each: found.__setitem__("feedback", each["feedback"]))
     goal.send()
@@ -81,6 +81,6 @@ def keep_transform(transform):
 
 tf_client = TFClient(ros, fixed_frame="world", angular_threshold=0.01, translation_threshold=0.01)
 tf_client.subscribe("arm", keep_transform)
-came.wait(30)
+came.wait(60)
 print(json.dumps(found), flush=True)
 ros.terminate()

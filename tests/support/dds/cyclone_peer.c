@@ -33,7 +33,7 @@ static dds_entity_t participant;
 
 static dds_qos_t *make_qos(int latched, int depth, const char *user_data) {
   dds_qos_t *qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_INFINITY);
   dds_qset_durability(qos, latched ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
   if (user_data) dds_qset_userdata(qos, user_data, strlen(user_data));
@@ -61,11 +61,8 @@ static void wait_for_end(void) {
 }
 
 static void wait_for_reader(dds_entity_t writer) {
-  dds_publication_matched_status_t status;
-  do {
-    dds_sleepfor(DDS_MSECS(5));
-    dds_get_publication_matched_status(writer, &status);
-  } while (!status.current_count);
+  dds_publication_matched_status_t status = {0};
+  while (dds_get_publication_matched_status(writer, &status), !status.current_count) dds_sleepfor(DDS_MSECS(5));
 }
 
 static dds_entity_t waitset_of(dds_entity_t reader) {
@@ -130,6 +127,7 @@ static void serve(char **words) {
     while (take(waitset, reader, &sample, 50)) {
       REQUEST *request = sample;
       RESPONSE response = {request->client, request->sequence_number, request->a + request->b};
+      wait_for_reader(writer); /* otherwise the reply would be lost */
       dds_write(writer, &response);
     }
   }
@@ -153,7 +151,7 @@ static void call(char **words) {
   for (int number = 1; number <= atoi(words[1]); ++number) {
     REQUEST request = {4711, number, number, 1000};
     dds_write(writer, &request);
-    for (int tries = 0; tries < 50; ++tries) {
+    for (int tries = 0; tries < 600; ++tries) {
       if (!take(waitset, reader, &sample, 100)) continue;
       RESPONSE *response = sample;
       if (response->client != 4711) {

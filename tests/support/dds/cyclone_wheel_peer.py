@@ -46,7 +46,7 @@ class Response(IdlStruct, typename="example_interfaces::srv::dds_::AddTwoInts_Re
 def qos_of(how: str, depth: int = 2000, user_data: bytes | None = None) -> Qos:
     latched = how == "latched"
     policies = [
-        Policy.Reliability.Reliable(duration(seconds=1)),
+        Policy.Reliability.Reliable(duration(infinite=True)),
         Policy.Durability.TransientLocal if latched else Policy.Durability.Volatile,
         Policy.History.KeepLast(1 if latched else depth),
     ]
@@ -92,6 +92,7 @@ def main(domain: str, mode: str, name: str, *words: str) -> None:
         while not has_input_ended(0.0005):
             for request in requests.take(100):
                 total = request.a + request.b
+                wait_until(replies.get_matched_subscriptions)  # otherwise the reply would be lost
                 replies.write(Response(request.client, request.sequence_number, total))
     elif mode == "client":
         answers = DataReader(participant, Topic(participant, f"rr{name}Reply", Response), caller)
@@ -101,7 +102,7 @@ def main(domain: str, mode: str, name: str, *words: str) -> None:
         for number in range(1, int(words[0]) + 1):
             asking.write(Request(4712, number, number, 1000))
             found: list[Response] = []
-            deadline = time.monotonic() + 5
+            deadline = time.monotonic() + 60
             while not found and time.monotonic() < deadline:
                 found = list(answers.take(1))
                 time.sleep(0.0005)

@@ -466,7 +466,7 @@ int main(int count, char** words) {
       writer->write(&bytes, from);
       auto sequence = from.sample_identity().sequence_number().to64long();
       std::unique_lock<std::mutex> held(lock);
-      if (changed.wait_for(held, std::chrono::seconds(20), [&] { return replies.count(sequence); }))
+      if (changed.wait_for(held, std::chrono::seconds(60), [&] { return replies.count(sequence); }))
         right += replies[sequence] == number + 1000;
     }
     std::printf("right %d\n", right);

@@ -30,6 +30,8 @@ _MESSAGE = Struct("<II")
 _SUM = Struct("<q")
 _ADD = Struct("<qq")
 
+LIMIT_S = 60.0
+
 
 class LossySocket(socket.socket):
     """Drops a part of the datagrams that arrive."""
@@ -150,7 +152,7 @@ class ActionServer:
     def get_result(self, request: bytes) -> bytes:
         goal = request[4:20]
         with self._changed:
-            self._changed.wait_for(lambda: goal in self._goals and self._goals[goal][1].has_ended, 20)
+            self._changed.wait_for(lambda: goal in self._goals and self._goals[goal][1].has_ended, LIMIT_S)
             order, status = self._goals[goal]
         return CDR + bytes([status, 0, 0, 0]) + numbers(order if status is Ros2Status.SUCCEEDED else 0)
 
@@ -175,15 +177,15 @@ def call_action(participant: Participant, action: str, type_name: str, order: st
     statuses = participant.add_reader(f"{topic}/status", STATUSES, qos_of("latched"), on_status)
     parts = ("send_goal", "cancel_goal", "get_result")
     send, cancel, get = (Client(participant, *names_of(action, type_name, part)) for part in parts)
-    assert all(each.wait_for_server(20) for each in (send, cancel, get))
-    assert all(each.wait_for_writers(timeout_s=20) for each in (feedback, statuses))
-    is_accepted = messages.is_accepted(send.call(CDR + goal + pack("<i", int(order)), 20.0))
+    assert all(each.wait_for_server(LIMIT_S) for each in (send, cancel, get))
+    assert all(each.wait_for_writers(timeout_s=LIMIT_S) for each in (feedback, statuses))
+    is_accepted = messages.is_accepted(send.call(CDR + goal + pack("<i", int(order)), LIMIT_S))
     say("accepted", int(is_accepted))
     if is_accepted and end == "cancel":
-        reply = cancel.call(messages.cancel_request(GoalInfo(goal)), 20.0)
+        reply = cancel.call(messages.cancel_request(GoalInfo(goal)), LIMIT_S)
         say("cancelling", reply[4], "of", *unpack_from("<I", reply, 8))
     if is_accepted:
-        result = get.call(CDR + goal, 20.0)
+        result = get.call(CDR + goal, LIMIT_S)
         (count,) = unpack_from("<I", result, 8)
         say(f"result {result[4]}:", *unpack_from(f"<{count}i", result, 12))
     wait_for_end()
@@ -201,7 +203,7 @@ def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
             writer = participant.add_writer(name, type_name, qos_of(kind))
             print("ready", flush=True)
             if kind != "latched":
-                assert writer.wait_for_readers(timeout_s=20)
+                assert writer.wait_for_readers(timeout_s=LIMIT_S)
             pause = threading.Event()
             for number in range(int(count)):
                 body = bytes([number % 256]) * int(size)
@@ -221,10 +223,10 @@ def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
             wait_for_end()
         elif mode == "client":
             client = Client(participant, name, words[0] + "_Request_", words[0] + "_Response_")
-            assert client.wait_for_server(20)
+            assert client.wait_for_server(LIMIT_S)
             right, began = 0, time.monotonic()
             for number in range(int(words[1])):
-                reply = client.call(CDR + _ADD.pack(number, 1000), 20.0)
+                reply = client.call(CDR + _ADD.pack(number, 1000), LIMIT_S)
                 right += _SUM.unpack_from(reply, 4)[0] == number + 1000
             print("right", right, flush=True)
             print(f"{(time.monotonic() - began) / int(words[1]) * 1e6:.0f} us per call", flush=True)

@@ -52,6 +52,6 @@ def test_nothing_is_written_while_the_transport_resumes_writing() -> None:
         connection.pause_writing()
         connection.resume_writing()
         assert not has_resumed.is_set()
-        await asyncio.wait_for(has_resumed.wait(), 10)
+        await asyncio.wait_for(has_resumed.wait(), 60)
 
     asyncio.run(resume())

@@ -93,7 +93,7 @@ def test_files_are_described_while_another_thread_writes(
                 target=files.write, args=("robot2", connection("/robot2/odom"), 1 * S, b""), daemon=True
             )
             writer.start()
-            writer.join(10)
+            writer.join(60)
             assert not writer.is_alive()
             super().__init__(path)
 

@@ -15,7 +15,7 @@ from pipros.fleet.sources import Outgoing, Sender, Source
 from pipros.node import Node
 from tests.support.waiting import wait_until
 
-DEADLINE_S = 10
+DEADLINE_S = 60
 
 
 class FakeLink:

@@ -38,6 +38,7 @@ from tests.support.waiting import wait_until
 TYPE = "std_msgs::msg::dds_::String_"
 MARKED = f"enclave=/;{PIPROS_MARK}=test;".encode()
 QOS = Qos(depth=1000)
+LIMIT_S = 60
 
 
 @pytest.fixture
@@ -56,12 +57,12 @@ def test_samples_arrive_in_order(pair: tuple[Participant, Participant]) -> None:
     received: list[bytes] = []
     reader = pair[1].add_reader("rt/a", TYPE, QOS, lambda sample: received.append(sample.payload))
     writer = pair[0].add_writer("rt/a", TYPE, QOS)
-    assert writer.wait_for_readers()
-    assert reader.wait_for_writers()
+    assert writer.wait_for_readers(timeout_s=LIMIT_S)
+    assert reader.wait_for_writers(timeout_s=LIMIT_S)
     sent = [b"\0\1\0\0" + number.to_bytes(4, "little") * (1 + number * 40) for number in range(500)]
     for payload in sent:
         writer.write(payload)
-    assert writer.wait_for_acknowledgments(20)
+    assert writer.wait_for_acknowledgments(LIMIT_S)
 
     wait_until(lambda: len(received) == 500)
     assert received == sent
@@ -78,7 +79,7 @@ def test_a_callback_that_fails_does_not_stop_the_others(pair: tuple[Participant,
 
     pair[1].add_reader("rt/a", TYPE, QOS, fail_once)
     writer = pair[0].add_writer("rt/a", TYPE, QOS)
-    assert writer.wait_for_readers()
+    assert writer.wait_for_readers(timeout_s=LIMIT_S)
     writer.write(b"one.")
     writer.write(b"two.")
 
@@ -97,7 +98,7 @@ def test_a_direct_callback_that_fails_does_not_end_the_participant(
 
     pair[1].add_reader("rt/a", TYPE, QOS, fail_once, is_direct=True)
     writer = pair[0].add_writer("rt/a", TYPE, QOS)
-    assert writer.wait_for_readers()
+    assert writer.wait_for_readers(timeout_s=LIMIT_S)
     writer.write(b"one.")
     wait_until(lambda: received)
     writer.write(b"two.")
@@ -112,11 +113,11 @@ def test_a_slow_callback_loses_the_oldest_samples(pair: tuple[Participant, Parti
     def wait_first(sample: Sample) -> None:
         received.append(sample.payload)
         if len(received) == 1:
-            going_on.get(timeout=20)
+            going_on.get(timeout=LIMIT_S)
 
     reader = pair[1].add_reader("rt/a", TYPE, Qos(depth=2), wait_first)
     writer = pair[0].add_writer("rt/a", TYPE, QOS)
-    assert writer.wait_for_readers()
+    assert writer.wait_for_readers(timeout_s=LIMIT_S)
     writer.write(b"0...")
     wait_until(lambda: received)
     for number in range(1, 10):
@@ -178,10 +179,10 @@ def test_a_writer_of_unlimited_depth_waits_for_its_readers(discovery: Discovery)
     ):
         peer.add_reader("rt/a", TYPE, Qos(depth=0), lambda sample: received.append(sample.payload))
         writer = participant.add_writer("rt/a", TYPE, Qos(depth=0))
-        assert writer.wait_for_readers()
+        assert writer.wait_for_readers(timeout_s=LIMIT_S)
         sent = [b"\0\1\0\0" + bytes([number]) * 1000 for number in range(50)]
         for payload in sent:
-            writer.write(payload, timeout_s=10)
+            writer.write(payload, timeout_s=LIMIT_S)
 
         wait_until(lambda: received == sent)
 

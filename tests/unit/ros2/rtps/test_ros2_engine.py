@@ -87,7 +87,7 @@ def test_services_pass(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
     server = other.serve("/add", ADD_KIND, "", lambda request: request + b"sum!")
     wait_until(lambda: caller.is_available, what="the service")
 
-    assert caller.call(CDR + b"args", 10.0) == CDR + b"argssum!"
+    assert caller.call(CDR + b"args", 60.0) == CDR + b"argssum!"
 
     assert wait_for_endpoint(one, EndpointKind.SERVER, "/add").type == ADD_KIND
     assert wait_for_endpoint(other, EndpointKind.CLIENT, "/add").node == "/robot/camera"

@@ -20,6 +20,7 @@ from pipros.ros2.rtps.domain import (
 from pipros.ros2.rtps.outbox import Outgoing
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.sockets import RtpsSockets, interface_addresses
+from tests.support.network import steady_interfaces
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
 
@@ -94,7 +95,7 @@ def test_no_address_is_announced_to_if_the_range_is_off(domain: int) -> None:
 
 
 def test_the_group_is_announced_to_on_a_subnet(domain: int) -> None:
-    with sockets(domain, DiscoveryRange.SUBNET) as found:
+    with steady_interfaces(), sockets(domain, DiscoveryRange.SUBNET) as found:
         assert found.announce_to[0] == Address("239.255.0.1", 7400 + 250 * domain)
         assert len(found.receiving) == 3
         assert {each.host for each in found.discovery} <= set(interface_addresses())
