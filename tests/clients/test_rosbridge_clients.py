@@ -17,6 +17,7 @@ from playwright.sync_api import sync_playwright
 
 from tests.support.bridge_clients import ROSLIBPY, roslib, roslibpy_python
 from tests.support.browser import find_chromium
+from tests.support.network import steady_interfaces
 from tests.support.ros import RosSystem
 
 PROGRAMS = Path(__file__).parent / "programs"
@@ -133,7 +134,7 @@ def page_url() -> Iterator[str]:
 
 
 def test_roslib_in_chromium_has_every_encoding_services_and_parameters(page_url: str, port: int) -> None:
-    with sync_playwright() as playwright:
+    with steady_interfaces(), sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
         tab = browser.new_page()
         tab.goto(page_url)
