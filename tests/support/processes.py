@@ -19,7 +19,7 @@ from tests.support.started import STARTED
 from tests.support.waiting import wait_until
 
 _VARIABLE = "PIPROS_TEST_RUN"
-_GRACE_S = 5.0
+_GRACE_S = 15.0
 
 INTERRUPTED = 1 if sys.version_info < (3, 14) else -signal.SIGINT
 """The exit code of a script that an exception of rospy ended after Ctrl-C.
@@ -233,7 +233,7 @@ class Processes:
                     found.append((int(folder.name), command.strip()))
         return found
 
-    def assert_nothing_left(self, timeout_s: float = 3.0) -> None:
+    def assert_nothing_left(self, timeout_s: float = 10.0) -> None:
         """Kill remaining processes and raise AssertionError if there are any."""
         try:
             wait_until(lambda: not self._find_left(), timeout_s)
