@@ -154,7 +154,7 @@ class RosSystem:
                 with contextlib.suppress(OSError), ServerProxy(master.lookupNode("/a_test", node)[2]) as api:
                     answer: Any = api.getBusInfo("/a_test")
                     rows += answer[2]
-        return sum(row[2] == "o" and row[4] == topic for row in rows)
+        return len([row for row in rows if row[2] == "o" and row[4] == topic])
 
     def _registered(self, kind: int) -> dict[str, list[str]]:
         master: Any = ServerProxy(self.master_uri)
