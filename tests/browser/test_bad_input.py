@@ -129,7 +129,7 @@ def test_a_message_of_100_megabytes_is_shortened(ros: RosSystem, open_tab: OpenT
     page = Page(ros)
     tab = open_tab(page, "topics/%2Flarge")
     expect(tab.locator("aside .message")).to_contain_text("data: 100.0 MB: 00 01 02", timeout=60_000)
-    expect(tab.locator("aside dl")).to_contain_text("Messages3", timeout=60_000)
+    expect(tab.locator("aside dl")).to_contain_text(re.compile(r"Messages([3-9]|\d\d)"), timeout=60_000)
     tab.locator("tr[data-name='/level']").click()
     expect(tab.locator("aside .message")).to_contain_text("x")
     status = Path(f"/proc/{page.process.pid}/status").read_text()

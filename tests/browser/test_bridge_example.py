@@ -7,12 +7,14 @@ from typing import Any
 from playwright.sync_api import Browser, expect
 
 from pipros.basics.env import Environment
+from pipros.basics.limits import process_limits
 from pipros.msg import load_message_class
 from pipros.node import Node
 from tests.support.environments import REPOSITORY
 from tests.support.nodes import Inbox
 from tests.support.ros import RosSystem
 from tests.support.rosbridge import rosbridge_server
+from tests.support.waiting import wait_until
 
 STRING: Any = load_message_class("std_msgs/String")
 
@@ -22,17 +24,18 @@ def test_the_example_shows_and_publishes_messages(chromium: Browser, ros: RosSys
     environment = Environment(master_uri=ros.master_uri)
     inbox = Inbox()
     with (
-        Node("bridge", environment=environment) as bridge,
+        Node("bridge", environment=environment, limits=process_limits()._replace(login_s=60.0)) as bridge,
         Node("robot", environment=environment) as robot,
         rosbridge_server(bridge) as url,
     ):
         robot.advertise("/chatter", STRING, latch=True).publish(STRING("from the robot"))
-        robot.subscribe("/chatter", STRING, inbox)
+        received = robot.subscribe("/chatter", STRING, inbox)
         tab = chromium.new_page()
         tab.goto(f"file://{REPOSITORY}/examples/browser/index.html?bridge={url}")
         expect(tab.locator("li")).to_have_text(["from the robot"])
+        wait_until(lambda: received.connection_count == 2, 30, "the links from the robot and from the page")
         tab.locator("input").fill("from the page")
         tab.locator("button").click()
         expect(tab.locator("li").first).to_have_text("from the page")
-        assert inbox.wait(2)[-1].data == "from the page"
+        wait_until(lambda: inbox.messages[-1].data == "from the page", 30, "the message from the page")
         tab.close()

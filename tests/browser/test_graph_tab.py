@@ -187,7 +187,8 @@ def test_a_lost_server_is_reported(ros: RosSystem, nodes: dict[str, Process], op
     page = Page(ros)
     tab = open_tab(page, "graph")
     expect(tab.locator("#system")).to_contain_text("read-only")
-    expect(tab.locator("svg.canvas")).to_be_visible()  # all files of the tab are loaded
+    for part in ("svg.canvas", "#to-panels"):
+        expect(tab.locator(part)).to_be_visible()  # all files of the tab are loaded
     page.process.press_ctrl_c()
     page.process.wait()
     expect(tab.locator("#system")).to_contain_text("no connection to the server")

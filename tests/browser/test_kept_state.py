@@ -34,7 +34,7 @@ def test_curves_survive_a_visit_to_another_tab(system: RosSystem, open_tab: Open
     go_to(tab, "Console")
     expect(tab.locator(".tab-plot")).to_be_hidden()
     go_to(tab, "Plot")
-    assert tab.url.endswith("#plot//level/data")
+    expect(tab).to_have_url(re.compile("#plot//level/data$"))
     expect(legend).to_contain_text("/level/data: 2.5")
 
 
@@ -62,7 +62,7 @@ def test_publishing_continues_in_another_tab(system: RosSystem, open_tab: OpenTa
     tab.get_by_role("button", name="publishing 1").click()
     tab.get_by_role("button", name="Stop publishing /by_hand").click()
     expect(tab.get_by_role("button", name="publishing")).to_have_count(0)
-    wait_until(lambda: "/by_hand" not in system.pipros.run("rostopic", "list").stdout)
+    wait_until(lambda: "/by_hand" not in system.pipros.run("rostopic", "list").stdout, 60)
 
 
 def test_a_message_published_once_is_not_published_again_after_a_restart(
@@ -96,7 +96,7 @@ def test_selecting_a_node_keeps_the_zoom(system: RosSystem, open_tab: OpenTab) -
     before = canvas.evaluate(scale)
     node.press("Enter")
     expect(tab.locator("aside h2")).to_have_text("/talker")
-    wait_until(lambda: canvas.evaluate(scale) == pytest.approx(before, rel=0.01), 10, "the same scale")
+    wait_until(lambda: canvas.evaluate(scale) == pytest.approx(before, rel=0.01), 30, "the same scale")
 
 
 def test_two_fingers_zoom_the_graph(system: RosSystem, open_tab: OpenTab) -> None:
@@ -115,7 +115,7 @@ def test_two_fingers_zoom_the_graph(system: RosSystem, open_tab: OpenTab) -> Non
         session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
     session.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
     wait_until(
-        lambda: canvas.evaluate(width) == pytest.approx(before / 3, rel=0.05), 10, "a third of the width"
+        lambda: canvas.evaluate(width) == pytest.approx(before / 3, rel=0.05), 30, "a third of the width"
     )
 
 
@@ -124,9 +124,8 @@ def test_a_selected_text_survives_updates(system: RosSystem, open_tab: OpenTab) 
     cell = tab.locator("tr[data-name='/level'] td").first
     expect(cell).to_have_text("/level")
     cell.evaluate("element => getSelection().selectAllChildren(element)")
-    rate = tab.locator("tr[data-name='/level'] td.number").first
-    first = rate.inner_text()
-    wait_until(lambda: rate.inner_text() != first, 30, "an update of the table")
+    system.pipros.start("rostopic", "pub", "/another", "std_msgs/Float64", "1")
+    expect(tab.locator("tr[data-name='/another']")).to_be_visible()  # an update of the table
     assert tab.evaluate("getSelection().toString()") == "/level"
 
 
@@ -137,7 +136,7 @@ def test_back_returns_to_the_earlier_selection(system: RosSystem, open_tab: Open
     expect(tab.locator("aside h2")).to_have_text("/listener")
     tab.go_back()
     expect(tab.locator("aside h2")).to_have_text("/talker")
-    assert tab.url.endswith("#graph/node:/talker")
+    expect(tab).to_have_url(re.compile("#graph/node:/talker$"))
 
 
 def test_a_malformed_address_opens_the_tab(system: RosSystem, open_tab: OpenTab) -> None:
@@ -157,7 +156,7 @@ def test_a_search_shows_hidden_topics_and_the_address_holds_it(system: RosSystem
     expect(tab.locator('[data-key="topic:/unheard"]')).to_be_visible()
     tab.get_by_label("Search nodes and topics").press("Enter")  # selects the only hit
     expect(tab.locator("aside h2")).to_have_text("/unheard")
-    other = open_tab(page, tab.url.partition("#")[2])
+    other = open_tab(page, tab.evaluate("location.hash").removeprefix("#"))
     expect(other.locator('[data-key="topic:/unheard"].selected')).to_be_visible()
 
 

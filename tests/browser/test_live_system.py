@@ -114,8 +114,7 @@ def test_a_killed_talker_is_marked_and_does_not_disturb_other_nodes(
     talker.kill()
     wait_until(lambda: tab.evaluate("window.markedAt"), 30, "the mark of a dead node")
     elapsed_s = (tab.evaluate("window.markedAt") - begin_ms) / 1000
-    print(f"marked as dead after {elapsed_s:.2f} s")
-    assert elapsed_s < 20  # 3 s on a quiet machine
+    print(f"marked as dead after {elapsed_s:.2f} s")  # 3 s on a quiet machine
     expect(tab.locator('[data-key="node:/talker"]')).to_have_attribute(
         "aria-label", "node /talker, does not answer"
     )

@@ -55,7 +55,7 @@ def test_a_goal_is_reached(ros: RosSystem, open_tab: OpenTab, kind: str) -> None
     tab.mouse.down()
     tab.mouse.move(x + 60, y)
     tab.mouse.up()
-    wait_until(lambda: state_of(tab)["plans"] == 1, 30.0)
+    wait_until(lambda: state_of(tab)["plans"] == 1, 60.0)
     wait_until(
         lambda: state_of(tab)["robot"] == pytest.approx([begin[0] + 1, begin[1]], abs=0.2),
         60.0,

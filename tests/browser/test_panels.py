@@ -110,7 +110,7 @@ def test_panels_are_moved_and_resized_with_the_keyboard(robot: RosSystem, open_t
     border = tab.get_by_role("separator")
     border.press("ArrowLeft")
     border.press("ArrowLeft")
-    wait_until(lambda: left_of(panel(tab, "Console")) < before, 10, "the moved border")
+    wait_until(lambda: left_of(panel(tab, "Console")) < before, 30, "the moved border")
     expect(border).to_have_attribute("aria-valuenow", "46")
 
 
@@ -121,8 +121,8 @@ def test_a_border_is_dragged(robot: RosSystem, open_tab: OpenTab) -> None:
     tab.mouse.down()
     tab.mouse.move(300, 300, steps=3)
     tab.mouse.up()
-    wait_until(lambda: left_of(panel(tab, "TF")) == pytest.approx(300, abs=6), 10, "the place of the panel")
-    wait_until(lambda: "*25~" in unquote(tab.evaluate("location.hash")), 10, "the new sizes in the address")
+    wait_until(lambda: left_of(panel(tab, "TF")) == pytest.approx(300, abs=6), 30, "the place of the panel")
+    wait_until(lambda: "*25~" in unquote(tab.evaluate("location.hash")), 30, "the new sizes in the address")
 
 
 RANGE = """panel => {
@@ -188,7 +188,9 @@ def test_any_tab_is_added_to_the_panels(robot: RosSystem, open_tab: OpenTab) -> 
     expect(panel(tab, "Console").locator(".entry").first).to_be_visible()
     tab.get_by_role("tab", name="Images").click()
     tab.get_by_label("Topic", exact=True).select_option("/front/image_raw")
-    tab.get_by_role("link", name="Add this view to the panels").click()
+    link = tab.get_by_role("link", name="Add this view to the panels")
+    expect(link).to_have_attribute("href", re.compile("image_raw"))
+    link.click()
     expect(panel(tab, "Images")).to_contain_text(SIZE)
     expect_layout(tab, "panels/row(console~images//front/image_raw)")
     tab.get_by_label("Add a panel").select_option("nodes")
@@ -212,10 +214,10 @@ def test_hidden_panels_pause_and_curves_go_on(robot: RosSystem, open_tab: OpenTa
     def subscribers(topic: str) -> str:
         return "\n".join(robot.pipros.run("rostopic", "info", topic).stdout)
 
-    wait_until(lambda: "rqt_graph" not in subscribers("/battery"), 30, "the end of the subscription")
+    wait_until(lambda: "rqt_graph" not in subscribers("/battery"), 60, "the end of the subscription")
     assert "rqt_graph" in subscribers("/imu")
     tab.get_by_role("tab", name="Panels").click()
-    wait_until(lambda: "rqt_graph" in subscribers("/battery"), 30, "the subscription of the panel")
+    wait_until(lambda: "rqt_graph" in subscribers("/battery"), 60, "the subscription of the panel")
 
 
 def test_layouts_are_stored_for_all_browsers(robot: RosSystem, open_tab: OpenTab) -> None:
@@ -270,8 +272,8 @@ def test_a_launch_file_opens_a_layout_and_a_perspective(
 ) -> None:
     layout = tmp_path / "driving.json"
     layout.write_text(json.dumps({"pipros_layout": 1, "panels": "row(console*70~tf*30)"}))
-    tab = open_tab(page := Page(robot, "--perspective-file", layout, command="rqt"), "")
-    tab.goto(page.url)
+    page = Page(robot, "--perspective-file", layout, command="rqt")
+    tab = open_tab(page, page.place)
     expect(panel(tab, "TF")).to_be_visible()
     running = {"running-plugins": {"type": "repr", "repr": "{'rqt_top/Top': [1], 'rqt_shell/Shell': [1]}"}}
     old = tmp_path / "old.perspective"

@@ -116,7 +116,7 @@ def test_everything_bad_has_a_status_and_harms_no_other_display(
         assert all(len(each) < LONGEST for each in texts[0])
         return not missing
 
-    wait_until(is_complete, 30.0, what=lambda: str(missing))
+    wait_until(is_complete, 60.0, what=lambda: str(missing))
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
     level, text = tab.evaluate("document.querySelector('.tab-scene').scene.fixedFrameStatus()")
     assert (level, text.partition(" of ")[2]) in {

@@ -29,7 +29,7 @@ RESIZE = """([width, height]) => {
   if (!scene?.displays?.[0]?.entries?.size) return 0;
   Object.assign(scene.canvas.style, { width: `${width}px`, height: `${height}px` });
   scene.draw();
-  return scene.displays[0].entries.size;
+  return [...scene.displays[0].entries.values()].filter(({ isLost }) => !isLost).length;
 }"""
 
 
@@ -76,7 +76,8 @@ def test_feedback_is_that_of_rviz_field_by_field(ros: RosSystem, open_tab: OpenT
     file = tmp_path / "scene.rviz"
     file.write_text(controls_file())
     tab = open_tab(Page(ros, "-d", file, "--control", command="rviz"), "scene", (1200, 900))
-    wait_until(lambda: tab.evaluate(RESIZE, [WIDTH, HEIGHT]) == len(GRIPS), 30.0, "the markers")
+    wait_until(lambda: tab.evaluate(RESIZE, [WIDTH, HEIGHT]) == len(GRIPS), 60.0, "the markers")
+    ros.wait_for_links("/controls/feedback")
     golden: Mapping[str, Any] = json.loads(GOLDEN.read_text())
     found: dict[str, Any] = {}
     for grip in GRIPS:
@@ -89,7 +90,7 @@ def test_feedback_is_that_of_rviz_field_by_field(ros: RosSystem, open_tab: OpenT
         }
 
     try:
-        wait_until(is_complete, 10.0)
+        wait_until(is_complete, 60.0)
     except AssertionError:
         is_complete()
     assert {

@@ -103,12 +103,12 @@ def test_all_scenes_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab) -> None:
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/shapes")
     tab = open_tab(Page(ros, command="rviz"), "scene", (1200, 900))
-    wait_until(lambda: tab.evaluate("Boolean(document.querySelector('.tab-scene')?.scene?.view)"), 30.0)
+    wait_until(lambda: tab.evaluate("Boolean(document.querySelector('.tab-scene')?.scene?.view)"), 60.0)
     unlike = {}
     for name in SCENES:
         tab.evaluate(SHOW, read_rviz(config_of(name)))
         try:
-            wait_until(lambda name=name: not differences(tab, name), 10.0)  # type: ignore[misc]
+            wait_until(lambda name=name: not differences(tab, name), 60.0)  # type: ignore[misc]
         except AssertionError:
             unlike[name] = differences(tab, name)
     assert unlike == {}
@@ -131,14 +131,14 @@ def test_images_and_cameras_look_as_in_rviz(ros: RosSystem, open_tab: OpenTab) -
     ros.pipros.start(sys.executable, PROGRAM)
     ros.wait_for_publisher("/shapes")
     tab = open_tab(Page(ros, command="rviz"), "scene", (1200, 900))
-    wait_until(lambda: tab.evaluate("Boolean(document.querySelector('.tab-scene')?.scene?.view)"), 30.0)
+    wait_until(lambda: tab.evaluate("Boolean(document.querySelector('.tab-scene')?.scene?.view)"), 60.0)
     recorded: Mapping[str, Mapping[str, Any]] = json.loads((GOLDEN.parent / "rviz_panels.json").read_text())
     assert list(recorded) == list(PANELS)
     for name, golden in recorded.items():
         tab.evaluate(SHOW, read_rviz(panel_file(name)))
         wait_until(
             lambda name=name, golden=golden: not panel_differences(tab, name, golden),  # type: ignore[misc]
-            30.0,
+            60.0,
             what=lambda name=name, golden=golden: f"{name}: {panel_differences(tab, name, golden)}",  # type: ignore[misc]
         )
 

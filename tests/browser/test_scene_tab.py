@@ -18,6 +18,7 @@ from playwright.sync_api import Page as Tab
 from playwright.sync_api import expect
 
 from tests.browser.conftest import OpenTab, keep_screenshots
+from tests.browser.test_copying import NOTE_COPIED, wait_for_note
 from tests.support.browser import find_chromium
 from tests.support.page import Page
 from tests.support.ros import RosSystem
@@ -92,7 +93,7 @@ def wait_for_colours(
             if any(abs(one - other) > tolerance for one, other in zip(found[place], colour, strict=True))
         }
 
-    wait_until(lambda: not differences(), timeout_s=30.0, what=lambda: f"differences: {differences()}")
+    wait_until(lambda: not differences(), timeout_s=60.0, what=lambda: f"differences: {differences()}")
 
 
 def statuses(tab: Tab, display: str) -> Mapping[str, str]:
@@ -144,6 +145,7 @@ def test_a_goal_is_published_with_control(system: RosSystem, open_tab: OpenTab, 
         system, open_tab, tmp_path, "{Class: rviz/RobotModel, Name: Robot, Enabled: true}", "--control"
     )
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    echo.wait_for("does not appear to be published yet")  # it looks for the topic
     canvas = tab.locator(".scene-canvas")
     canvas.focus()
     tab.keyboard.press("g")
@@ -180,6 +182,8 @@ def test_tools_measure_points_and_publish_them(system: RosSystem, open_tab: Open
     poses = system.pipros.start("rostopic", "echo", "-n1", "-p", "/initialpose/pose")
     tab = scene_of(system, open_tab, tmp_path, ROBOT, "--control")
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
+    for echo in (points, poses):
+        echo.wait_for("does not appear to be published yet")  # it looks for the topic
     tab.locator(".scene-canvas").focus()
     tab.keyboard.press("n")
     for x in (2, 4):
@@ -335,14 +339,14 @@ def test_displays_are_dragged_into_groups(system: RosSystem, open_tab: OpenTab, 
     names = "document.querySelector('.tab-scene').scene.all().map(({ name }) => name)"
     rows = {name: tab.locator(".scene-row > summary", has_text=name) for name in ("Robot", "Grid", "Group")}
     rows["Grid"].drag_to(rows["Robot"], target_position={"x": 60, "y": 2})
-    assert tab.evaluate(names) == ["Grid", "Robot", "Group"]
+    wait_until(lambda: tab.evaluate(names) == ["Grid", "Robot", "Group"], 30.0, "the dragged grid")
     rows["Robot"].drag_to(rows["Group"])
     wait_for_colours(tab, {(2.25, 2.25): GREY})  # the group is off
     saved = tab.evaluate("document.querySelector('.tab-scene').scene.config.Displays")
     assert [each["Name"] for each in saved] == ["Grid", "Group"]
     assert [each["Name"] for each in saved[1]["Displays"]] == ["Robot"]
     rows["Group"].drag_to(rows["Grid"], target_position={"x": 60, "y": 2})
-    assert tab.evaluate(names) == ["Group", "Robot", "Grid"]
+    wait_until(lambda: tab.evaluate(names) == ["Group", "Robot", "Grid"], 30.0, "the dragged group")
 
 
 def test_clashing_ids_lost_messages_and_old_topics_are_reported(
@@ -442,6 +446,7 @@ def test_interactive_markers_are_moved_turned_and_clicked(
     )
     tab = scene_of(system, open_tab, tmp_path, markers, "--control")
     wait_for_colours(tab, {(-3, -1): (0, 0, 255)}, tolerance=1)
+    system.wait_for_links("/controls/feedback", 2)  # to the server of the markers, and to `rostopic echo`
     tab.locator(".scene-canvas").focus()
     tab.keyboard.press("i")
 
@@ -488,7 +493,7 @@ def test_a_picture_is_saved_without_a_window(system: RosSystem, tmp_path: Path) 
     chromium = find_chromium()
     assert chromium is not None
     path = f"{system.pipros.environment['PATH']}{os.pathsep}{Path(chromium).parent}"
-    options = ("--size", "640x480", "--timeout", "5")
+    options = ("--size", "640x480", "--timeout", "10")
     done = system.pipros.run("rviz", "--png", picture, "-d", file, *options, timeout_s=100.0, PATH=path)
     assert done.returncode == 0
     assert "rviz: M: " in "\n".join(done.stderr)
@@ -547,7 +552,7 @@ def test_the_points_of_a_viewer_are_divided_among_its_clouds(
     expect(figures).to_contain_text("MB/s")
     assert "Transform [sender=/scene_program]" in statuses(tab, "A")
     limits = "document.querySelector('.tab-scene').scene.all().map(({ limit }) => limit)"
-    assert tab.evaluate(limits) == [100_000, 100_000]
+    wait_until(lambda: tab.evaluate(limits) == [100_000, 100_000], 30.0, "the limits of both clouds")
     tab.get_by_label("Points of all clouds").select_option("20000")
     wait_until(lambda: tab.evaluate(limits) == [10_000, 10_000], 30.0, "the new limit")
     tab.get_by_role("button", name="Displays").click()
@@ -573,10 +578,11 @@ def test_a_link_shows_the_same_displays_and_view(
     wait_for_colours(tab, shown, tolerance=1)
     wait_until(lambda: tab.evaluate("location.hash").startswith("#scene/"), 30.0, "the address")
     tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    tab.evaluate(NOTE_COPIED)
     tab.get_by_role("button", name="Link").click()
-    expect(tab.get_by_title("Copy as Link")).to_have_text("copied")
+    wait_for_note(tab, "Copy as Link: copied")
     link = str(tab.evaluate("navigator.clipboard.readText()"))
-    assert link == tab.evaluate("location.href")
+    wait_until(lambda: link == tab.evaluate("location.href"), 30.0, "the address")
     place = link.partition("#")[2]
     other = open_tab(page, place, (1200, 900))
     wait_for_colours(other, shown, tolerance=1)
@@ -592,7 +598,17 @@ def test_changes_survive_a_lost_connection(system: RosSystem, open_tab: OpenTab,
     tab = scene_of(system, open_tab, tmp_path, ROBOT)
     wait_for_colours(tab, {(2, 2): (204, 102, 51)}, tolerance=1)
     tab.evaluate("document.querySelector('.tab-scene').scene.view.set('X', -2)")
-    tab.evaluate("import('/live.js').then(({ live }) => live.socket.close())")
-    expect(tab.locator("#system")).to_contain_text("no connection")
+    lost = tab.evaluate(
+        """async () => {
+          const { live } = await import("/live.js");
+          const lost = new Promise((resolve) => {
+            const note = () => resolve(document.querySelector("#system").textContent);
+            live.addEventListener("state", note, { once: true });
+          });
+          live.socket.close();
+          return lost;
+        }"""
+    )
+    assert "no connection" in lost
     expect(tab.locator("#system")).to_contain_text("read-only")
     wait_for_colours(tab, {(4, 2): (204, 102, 51)}, tolerance=1)

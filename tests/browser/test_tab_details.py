@@ -109,7 +109,7 @@ def test_the_console_holds_100_000_entries_and_stays_fluid(ros: RosSystem, open_
     tab.wait_for_selector(".log")
     ros.pipros.start(sys.executable, PROGRAMS / "log_program.py")
     count = tab.locator(".bar .count")
-    expect(count).to_have_text(re.compile(r"^1\d{5} of 1\d{5}"), timeout=90_000)
+    expect(count).to_have_text(re.compile(r"^1\d{5} of 1\d{5}"), timeout=200_000)
     frames = tab.evaluate(FRAMES)
     print(f"frames while scrolling: median {frames[30]:.0f} ms, longest {frames[-1]:.0f} ms")
     assert tab.locator(".entry").count() < 100  # the document contains only visible rows
@@ -117,9 +117,9 @@ def test_the_console_holds_100_000_entries_and_stays_fluid(ros: RosSystem, open_
     tab.get_by_label("Fatal").uncheck()
     tab.get_by_label("Info").uncheck()
     expect(count).to_have_text(re.compile(r"^[67]\d{4} of 1\d{5}"))
-    tab.get_by_label("Filter by text").fill("entry 77")
+    tab.get_by_label("Filter by text").fill("/78$/")  # a hundredth of all: old entries are dropped
     expect(count).to_have_text(re.compile(r"^\d{1,4} of 1\d{5}"))
-    expect(tab.locator(".entry").last).to_contain_text("entry 77")
+    expect(tab.locator(".entry").last).to_contain_text(re.compile(r"entry \d*78$"))
     tab.locator(".log").press("ArrowUp")
     expect(tab.locator("aside")).to_contain_text("busy.py:")
     tab.locator(".log").press("Escape")
@@ -171,7 +171,7 @@ def test_the_user_chooses_an_image_unless_there_is_only_one(ros: RosSystem, open
     ros.pipros.start(
         *pub, "/b", "sensor_msgs/Image", "{encoding: mono8, width: 1, height: 1, step: 1, data: [7]}"
     )
-    ros.wait_for_publisher("/b")
+    expect(tab.get_by_label("Topic").locator("option")).to_have_count(2)  # the server knows both
     tab.reload()
     expect(tab.locator(".note")).to_contain_text("Choose a topic: there are 2 image topics.")
     expect(tab.locator("canvas")).to_be_hidden()

@@ -7,8 +7,6 @@ import html
 import http.server
 import re
 import shutil
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,11 +17,13 @@ from std_msgs.msg import String
 
 import rosbag
 import rospy
-from tests.browser.conftest import chromium  # noqa: F401 # a fixture
+from tests.browser.conftest import chromium, steady_network  # noqa: F401 # fixtures
 from tests.support.environments import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
-STARTED_WITHIN_MS = 60_000
+STARTED_WITHIN_MS = 200_000
+
+pytestmark = pytest.mark.timeout(400)
 
 
 def as_html(text: str) -> str:
@@ -37,11 +37,10 @@ def as_html(text: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def address(tmp_path_factory: pytest.TempPathFactory, pyodide_files: Path) -> Iterator[str]:
     site = tmp_path_factory.mktemp("site")
     shutil.copytree(DOCS / "in-browser", site / "in-browser")
-    files = site / "in-browser" / "files"
-    subprocess.run([sys.executable, REPOSITORY / "script/pyodide_files.py", files], check=True)
+    shutil.copytree(pyodide_files, site / "in-browser" / "files", dirs_exist_ok=True)
     (site / "browser").mkdir()
     (site / "browser/index.html").write_text(as_html((DOCS / "browser.md").read_text()))
     handler = functools.partial(_Quiet, directory=str(site))

@@ -49,7 +49,7 @@ class Page:
 
     def _open(self, process: Process) -> None:
         self.process = process
-        self.url = process.wait_for(r"http\S+#token=\S+")[0]
+        self.url = process.wait_for(r"http\S+#token=\S+", 60.0)[0]
         parts = urlsplit(self.url)
         self.host = parts.netloc
         proof, _, self.place = parts.fragment.partition("/")

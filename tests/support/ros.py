@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -140,6 +141,20 @@ class RosSystem:
     def wait_for_subscriber(self, topic: str, timeout_s: float = 60.0) -> None:
         """Wait until the topic has a subscriber at the master."""
         wait_until(lambda: self.subscribers(topic), timeout_s, f"a subscriber of {topic}")
+
+    def wait_for_links(self, topic: str, count: int = 1, timeout_s: float = 60.0) -> None:
+        """Wait until the publishers of the topic send to this number of subscribers."""
+        wait_until(lambda: self._links(topic) >= count, timeout_s, f"{count} links of {topic}")
+
+    def _links(self, topic: str) -> int:
+        rows: list[Any] = []
+        with ServerProxy(self.master_uri) as opened:
+            master: Any = opened
+            for node in self.publishers(topic):
+                with contextlib.suppress(OSError), ServerProxy(master.lookupNode("/a_test", node)[2]) as api:
+                    answer: Any = api.getBusInfo("/a_test")
+                    rows += answer[2]
+        return len([row for row in rows if row[2] == "o" and row[4] == topic])
 
     def _registered(self, kind: int) -> dict[str, list[str]]:
         master: Any = ServerProxy(self.master_uri)

@@ -167,7 +167,8 @@ class PageServer:
             first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
             self.access.secret.check_first_message(first)
         except asyncio.TimeoutError:
-            await connection.close(CloseCode.POLICY_VIOLATION, "The token must be the first message.")
+            # The page tries again; it forgets a token that is refused.
+            await connection.close(CloseCode.TRY_AGAIN_LATER, "The token must be the first message.")
             return
         except Denied as error:
             await connection.close(CloseCode.POLICY_VIOLATION, str(error))
