@@ -102,8 +102,8 @@ class NodeGraph:
 class NameFilter:
     """Comma-separated name patterns. A leading `-` excludes names, and `*` matches any characters.
 
-    A pattern without `*` matches a name and everything below it; its leading slash may be left out. rqt_graph's
-    `.*` is equivalent to `*`.
+    A pattern without `*` matches a name and everything below it; its leading slash may be left out.
+    rqt_graph's `.*` is equivalent to `*`.
 
     >>> keeps = NameFilter("/robot, -/robot/camera*")
     >>> [name for name in ("/robot", "/robot/scan", "/robot/camera_left", "/robots") if keeps(name)]
