@@ -1,6 +1,6 @@
 // Messages that tools publish.
 
-const SENT_MS = 10000; // how long a topic stays advertised, for subscribers that connect later
+const SENT_MS = 3000; // how long a topic stays advertised, for subscribers that connect later
 
 // Returns the header of a message of now, in the fixed frame.
 export function headerOf(scene) {
