@@ -33,7 +33,7 @@ export function timeline(on) {
   let bag = null;
   let moment = 0;
   let selection = null;
-  let closers = [];
+  const closers = [];
   let visible = [0, 1]; // the first and the last time
   let whenStill = 0;
 

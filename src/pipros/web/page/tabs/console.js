@@ -85,7 +85,7 @@ export function open(view, argument, context) {
 
   // Filters as the user says, and notes it in the address.
   function refine() {
-    const chosen = levels.size === LEVELS.length ? [] : [`levels=${[...levels].sort((one, other) => one - other).join(",")}`];
+    const chosen = levels.size === LEVELS.length ? [] : [`levels=${LEVELS.flatMap(([level]) => (levels.has(level) ? [level] : [])).join(",")}`];
     const typed = Object.entries(filters).filter(([, input]) => input.value).map(([name, input]) => `${name}=${input.value}`);
     context.remember(["", ...chosen, ...typed].join(";"), { isReplacing: true });
     filter();
