@@ -41,8 +41,11 @@ def steady_interfaces() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _interfaces_locked(kind: int) -> Iterator[None]:
-    with (Path(tempfile.gettempdir()) / f"pipros-test-interfaces-{os.getuid()}").open("a") as opened:
-        fcntl.flock(opened, kind)
+    name = f"{tempfile.gettempdir()}/pipros-test-interfaces-{os.getuid()}"
+    with Path(name).open("a") as opened:
+        with Path(f"{name}-next").open("a") as turn:  # else later tests with a page would go first, forever
+            fcntl.flock(turn, fcntl.LOCK_EX)
+            fcntl.flock(opened, kind)
         yield
 
 
