@@ -121,7 +121,7 @@ def test_late_subscribers_get_no_messages_of_publishers_that_have_ended(system: 
     wait_until(lambda: [row.count for row in gateway.status().passed] == [2], what="both messages")
     ending.close()
     markers = []
-    # Two whole updates pass. The gateway hears of the markers after the end: both are from one session.
+    # When the gateway knows the third topic, it has done two whole updates since the end.
     for marker in ("/one", "/two", "/three"):
         markers.append(before.announce(marker, STRING, STRING_HASH, TopicQos()))
         wait_until(lambda marker=marker: system.is_published(marker), what="a later topic")  # type: ignore[misc]
