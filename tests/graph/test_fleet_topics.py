@@ -9,7 +9,9 @@ from typing import Any
 
 import pytest
 
-from pipros.fleet.agent import NameTaken
+from pipros.fleet import keys
+from pipros.fleet.agent import NameTaken, new_instance
+from pipros.fleet.directory import Directory, Entry, to_json
 from pipros.msg import load_message_class
 from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.ports import ClaimedPort
@@ -45,6 +47,31 @@ def test_a_topic_appears_below_the_members_name(router: str) -> None:
         assert "string data" in received[0]._connection_header["message_definition"]
         assert robot.state().publishers.keys() >= {"/chatter"}
         assert not any(topic.startswith("/operator/robot1") for topic in robot.state().publishers)
+
+
+def test_a_directory_is_requested_again_from_a_member_that_does_not_answer(router: str) -> None:
+    with Member("operator", router) as operator:
+        busy = link_to(router)
+        try:
+            instance = new_instance()
+            directory = Directory(
+                "busy", instance, 1, (Entry("/chatter", "std_msgs/String", String._md5sum),)
+            )
+            asked = itertools.count()
+
+            def answer(question: Any) -> None:
+                if next(asked) >= 2:
+                    question.answer(to_json(directory))
+                question.close()
+
+            held = [
+                busy.serve(keys.directory("busy"), answer),
+                busy.declare_token(keys.live("busy", keys.VERSION, instance)),
+            ]
+            operator.wait_for_topic("/busy/chatter")
+            del held
+        finally:
+            busy.close()
 
 
 def test_nothing_crosses_without_a_subscriber(router: str) -> None:

@@ -42,6 +42,8 @@ LINKING_S: Final = 0.02
 """Interval at which topics are polled while others wait for them to be connected."""
 REQUEST_S: Final = 3.0
 """Timeout of requests for directories and wishes."""
+REQUESTS: Final = 5
+"""How often a document is requested from a member that does not answer, for example because it is busy."""
 
 
 class NameTaken(PiprosError):
@@ -278,9 +280,9 @@ class Agent:
 
     def on_joined(self, token: Token) -> None:
         """Request the documents that the member may have sent before this one subscribed to them."""
-        self._workers.run(self._request, keys.wanted(token.member, self.member))
+        self._workers.run(self._request, token, keys.wanted(token.member, self.member))
         if matches_any(self._file.show, token.member):
-            self._workers.run(self._request, keys.directory(token.member))
+            self._workers.run(self._request, token, keys.directory(token.member))
 
     def on_returned(self, member: str) -> None:
         self._shown.replay(member)
@@ -299,12 +301,18 @@ class Agent:
             f"{keys.VERSION}; it is ignored"
         )
 
-    def _request(self, key: str) -> None:
+    def _request(self, token: Token, key: str, attempts: int = REQUESTS) -> None:
+        """Request a document of a member. If there is no answer, try again after other members' documents."""
+        is_answered = False
         try:
             for answer in self._link.get(key, timeout_s=REQUEST_S, ended=self._is_closed.is_set):
                 self._on_document(answer.key, answer.payload, answer.attachment, "answer")
+                is_answered = True
         except LinkFailed as error:
             self._log.debug("%s", error)
+        is_present = self._presence.present().get(token.member) == token
+        if not is_answered and attempts > 1 and is_present and not self._is_closed.is_set():
+            self._workers.run(self._request, token, key, attempts - 1)
 
 
 def _taken(member: str) -> str:
