@@ -29,7 +29,8 @@ export function timeline(on) {
   const axis = h("div", { class: "axis" });
   const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment", title: "Click or drag to jump; with Shift, select a part. Escape clears the selection. The wheel, + and - zoom; 0 shows the whole bag.", onkeydown: (event) => onKey(event) }, chosen, cursor);
   const names = h("div", { class: "names" });
-  const element = h("div", { class: "timeline" }, names, h("div", { class: "lanes" }, axis, area));
+  const lanes = h("div", { class: "lanes" }, axis, area);
+  const element = h("div", { class: "timeline" }, names, lanes);
   let bag = null;
   let moment = 0;
   let selection = null;
@@ -115,11 +116,13 @@ export function timeline(on) {
   function addThumbnails(track) {
     const own = area.querySelector(`[data-topic="${CSS.escape(track.topic)}"]`);
     const number = Math.min(MOST_THUMBNAILS, Math.max(1, Math.floor(area.clientWidth / THUMBNAIL_WIDTH)));
+    const shown = visible;
     const times = Array.from({ length: number }, (_, at) => visible[0] + ((at + 0.5) * span()) / number);
     closers.push(live.watch("bag_thumbnails", { name: bag.name, topic: track.topic, times }, async (data) => {
       const canvas = h("canvas", { class: "thumbnail", width: 2, height: 2, role: "img", "aria-label": `Image of ${track.topic}` });
       try {
         const head = await drawImage(canvas, data);
+        if (visible !== shown) return; // others are requested
         canvas.dataset.at = head.at;
         canvas.style.left = percent(head.at);
         own.append(canvas);
@@ -171,7 +174,7 @@ export function timeline(on) {
     if (event.shiftKey) select([Math.min(from, time), Math.max(from, time)]);
     else on.jump(time);
   });
-  area.addEventListener("wheel", (event) => {
+  lanes.addEventListener("wheel", (event) => {
     if (!bag) return;
     event.preventDefault();
     if (Math.abs(event.deltaX) > Math.abs(event.deltaY)) look(visible[0] + (event.deltaX / area.clientWidth) * span(), span());

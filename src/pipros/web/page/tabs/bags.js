@@ -77,8 +77,10 @@ export function open(view, argument, context) {
   let isJumping = false;
   let next = null;
   async function jump(time) {
+    if (!playback.bag) return;
     next = time;
-    if (playback.bag) tracks.setMoment(time);
+    wanted = time - playback.bag.begin;
+    tracks.setMoment(time);
     if (isJumping) return;
     isJumping = true;
     while (next !== null) {
@@ -87,6 +89,7 @@ export function open(view, argument, context) {
       await playback.control({ jump: goalTime });
     }
     isJumping = false;
+    if (!playback.error) wanted = null;
     show();
   }
 
@@ -124,7 +127,7 @@ export function open(view, argument, context) {
     if (shown !== bag) {
       shown = bag;
       tracks.show(bag);
-      if (wanted !== null) jumpFromBegin();
+      if (wanted !== null) jump(bag.begin + wanted);
       replace(figures, `${bytes(bag.size)}, ${elapsed(bag.end - bag.begin)}, from ${new Date(bag.begin * 1000).toLocaleString("en-GB")}${bag.damage.length ? `; damaged: ${bag.damage[0]}` : ""}`);
     }
     if (next === null) tracks.setMoment(state.moment);
@@ -150,11 +153,7 @@ export function open(view, argument, context) {
     noting = setTimeout(() => context.remember(noted, { isReplacing: true }), ADDRESS_MS); // browsers limit the number of changes
   }
 
-  let wanted = null; // the moment of the address, in seconds from the beginning
-  function jumpFromBegin() {
-    jump(playback.bag.begin + wanted);
-    wanted = null;
-  }
+  let wanted = null; // the last moment that was asked for, in seconds from the beginning, until the bag is there
 
   // Opens a bag; without a name, closes the open one.
   function choose(name) {
@@ -172,7 +171,7 @@ export function open(view, argument, context) {
     noted = text;
     wanted = seconds === undefined ? null : Number(seconds);
     if (name !== playback.name) playback.open(name);
-    else if (wanted !== null && playback.bag) jumpFromBegin();
+    else if (wanted !== null && playback.bag) jump(playback.bag.begin + wanted);
   }
 
   context.signal.addEventListener("abort", () => { clearTimeout(noting); tracks.close(); });
