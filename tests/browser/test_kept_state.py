@@ -74,6 +74,8 @@ def test_a_message_published_once_is_not_published_again_after_a_restart(
     page = Page(system, "--control", "--token-file", file)
     tab = open_tab(page, "publish//goal")
     tab.get_by_label("Type", exact=True).fill("std_msgs/String")
+    tab.get_by_label("Type", exact=True).press("Tab")
+    expect(tab.get_by_label("Message in YAML")).to_have_value('data: ""')
     tab.get_by_label("Message in YAML").fill("data: there")
     tab.get_by_label("Rate in hertz").fill("0")
     tab.get_by_role("button", name="Publish", exact=True).click()

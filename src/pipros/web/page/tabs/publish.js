@@ -31,9 +31,13 @@ export function open(view, argument, context) {
   }
 
   async function defaults() {
+    const before = message.value;
     try {
-      message.value = yaml(await context.act("message", { type: type.value }));
+      const template = yaml(await context.act("message", { type: type.value }));
       replace(error, "");
+      if (message.value !== before) return; // the user has begun to type
+      message.value = template;
+      if (document.activeElement === message) message.select();
     } catch (problem) {
       replace(error, problem.message);
     }
