@@ -96,7 +96,7 @@ class LaunchBuilder:
         self._arguments.setdefault(argument.name, argument)
 
     def finish(self) -> Launch:
-        """Return the collected launch. `Launch.check_machines` checks that all its machines are defined."""
+        """Return the collected launch. Its machines have not been checked; see `Launch.check_machines`."""
         return Launch(
             files=tuple(self._files),
             params=dict(self._params),

@@ -45,9 +45,12 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
 
 
 def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
-    """Return the only file in a package that has the given name.
+    """Return the path of the only file in a package that has the given name.
 
     A path such as `launch/x.launch` is relative to the package's folder.
+
+    Raises:
+        LaunchError: the package is unknown, or does not contain exactly one such file.
     """
     nothing = (
         f"[{name}] is neither a launch file in package [{package_name}] nor is [{package_name}] "

@@ -1,4 +1,4 @@
-"""Reads `<param>` and `<rosparam>`."""
+"""Reads the `<param>` and `<rosparam>` elements of launch files."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def _run(reader: ElementReader, name: str, command: str) -> str:
 
 
 def read_rosparam(reader: ElementReader) -> dict[str, Any]:
-    """Return the parameters that a `<rosparam>` loads, by name. Dumps and deletions are added to the
-    builder.
+    """Return the parameters that a `<rosparam>` loads, by name. If it dumps or deletes parameters instead,
+    add that command to the launch.
     """
     reader.allow("command", "file", "param", "ns", "subst_value")
     command = reader.text("command") or "load"

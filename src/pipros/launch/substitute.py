@@ -95,8 +95,9 @@ class Substitution:
         return _FIND.sub(self._limit_growth(self._replace_find), text)
 
     def _limit_growth(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
-        """Limit the growth of one text while it is substituted, because `$(arg a)$(arg a)` doubles `a` with
-        each `<arg>`.
+        """Return `replace` with a limit on the characters that its calls insert in total.
+
+        Without this limit, `$(arg a)$(arg a)` in each of many `<arg>`s would double a value every time.
         """
         limit = self.budget.limits.launch_insert_characters
         inserted = 0
@@ -221,7 +222,7 @@ class Substitution:
 
 
 def anonymous_name(base: str) -> str:
-    """Make `base` unique across processes and computers: `base_<host>_<process id>_<number>`."""
+    """Return a name that is unique across processes and computers: `base_<host>_<process id>_<number>`."""
     import random
     import socket
 
