@@ -148,7 +148,7 @@ def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
 
 
 def _is_own(program: str) -> bool:
-    """Return whether a script imports pipros, wherever pip has installed it."""
+    """Return whether a program contains the word pipros, as the scripts that pip installs for pipros do."""
     try:
         with open(program, "rb") as file:
             return b"pipros" in file.read(_SCRIPT_BYTES)
