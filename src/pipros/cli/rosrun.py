@@ -28,7 +28,10 @@ NO_SUCH_COMMAND = 127
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Replace this process with the program. Return an exit code only if no program can be run."""
+    """Replace this process with the program. Return an exit code only if no program can be run.
+
+    On Windows, run the program as a child process, and return its exit code.
+    """
     arguments = list(sys.argv[1:] if argv is None else argv)
     prefix, debug = "", False
     while arguments and arguments[0] in ("--prefix", "--debug", "-d", "-h", "--help"):

@@ -52,7 +52,7 @@ class Options:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed."""
+    """Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed, 130 after Ctrl-C."""
     accept_ctrl_c()
     arguments, words = split_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
@@ -126,7 +126,7 @@ def _run(rostest: Rostest, package: str, name: str, base: Path | None) -> int:
 
 
 def _run_as_text(rostest: Rostest) -> int:
-    """Run the tests, which print their own reports. The result shows only whether the tests could be run."""
+    """Run the tests, which print their own reports. Return 0 if they could be run, even if cases failed."""
     result = unittest.TextTestRunner(verbosity=2).run(rostest.suite())
     print("\nWARNING: overall test result is not accurate when --text is enabled")
     return 0 if result.wasSuccessful() else COULD_NOT_RUN
