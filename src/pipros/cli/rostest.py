@@ -98,8 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             name = options.results_filename or rostest_name(package.path, file)
             code = _run(rostest, package.name, name.removesuffix(".xml"), base)
     except KeyboardInterrupt:
-        # A second Ctrl-C must not prevent the nodes from being stopped; the launcher itself sends further
-        # signals.
+        # A second Ctrl-C must not prevent the nodes from being stopped; they are killed after a timeout.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rostest.tear_down()
         print("rostest was interrupted: no results", file=sys.stderr)

@@ -44,7 +44,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, chan
 
 
 def _resolved(graph: GraphClient, word: str) -> str:
-    """Resolve a topic, node or field to its global name, keeping the index and nested fields."""
+    """Resolve the name of a topic, node or field. The text after the first `[` or `:` is kept."""
     end = min((at for at in map(word.find, ":[") if at >= 0), default=len(word))
     return graph.resolve(word[:end]) + word[end:]
 

@@ -123,7 +123,7 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
     """Run the subcommand that the first argument names. If it is missing or unknown, print `overview`, and
     return `code`.
 
-    The subcommands are `module:function`, so that only the chosen one is imported.
+    `subcommands` maps names to `module:function`. Only the module of the chosen subcommand is imported.
     """
     if not argv or argv[0] not in subcommands:
         print(overview)
@@ -136,8 +136,8 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
 def run(body: Callable[[], int], *, error_code: int = 1) -> int:
     """Run a command and return its exit code.
 
-    An error is printed to standard error, and `error_code` is returned. Ctrl-C returns 0 without a traceback,
-    like Noetic's commands, and so does a pipe that its reader has closed (`| head`).
+    If there is an error, print it to standard error and return `error_code`. After Ctrl-C, or if the reader
+    of a pipe closes it (`| head`), return 0 without a traceback, like Noetic's commands.
     """
     try:
         code = body()

@@ -1,4 +1,4 @@
-"""The complete examination: this machine, then the running system."""
+"""The examination by `pipros doctor`: first this machine, then the running system."""
 
 from __future__ import annotations
 

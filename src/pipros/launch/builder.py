@@ -42,8 +42,9 @@ class LaunchBuilder:
         self._warnings.extend(warnings)
 
     def add_param(self, key: str, value: Any) -> None:
-        """Set a parameter. The last value for a name wins. A parameter below a non-dictionary value causes a
-        warning.
+        """Set a parameter. The last value for a name wins.
+
+        If a parent of `key` has a value that is not a dictionary, record a warning.
         """
         parent = key.rpartition("/")[0]
         while parent:

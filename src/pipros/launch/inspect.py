@@ -1,4 +1,4 @@
-"""Lists the nodes, arguments, parameters and commands in launch files, without starting anything."""
+"""Lists the nodes, arguments, parameters and node commands in launch files, without starting nodes."""
 
 from __future__ import annotations
 

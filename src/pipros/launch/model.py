@@ -111,7 +111,7 @@ class Test:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A computer on which nodes are started, through ssh unless it is this computer.
+    """A computer on which nodes are started, through ssh unless it is this computer and this user.
 
     Attributes:
         env_loader: a script on that computer that sets up ROS and runs its arguments.

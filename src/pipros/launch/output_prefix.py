@@ -31,7 +31,7 @@ _INCOMPLETE_LINE_S = 0.1
 
 
 def is_available() -> bool:
-    """Return whether both outputs of this process are terminals and ptys can be opened."""
+    """Return whether standard output and standard error are terminals and ptys can be opened."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         return HAS_PTYS and os.isatty(sys.stdout.fileno()) and os.isatty(sys.stderr.fileno())
     return False
@@ -45,7 +45,7 @@ class LinePrefix:
     is_in_line: bool = False
 
     def format(self, text: bytes) -> bytes:
-        """Return the piece with the prefix before each line. Colour codes alone do not start a line."""
+        """Return `text` with the prefix at the start of each line. Colour codes alone do not start a line."""
         pieces = []
         for line in text.splitlines(keepends=True):
             if not self.is_in_line and _COLOURS_ALONE.fullmatch(line):

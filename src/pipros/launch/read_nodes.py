@@ -127,7 +127,7 @@ def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchSco
 
 
 def _of_node(private: LaunchScope, key: str) -> str:
-    """Resolve a parameter name inside a node. `~name` is private to the node, like `name`."""
+    """Return the full name of a parameter. Inside a node, `~name` is private to the node, like `name`."""
     return private.resolve_param(key[1:]) if names.is_private(key) else key
 
 

@@ -30,7 +30,7 @@ def read_env(reader: ElementReader) -> None:
 
 
 def read_arg(reader: ElementReader) -> Argument:
-    """Declare the argument in the scope and return it."""
+    """Read an `<arg>`, declare the argument in the scope, and return it."""
     reader.allow("name", "value", "default", "doc")
     try:
         _refuse_value_and_default(reader)

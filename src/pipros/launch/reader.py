@@ -165,7 +165,7 @@ class ElementReader:
 
 
 def shown(element: Element) -> str:
-    """Return the start tag of an element, for messages."""
+    """Return the start tag of an element, for messages. A long tag is truncated."""
     attributes = "".join(f' {name}="{value}"' for name, value in element.attributes.items())
     end = ">" if element.children or element.text.strip() else "/>"
     written = f"<{element.tag}{attributes}{end}"

@@ -209,7 +209,10 @@ class LaunchRun:
         return True
 
     def watch_once(self, timeout_s: float | None = None) -> bool:
-        """Wait a fraction of a second for an event, and handle it. Return False if the launch must stop."""
+        """Wait briefly for an event, and handle it. Return False if the launch must stop.
+
+        Blocks up to `timeout_s`, but always less than a second.
+        """
         if self._is_running:
             self._handle(self._next_event(timeout_s))
         return self._is_running

@@ -89,7 +89,7 @@ class LaunchSession:
         Args:
             load_launch: function that returns the launch; by default, it is read from the files.
             numbers, on_end: see `LaunchRun`.
-            has_server: whether other programs can query the session's processes.
+            has_server: whether other programs can query and control the session's nodes.
         """
         environment = environment or Environment.from_os()
         self._files = list(files)

@@ -170,7 +170,7 @@ class Substitution:
 
     def _replace_find(self, match: re.Match[str]) -> str:
         path = self._find(match[1], match[2])
-        # The following text is part of the path, even if it is the path of another package.
+        # A substitution that follows is part of the path, even if it is another `$(find pkg)`.
         return path if match[2] or not match.string.startswith("$", match.end()) else path + "/"
 
     def _find(self, package: str, path: str) -> str:

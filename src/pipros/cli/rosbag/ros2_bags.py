@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_folders_option(parser: OptionParser) -> None:
-    """Add `--msgs`, which names folders with ROS 2 definitions."""
+    """Add the option `--msgs`, which names folders with ROS 2 definitions."""
     parser.add_option(
         "--msgs",
         dest="msgs",
@@ -29,7 +29,7 @@ def add_folders_option(parser: OptionParser) -> None:
 
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
-    """Return the folders given with `--msgs`, and those in ROS 2's environment."""
+    """Return the folders given with `--msgs`, and those that ROS 2's environment variables name."""
     from pipros.ros2.interfaces.catalog import folders_of_environment
 
     return [*map(Path, given), *folders_of_environment(os.environ)]
