@@ -96,7 +96,7 @@ class PackageQuery:
         """The name of the given package, or else of the package in the current folder.
 
         Raises:
-            QueryFailed: there is no such package.
+            QueryFailed: the package does not exist, or none was given and the folder is not a package.
         """
         name = self.words[0] if self.words else ""
         if not name:

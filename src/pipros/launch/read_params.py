@@ -83,7 +83,7 @@ def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]
             raise _error(reader, f"file does not exist [{file}]") from None
         except OSError as error:
             raise _error(reader, f"cannot read [{file}]: {error.strerror or error}") from None
-        except ValueError as error:  # the file is not UTF-8, or is too large
+        except ValueError as error:  # not UTF-8, or over the budget of the launch
             raise _error(reader, f"cannot read [{file}]: {error}") from None
     if reader.flag("subst_value"):
         text = reader.resolve(text)
