@@ -185,9 +185,9 @@ def _wait_for_master(console: Console) -> None:
 
 
 def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
-    """Return the function for the option that has precedence in Noetic, if an option requests information.
+    """Return the function that prints the information that an option requests; None if nodes will be started.
 
-    Return None if nodes are to be started.
+    If there are several such options, one of them is selected as in Noetic.
     """
     requested = (
         options.node_args,

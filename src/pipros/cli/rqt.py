@@ -1,4 +1,4 @@
-"""Commands such as `rqt_plot` and `rqt_bag`, each of which opens the page at its tab, and `rqt`."""
+"""`rqt`, and commands such as `rqt_plot` and `rqt_bag`, each of which opens the page at its tab."""
 
 from __future__ import annotations
 

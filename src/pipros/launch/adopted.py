@@ -64,7 +64,7 @@ class AdoptedProcesses(Generic[_Process]):
         """
         Args:
             on_end: called with the name and exit code of each process after its exit has been reported.
-            on_error: called by `end` if a process's `stop` raises an exception, while handling the exception.
+            on_error: called by `end`, inside its `except` block, if a process's `stop` raises an exception.
         """
         self._printer = printer
         self._on_end = on_end

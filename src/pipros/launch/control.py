@@ -35,7 +35,7 @@ from pipros.packages import cache_folder
 
 MOST_NODES: Final = 1000
 OUTPUT_BYTES: Final = 65_536
-"""Maximum size of the part, at the end of a log file, that is returned."""
+"""Maximum number of bytes that are returned from the end of a log file."""
 _FOLDER: Final = "launches"
 _REQUEST_BYTES: Final = 65_536
 _TIMEOUT_S: Final = 5.0

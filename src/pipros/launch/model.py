@@ -48,7 +48,7 @@ class LaunchError(PiprosError):
 class Output(enum.Enum):
     """Destination of a node's standard output.
 
-    Standard error goes to the screen. Only in a launch child, this value applies to standard error as well.
+    In a launch child, it also applies to standard error; otherwise, standard error goes to the screen.
     """
 
     LOG = "log"

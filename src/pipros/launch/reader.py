@@ -70,7 +70,7 @@ class ElementReader:
         return value
 
     def flag(self, name: str, *, default: bool = False) -> bool:
-        """Return the attribute, which must be `true` or `false` (ignoring case), as a bool."""
+        """Return the attribute as a bool; it must be `true` or `false`, ignoring case."""
         value = self.text(name)
         if value is None:
             return default
@@ -120,7 +120,7 @@ class ElementReader:
         raise self.error(f"{name} must be one of {allowed}")
 
     def is_wanted(self) -> bool:
-        """Return whether `if` or `unless` admits the element; True if it has neither attribute."""
+        """Return whether the element applies, according to its `if` or `unless`; True if it has neither."""
         condition, exception = self.text("if"), self.text("unless")
         if condition is not None and exception is not None:
             raise self.error("cannot set both 'if' and 'unless' on the same tag")

@@ -48,7 +48,7 @@ class LaunchScope:
         return self.substitution.arguments
 
     def child(self, namespace: str = "") -> LaunchScope:
-        """Return a new scope that inherits everything from this scope, and whose namespace is extended."""
+        """Return a new scope, below `namespace`, that inherits everything else from this scope."""
         return replace(
             self,
             namespace=self._below(namespace),

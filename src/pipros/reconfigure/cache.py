@@ -1,4 +1,4 @@
-"""Cache, on disk, of the declarations in `.cfg` files.
+"""An on-disk cache of the declarations in `.cfg` files.
 
 The key of an entry is a digest of the file's path and contents, the interpreter that ran the file, and the
 code that reads it. The entry is valid as long as the modules imported by the file, except Python's and

@@ -174,7 +174,7 @@ class ParameterGenerator:
 
 
 def checked(name: str, type_name: str, field: str, value: Any) -> Any:
-    """Return the value; an int as a float if the parameter's type is double.
+    """Return the value, with an int converted to float if the parameter's type is double.
 
     Raises:
         TypeError: the value does not have the parameter's type.
@@ -192,7 +192,7 @@ def _without_quotes(description: str) -> str:
 
 
 def _source() -> dict[str, Any]:
-    """Return the current line number and name of the `.cfg` file: the first caller outside of this module."""
+    """Return the line and file name of the innermost caller outside of this module: the `.cfg` file."""
     frame = sys._getframe()
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back

@@ -97,7 +97,7 @@ class Subject:
         """Return the subject, extended by launch files and the package that contains the first of them.
 
         Raises:
-            CannotCheck: a file cannot be loaded, or see `with_package`.
+            CannotCheck: a file cannot be loaded, or the package or one of its dependencies is invalid.
         """
         from pipros.launch.load_context import LoadContext
         from pipros.launch.xml import load
