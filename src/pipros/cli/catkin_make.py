@@ -73,7 +73,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _check_targets(
     targets: list[str], result: BuildResult, layout: WorkspaceFolders, definitions: Mapping[str, str]
 ) -> int:
-    """Handle make targets that only genuine catkin has. Return 1 if an error was printed."""
+    """Let genuine catkin make the targets that pipros does not know. For `help`, print the known targets.
+
+    Return 1 if an error was printed, otherwise 0.
+    """
     known = set(target_names(result.projects))
     if definitions.get("CATKIN_ENABLE_TESTING", "ON").upper() in ("0", "OFF", "NO", "FALSE"):
         known -= {"run_tests", "tests"}
@@ -175,7 +178,7 @@ def _layout(options: Namespace, definitions: dict[str, str]) -> WorkspaceFolders
 
 
 def _check(layout: WorkspaceFolders) -> None:
-    """Check that the folders can be built. The error texts begin like Noetic's.
+    """Check that the folders exist and form a workspace. The error texts begin like Noetic's.
 
     Raises:
         WorkspaceError: a folder does not exist, or is not a workspace.

@@ -103,7 +103,7 @@ def installed_commands() -> set[str]:
 
 
 def command_map(subcommands: Iterable[str]) -> str:
-    """Return the commands under headings, as text. Unlisted commands are under the last heading.
+    """Return the installed commands under headings, as text. Those not in `COMMANDS` are at the end.
 
     `subcommands` are the subcommands of `pipros`.
     """

@@ -15,7 +15,7 @@ from pipros.node.start_params import is_on
 def command_node(
     name: str, argv: Sequence[str] = (), *, wall_time: bool = False, insist: bool = True
 ) -> Iterator[Node]:
-    """Start a node with a unique name. The node is unregistered when the command ends, even after an error.
+    """Run a node with a unique name until the context ends. It is then unregistered, even after an error.
 
     Ctrl-C and SIGTERM shut the node down; see `ended_by_signals`.
 

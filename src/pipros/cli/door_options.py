@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_door_options(parser: OptionParser, port: int) -> None:
-    """Add the options to a parser. `port` is the default port."""
+    """Add the options for the address, TLS, access and client limits. `port` is the default port."""
     parser.add_option("--port", type="int", default=port, help=f"the port ({port}); 0 selects a free one")
     parser.add_option(
         "--bind", metavar="HOST[:PORT]", default="127.0.0.1", help="the address to listen on (loopback)"

@@ -14,7 +14,7 @@ NOT_REMAPPED = "image_view: topic 'image' has not been remapped; type image_view
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Open the page at the topic that `image` is remapped to, and return the exit code.
+    """Serve the page with the topic that `image` is remapped to, until Ctrl-C. Return the exit code.
 
     The argument `compressed`, or `_image_transport:=compressed`, selects the compressed topic.
     """

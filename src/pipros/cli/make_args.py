@@ -20,7 +20,7 @@ class MakeArguments:
     Attributes:
         jobs: options for the number of jobs, in short form.
         is_forced: whether to rebuild everything.
-        unknown: unknown options.
+        unknown: options that are not supported.
     """
 
     targets: tuple[str, ...] = ()
@@ -38,7 +38,7 @@ class MakeArguments:
 
 
 def read_make_arguments(words: Sequence[str]) -> MakeArguments:
-    """Classify the arguments. Variables (`VERBOSE=1`) are ignored, because nothing is compiled."""
+    """Classify the arguments. Variables such as `VERBOSE=1` and options such as `--silent` are ignored."""
     found = MakeArguments()
     rest = list(words)
     while rest:

@@ -57,7 +57,7 @@ def complain(tool: str, text: str, options: Mapping[str, str]) -> int:
 
 
 class QueryFailed(PiprosError):
-    """A command cannot be executed. The text is printed after `[rospack] Error: `."""
+    """A command cannot be executed. The text is printed after `[rospack] Error: ` or `[rosstack] Error: `."""
 
 
 class PackageQuery:
@@ -93,7 +93,11 @@ class PackageQuery:
 
     @property
     def name(self) -> str:
-        """The named package, or the package in the current folder."""
+        """The name of the given package, or else of the package in the current folder.
+
+        Raises:
+            QueryFailed: the package does not exist, or none was given and the folder is not a package.
+        """
         name = self.words[0] if self.words else ""
         if not name:
             current = self.index.containing(Path.cwd())

@@ -81,7 +81,11 @@ def _is_loopback(host: str) -> bool:
 
 
 def bind_address(text: str) -> tuple[str, int]:
-    """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`."""
+    """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`. Return the host and the port; without a port, return 0.
+
+    Raises:
+        CommandError: the port is not a number from 0 to 65535.
+    """
     host, colon, port = text.rpartition(":")
     if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):
         return text, 0

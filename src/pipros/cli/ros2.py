@@ -106,7 +106,7 @@ def _read(file: str) -> str:
 
 
 def _log() -> logging.Logger:
-    """Return the log of the gateway and its engine, which writes to standard error."""
+    """Return the logger of the gateway and its engine. It writes to standard error."""
     log = logging.getLogger("pipros.ros2")
     log.setLevel(logging.INFO)
     if not log.handlers:

@@ -71,7 +71,7 @@ def _purge(folder: Path, label: str, limit_mb: int | None, *, is_confirmed: bool
 
 
 def _delete_oldest(logs: Path, limit: int) -> None:
-    """Delete the folder's entries, oldest first, until the folder is small enough."""
+    """Delete the folder's entries, oldest first, until its size is at most `limit` bytes."""
     size = size_of(logs)
     for entry in oldest_first(logs):
         if size <= limit:

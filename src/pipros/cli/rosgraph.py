@@ -22,7 +22,7 @@ Usage:
 """
 
 USAGE_ERROR = 255
-"""Noetic's exit code after the usage, except with --help."""
+"""Noetic's exit code when the usage is printed without `-h` or `--help`."""
 
 LOOK_INTERVAL_S = 1.0
 

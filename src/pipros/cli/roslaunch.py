@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def run(make_session: Callable[[], Launching], console: Console, options: Values) -> int:
-    """Start a session, wait until it ends, and always clean up."""
+    """Start a session, wait until it ends, and always clean up. Return the exit code."""
     if options.wait:
         with suppress(KeyboardInterrupt):
             _wait_for_master(console)
@@ -108,7 +108,7 @@ def _pid_file_of_core(port: int | None) -> Path:
 
 
 def report(console: Console, error: Exception) -> int:
-    """Print an error like Noetic's roslaunch, and return its exit code."""
+    """Print an error as Noetic's roslaunch does, and return the exit code 1."""
     from pipros.launch.model import LaunchError
 
     kind = "RLException" if isinstance(error, LaunchError) else type(error).__name__
@@ -185,7 +185,10 @@ def _wait_for_master(console: Console) -> None:
 
 
 def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
-    """Return the function that prints information instead of starting nodes, using Noetic's precedence."""
+    """Return the function that prints the information that an option requests; None if nodes will be started.
+
+    If there are several such options, one of them is selected as in Noetic.
+    """
     requested = (
         options.node_args,
         options.node_list,

@@ -20,7 +20,7 @@ from pipros.workspace.manifest import read_manifest
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the packages and, if `-w` is given, the undeclared packages. Return 0 in either case."""
+    """Print the packages and, if `-w` is given, the undeclared packages. Return 1 only on errors."""
     parser = OptionParser(usage="usage: %prog [options] <file(s)...>", prog="roslaunch-deps")
     add_flag(parser, "-v", "--verbose", help="Verbose output")
     add_flag(parser, "-w", "--warn", help="Warn about missing manifest dependencies")

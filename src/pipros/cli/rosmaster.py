@@ -1,4 +1,4 @@
-"""`rosmaster`: runs only the master. Users start `roscore`; scripts and roslaunch start `rosmaster`."""
+"""`rosmaster`: runs only the master. It is for scripts and for Noetic's roslaunch; users start `roscore`."""
 
 from __future__ import annotations
 

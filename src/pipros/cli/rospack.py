@@ -163,13 +163,13 @@ def _rosdep0(query: PackageQuery) -> list[str]:
 
 
 def _nothing(query: PackageQuery) -> list[str]:
-    # Manifests for rosbuild named a version control system. The commands still exist.
+    # Only manifests for rosbuild named a version control system, so the output is empty.
     _ = query.name  # raises an error if the package is unknown
     return []
 
 
 def _flags(option: str, prefix: str = "") -> Callable[[PackageQuery], list[str]]:
-    """Return a command that prints the flags from pkg-config, each without its prefix."""
+    """Return a command that prints the flags from pkg-config, each without `prefix`."""
 
     def ask(query: PackageQuery) -> list[str]:
         name = query.name

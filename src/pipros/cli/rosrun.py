@@ -28,7 +28,10 @@ NO_SUCH_COMMAND = 127
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Replace this process with the program. Return an exit code only if no program can be run."""
+    """Replace this process with the program. Return an exit code only if no program can be run.
+
+    On Windows, run the program as a child process, and return its exit code.
+    """
     arguments = list(sys.argv[1:] if argv is None else argv)
     prefix, debug = "", False
     while arguments and arguments[0] in ("--prefix", "--debug", "-d", "-h", "--help"):
@@ -78,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _choose(found: Executables) -> Path | None:
-    """Return the program to run; if there are several, ask the user."""
+    """Return the program to run, or None. If there are several, let the user choose."""
     if len(found.runnable) <= 1 or found.relay:
         return found.runnable[0] if found.runnable else None
     print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")

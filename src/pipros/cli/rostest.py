@@ -52,7 +52,7 @@ class Options:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed."""
+    """Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed, 130 after Ctrl-C."""
     accept_ctrl_c()
     arguments, words = split_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
@@ -98,8 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             name = options.results_filename or rostest_name(package.path, file)
             code = _run(rostest, package.name, name.removesuffix(".xml"), base)
     except KeyboardInterrupt:
-        # A second Ctrl-C must not prevent the nodes from being stopped; the launcher itself sends further
-        # signals.
+        # A second Ctrl-C must not prevent the nodes from being stopped; they are killed after a timeout.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         rostest.tear_down()
         print("rostest was interrupted: no results", file=sys.stderr)
@@ -126,7 +125,7 @@ def _run(rostest: Rostest, package: str, name: str, base: Path | None) -> int:
 
 
 def _run_as_text(rostest: Rostest) -> int:
-    """Run the tests, which print their own reports. The result shows only whether the tests could be run."""
+    """Run the tests, which print their own reports. Return 0 if they could be run, even if cases failed."""
     result = unittest.TextTestRunner(verbosity=2).run(rostest.suite())
     print("\nWARNING: overall test result is not accurate when --text is enabled")
     return 0 if result.wasSuccessful() else COULD_NOT_RUN

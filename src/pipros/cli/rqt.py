@@ -1,4 +1,4 @@
-"""Commands of the `rqt_graph` family, each of which opens the page at its tab."""
+"""`rqt`, and commands such as `rqt_plot` and `rqt_bag`, each of which opens the page at its tab."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ Main = Callable[[Sequence[str] | None], int]
 
 
 def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, change: str = "") -> Main:
-    """Return a command that opens a tab. It takes up to `most` arguments, called `argument` in its usage.
+    """Return a command that opens a tab. `argument` describes its arguments, and is empty if it takes none.
+
+    `most` is the maximum number of arguments; None for no limit.
 
     `change` is the kind of change that the command is for; see `show`.
     """
@@ -42,7 +44,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, chan
 
 
 def _resolved(graph: GraphClient, word: str) -> str:
-    """Resolve a topic, node or field to its global name, keeping the index and nested fields."""
+    """Resolve the name of a topic, node or field. The text after the first `[` or `:` is kept."""
     end = min((at for at in map(word.find, ":[") if at >= 0), default=len(word))
     return graph.resolve(word[:end]) + word[end:]
 
@@ -118,7 +120,7 @@ def rqt(argv: Sequence[str] | None = None) -> int:
     """Run `rqt`.
 
     With `-s NAME` (`--standalone`), run one plugin's command; with `--perspective-file FILE` or `-p NAME`,
-    open the page at a layout of panels; otherwise, at the graph.
+    open the page with that layout of panels; otherwise, open it at the graph.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _run_plugin(arguments))
@@ -128,7 +130,8 @@ def _run_plugin(arguments: list[str]) -> int:
     plugin, rest = _standalone(arguments)
     if plugin is None:
         return _show_layout(rest)
-    # Noetic takes any part of a plugin's name: rqt_graph, rqt_graph/RosGraph, rqt_graph.ros_graph.RosGraph.
+    # Noetic accepts a plugin's name in several forms: rqt_graph, rqt_graph/RosGraph,
+    # rqt_graph.ros_graph.RosGraph.
     name = re.split(r"[/.]", plugin)[0].lower().removeprefix("rqt_")
     if name not in _PLUGINS:
         known = ", ".join(sorted(_PLUGINS))
@@ -170,7 +173,7 @@ def _panels(name: str | None, file: str | None) -> str:
 
 
 def _standalone(arguments: list[str]) -> tuple[str | None, list[str]]:
-    """Return the plugin that `-s` names, and the other arguments."""
+    """Return the plugin that `-s` names, or None, and the other arguments."""
     for at, word in enumerate(arguments):
         option, equals, value = word.partition("=")
         if option == "--standalone" and equals:

@@ -39,13 +39,16 @@ class MasterUnreachable(CommandError):
 
 
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
-    """Return a parser with Noetic's usage texts: `Usage: rostopic list [/namespace]`. Errors exit with 2."""
+    """Return a parser whose usage has Noetic's format: `Usage: rostopic list [/namespace]`.
+
+    If a command line is invalid, the parser exits with code 2.
+    """
     # _DeferredParser passes other attributes on to an OptionParser
     return _DeferredParser(command, f"usage: {command} {usage}", description)  # type: ignore[return-value]
 
 
 class _DeferredParser:
-    """An `OptionParser` that is only created if a command line has an option or an error.
+    """Stands in for an `OptionParser`, which is only created if a command line has an option or an error.
 
     Importing optparse takes longer than a call to the master, and most command lines have no options.
     """
@@ -117,9 +120,10 @@ def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, s
 
 
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
-    """Run the subcommand that the first argument names. If there is no argument, print the overview.
+    """Run the subcommand that the first argument names. If it is missing or unknown, print `overview`, and
+    return `code`.
 
-    The subcommands are `module:function`, so that only the chosen one is imported.
+    `subcommands` maps names to `module:function`. Only the module of the chosen subcommand is imported.
     """
     if not argv or argv[0] not in subcommands:
         print(overview)
@@ -132,8 +136,8 @@ def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str,
 def run(body: Callable[[], int], *, error_code: int = 1) -> int:
     """Run a command and return its exit code.
 
-    An error is printed to standard error, and `error_code` is returned. Ctrl-C returns 0 without a traceback,
-    like Noetic's commands, and so does a pipe that its reader has closed (`| head`).
+    If there is an error, print it to standard error and return `error_code`. After Ctrl-C, or if the reader
+    of a pipe closes it (`| head`), return 0 without a traceback, like Noetic's commands.
     """
     try:
         code = body()

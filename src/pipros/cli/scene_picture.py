@@ -46,14 +46,14 @@ _DRAW: Final = """(([width, height]) => {
 def save_picture(
     target: Path, arguments: Sequence[str], size: tuple[int, int], timeout_s: float
 ) -> list[str]:
-    """Write what `rviz` shows with these arguments as a PNG. Return all statuses other than OK.
+    """Write the scene that `rviz` shows with these arguments as a PNG. Return all statuses other than OK.
 
-    The picture is taken as soon as all displays are OK and two pictures in a row are equal, or
-    `timeout_s` after the first one.
+    The picture is taken as soon as all displays are OK and two pictures in a row are equal, or `timeout_s`
+    after the first picture. At most 100 statuses are returned.
 
     Raises:
-        CommandError: Chromium is not installed, Chromium or the server does not start, or the file cannot be
-            written.
+        CommandError: Chromium is not installed, Chromium or the server does not start, the file cannot be
+            written, or this is Windows.
     """
     if os.name == "nt":
         raise CommandError("--png does not work on Windows")
@@ -93,7 +93,7 @@ def picture_size(text: str) -> tuple[int, int]:
 
 @contextlib.contextmanager
 def _server(arguments: Sequence[str]) -> Iterator[str]:
-    """Serve the page in another process, and provide its address."""
+    """Serve the page in another process until the context ends. Yield the page's address."""
     argv = [sys.executable, "-c", _SERVER, "--no-browser", "--read-only", *arguments]
     with subprocess.Popen(argv, stderr=subprocess.PIPE) as server:  # noqa: S603 - this interpreter
         try:

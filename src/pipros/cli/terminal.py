@@ -36,8 +36,8 @@ def aligned(rows: Sequence[Sequence[str]], colours: Sequence[str] = ()) -> list[
     """Format rows of cells as lines with aligned columns.
 
     Args:
-        colours: the colour of each column as an escape sequence; empty for no colour. Ignored unless
-            `has_colours`.
+        colours: the colour of each column, such as `CYAN`; an empty string for no colour. Ignored if
+            `has_colours` returns False.
 
     >>> aligned([["/scan", "a/Scan"], ["/tf", "b/TF"]])
     ['/scan a/Scan', '/tf   b/TF']

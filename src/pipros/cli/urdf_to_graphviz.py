@@ -33,7 +33,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @command
 def graphiz(argv: Sequence[str] | None = None) -> int:
-    """Run `urdf_to_graphiz`, the former name of the command."""
+    """Run the command under its former name, `urdf_to_graphiz`."""
     print("WARNING: urdf_to_graphiz is deprecated; use urdf_to_graphviz", file=sys.stderr)
     return _run(argv)
 

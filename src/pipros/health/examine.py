@@ -1,4 +1,4 @@
-"""The complete examination: this machine, then the running system."""
+"""The examination by `pipros doctor`: first this machine, then the running system."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def examine(
 ) -> Examination:
     """Examine this machine and, unless `is_offline`, the running system.
 
-    No message is sent. If a subscriber lacks a connection, its topic is advertised for some seconds to test
-    whether the subscriber can connect to this machine. If `both_ways` is true, this is done for every
+    No message is sent. If a subscriber lacks a connection, its topic is advertised for up to `timeout_s` to
+    test whether the subscriber can connect to this machine. If `both_ways` is true, this is done for every
     subscriber. Blocks up to `timeout_s` per peer.
     """
     environment = environment or Environment.from_os()

@@ -1,4 +1,4 @@
-"""The result of a check."""
+"""`Finding`, a problem found by a health check."""
 
 from __future__ import annotations
 

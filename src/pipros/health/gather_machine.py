@@ -35,7 +35,7 @@ _SOURCED = re.compile(r"(?m)^\s*(?:source|\.)\s+(/opt/ros/[\w./-]+)")
 
 
 def gather_machine(variables: Mapping[str, str] | None = None, *, timeout_s: float = 3.0) -> MachineReport:
-    """Return the setup of programs that are started from this shell.
+    """Return the setup that programs started from this shell would use.
 
     `variables` is the environment; defaults to `os.environ`. Blocks while host names are resolved, and up to
     `timeout_s` for the master.
@@ -141,14 +141,14 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
 
 
 def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
-    """Return the programs in PATH that are run for ROS commands but do not belong to pipros."""
+    """Map ROS commands to the programs in PATH that are run for them, omitting those of pipros."""
     path = variables.get("PATH", os.defpath)
     found = {name: shutil.which(name, path=path) for name in COMMANDS}
     return {name: Path(program) for name, program in found.items() if program and not _is_own(program)}
 
 
 def _is_own(program: str) -> bool:
-    """Return whether a script imports pipros, wherever pip has installed it."""
+    """Return whether a program contains the word pipros, as the scripts that pip installs for pipros do."""
     try:
         with open(program, "rb") as file:
             return b"pipros" in file.read(_SCRIPT_BYTES)
@@ -157,7 +157,7 @@ def _is_own(program: str) -> bool:
 
 
 def _python_packages(variables: Mapping[str, str]) -> dict[str, Path]:
-    """Return the folders from which Python imports the ROS packages.
+    """Map ROS import packages to the folders from which Python imports them.
 
     Folders in PYTHONPATH take precedence.
     """
@@ -187,7 +187,7 @@ def _workspace_around(folder: Path) -> Path | None:
 
 
 def _missing_setup_files(variables: Mapping[str, str]) -> dict[str, str]:
-    """Map shell startup files to the missing file below /opt/ros that they source."""
+    """Map each shell startup file that sources a missing file below /opt/ros to that file."""
     found = {}
     for name in _START_FILES:
         try:

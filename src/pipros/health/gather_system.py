@@ -39,7 +39,7 @@ from pipros.wire.xmlrpc import encode_call
 
 CALLER_ID = "/pipros_doctor"
 AT_ONCE = 16
-"""Number of nodes queried concurrently."""
+"""Maximum number of nodes queried concurrently."""
 
 STAMP_WAIT_S = 0.5
 """Time to wait for a message with a timestamp."""
@@ -246,7 +246,7 @@ def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
 
 
 def _clock_offset(uri: str, timeout_s: float) -> float | None:
-    """Return the master's clock minus this machine's, in s, from the `Date` header; None if there is none."""
+    """Return the master's clock minus this machine's, in s, from a response's `Date`; None if unknown."""
     from email.utils import parsedate_to_datetime
     from http.client import HTTPConnection, HTTPException
 

@@ -16,12 +16,12 @@ Findings = Iterator[Finding]
 
 CLOCK_TOLERANCE_S = 2.0
 STAMP_TOLERANCE_S = 10.0
-"""Maximum difference between timestamp and clock. Some seconds are normal, because sensors and planners stamp
-data with the time for which it is valid."""
+"""Maximum difference between timestamp and clock. A few seconds are normal, because sensors and planners
+stamp data with the time for which it is valid."""
 _DAY_S = 86_400.0
 
 _WAITING = (FLEET_AGENT_PREFIX, ROS2_GATEWAY_PREFIX)
-"""Nodes that subscribe for others, and may wait for publishers."""
+"""Name prefixes of nodes that subscribe on behalf of other systems, and may wait for publishers."""
 _CLOSE_NAMES = 0.75  # minimum similarity for a name to count as a misspelling of another name
 
 
@@ -306,7 +306,7 @@ def services(system: SystemReport) -> Findings:
 
 
 def clocks(system: SystemReport) -> Findings:
-    """Find clocks that differ, and simulated time that does not advance."""
+    """Find clocks and timestamps that differ, and misconfigured simulated time."""
     publishers = [node for node in system.state.publishers.get("/clock", ()) if system.is_alive(node)]
     if system.is_time_simulated and not publishers:
         yield error(

@@ -25,11 +25,12 @@ class MachineReport:
         variables: the environment variables.
         hostname: this machine's name.
         addresses: the machine's known IP addresses, loopback first.
-        resolved: maps this machine's name and the hosts in `ROS_MASTER_URI` and `ROS_HOSTNAME` to their
-            addresses, which are empty if the host cannot be resolved.
-        own_hosts: the hosts and addresses in `resolved` that refer to this machine.
+        resolved: maps this machine's name and the hosts in `ROS_MASTER_URI`, `ROS_HOSTNAME` and
+            `PIPROS_ADVERTISE` to their addresses, which are empty if the host cannot be resolved.
+        own_hosts: the hosts in `resolved` that refer to this machine, and `ROS_IP` if it does.
         address_towards_master: the address from which this machine reaches the master; empty if unknown.
-        paths: maps the entries in path variables and the log folders to the kind of path.
+        paths: maps the entries in path variables, `ROS_HOME`, and the folders for logs and test results to
+            the kind of path.
         foreign_programs: maps ROS commands to the program in `PATH` that is run, if it is not pipros's.
         own_programs: the folder that contains pipros's programs.
         python_packages: maps import packages to the folder from which Python imports them.
@@ -38,7 +39,8 @@ class MachineReport:
         changed_packages: maps each pipros import package that changed after its installation to the
             distribution that replaced its files; empty if unknown.
         master_error: why the master cannot be reached; empty if it answers, None if it was not called.
-        has_local_master: whether a master answers at this machine's default address.
+        has_local_master: whether a master answers at the default URI; tested only if no master answers at a
+            different `ROS_MASTER_URI`.
         missing_setup_files: maps shell startup files to the missing ROS setup file that they source.
         bound_host: the address that nodes listen on.
         port_problem: why no port of `PIPROS_PORTS` can be opened; empty if one can, or if the variable is

@@ -95,7 +95,7 @@ def other_ros_set_up(machine: MachineReport) -> Findings:
 
 
 def missing_paths(machine: MachineReport) -> Findings:
-    """Find entries in path variables that do not exist."""
+    """Find entries in path variables that are not existing folders."""
     for name in _PATH_VARIABLES:
         for entry in filter(None, machine.variables.get(name, "").split(os.pathsep)):
             kind = machine.paths.get(entry, PathKind.FOLDER)
@@ -267,7 +267,7 @@ def _is_master_here(machine: MachineReport, environment: Environment) -> bool:
 
 
 def folders_to_write(machine: MachineReport) -> Findings:
-    """Check that the folders for logs and caches are writable."""
+    """Check that the folders for logs, caches and test results are writable."""
     environment = Environment.from_os(machine.variables)
     folders = {
         "ROS_HOME": environment.ros_home,

@@ -21,7 +21,7 @@ class SelfTest:
 
     Attributes:
         findings: the problems; empty if there were none.
-        first_message_s: the time from the start of the talker to the first received message.
+        first_message_s: the time from the subscription to the first received message; 0 if none arrived.
         heard: the number of received messages.
     """
 
@@ -31,7 +31,10 @@ class SelfTest:
 
 
 def run_self_test(duration_s: float = 1.0, environment: Environment | None = None) -> SelfTest:
-    """Run the self-test on loopback and a free port. Blocks for about `duration_s`."""
+    """Run the self-test on loopback and a free port.
+
+    Blocks for about `duration_s`; if no message arrives, for at least 10 seconds.
+    """
     from pipros.launch.roscore import Core
     from pipros.msg import load_message_class
     from pipros.node import Node

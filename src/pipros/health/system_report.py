@@ -15,8 +15,8 @@ class Failure:
 
     Attributes:
         reason: the error from the operating system or the peer.
-        is_unknown_host: the host name cannot be resolved here.
-        is_refused: the machine answers, but no process listens on the port.
+        is_unknown_host: whether the host name cannot be resolved here.
+        is_refused: whether the machine refused the connection, because no process listens on the port.
     """
 
     reason: str
@@ -53,7 +53,7 @@ class PublisherReport:
         address: the `host:port` of its TCPROS server; empty if it did not answer.
         failure: why no connection was established; None if a connection was established.
         type, md5sum: the type and md5 sum of its messages, from its connection header.
-        stamp_offset_s: a message's stamp minus this machine's clock, in seconds.
+        stamp_offset_s: a message's stamp minus this machine's clock, in seconds; None if unknown.
     """
 
     address: str = ""
@@ -83,8 +83,8 @@ class GatewayReport:
     """The report of a gateway to ROS 2.
 
     Attributes:
-        failure: why the gateway does not answer; empty if it answers.
-        dropped: maps topics, services and actions to the number of messages that failed, and the reason.
+        failure: why there is no valid report; empty if there is one.
+        dropped: maps topics, services and actions to the number of dropped messages, and the reason.
         left_out: maps topics, services and actions that are not forwarded, although no rule excludes them, to
             the reason.
     """
@@ -104,7 +104,7 @@ class SystemReport:
         types: maps topics to types, according to the master.
         nodes: maps nodes to their answers.
         publishers: maps (topic, node) to the publisher's answers.
-        services: maps services to their answers.
+        services: maps services to the results of probing their servers.
         installed: maps types to the md5 sum of the definition on this machine; None if the type is not
             installed.
         is_time_simulated: whether the parameter `/use_sim_time` is true.

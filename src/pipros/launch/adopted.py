@@ -63,8 +63,8 @@ class AdoptedProcesses(Generic[_Process]):
     ) -> None:
         """
         Args:
-            on_end: called with the name and exit code of each process after its exit was reported.
-            on_error: called while handling an exception that stopping a process raised.
+            on_end: called with the name and exit code of each process after its exit has been reported.
+            on_error: called by `end`, inside its `except` block, if a process's `stop` raises an exception.
         """
         self._printer = printer
         self._on_end = on_end
@@ -90,9 +90,10 @@ class AdoptedProcesses(Generic[_Process]):
             self._processes.remove(process)
 
     def check(self) -> list[_Process] | None:
-        """Report processes that have exited, and restart those that are due.
+        """Report processes that have exited, and restart processes whose restart is due.
 
-        Return the processes that are no longer watched; None if a required process has exited.
+        Return the processes that are not restarted, and therefore no longer watched; None if a required
+        process has exited. The exit of a process with a restart delay is reported after the delay.
         """
         gone = []
         for process in self:
@@ -117,7 +118,7 @@ class AdoptedProcesses(Generic[_Process]):
         return gone
 
     def end(self) -> None:
-        """Stop all processes, in the reverse order of `add`."""
+        """Stop all processes, in the reverse order of `add`; those with `ends_last` are stopped last."""
         errors: list[str] = []
         last = list(self._last)
         first = [process for process in self if process not in last]

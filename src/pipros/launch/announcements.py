@@ -39,7 +39,7 @@ def warn_about_arguments(
 
 
 def warn_about_machines(console: Console, launch: Launch, master_uri: str) -> None:
-    """Warn if the master is on loopback or ssh needs a password: nodes on other machines cannot work then."""
+    """Warn if other machines cannot reach the master, or if a machine has a password, which is ignored."""
     host, _ = split_master_uri(master_uri)
     if address.is_loopback(host):
         console.error(
@@ -63,9 +63,10 @@ def summary(
     cleared: Iterable[str] = (),
     has_machines: bool = False,
 ) -> str:
-    """Return the lists of parameters, machines and nodes in Noetic's format. For a core, list no nodes.
+    """Return the lists of parameters, machines and nodes in Noetic's format.
 
     Args:
+        is_core: whether to begin with an additional empty line, as `roscore` does.
         cleared: namespaces whose parameters are deleted first.
         has_machines: whether to print the list of machines even if it is empty.
     """

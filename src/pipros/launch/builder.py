@@ -42,8 +42,9 @@ class LaunchBuilder:
         self._warnings.extend(warnings)
 
     def add_param(self, key: str, value: Any) -> None:
-        """Set a parameter. The last value for a name wins. A parameter below a non-dictionary value causes a
-        warning.
+        """Set a parameter. The last value for a name wins.
+
+        If a parent of `key` has a value that is not a dictionary, record a warning.
         """
         parent = key.rpartition("/")[0]
         while parent:
@@ -96,7 +97,7 @@ class LaunchBuilder:
         self._arguments.setdefault(argument.name, argument)
 
     def finish(self) -> Launch:
-        """Return the collected launch. `Launch.check_machines` checks that all its machines are defined."""
+        """Return the collected launch. Its machines have not been checked; see `Launch.check_machines`."""
         return Launch(
             files=tuple(self._files),
             params=dict(self._params),

@@ -1,4 +1,4 @@
-"""Finds errors in a launch file and undeclared dependencies of its package, without starting anything."""
+"""Finds errors in a launch file and undeclared dependencies of its package, without starting nodes."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def known_nodes(launch: Launch) -> list[Node]:
 
 
 def needed_packages(launch: Launch, index: PackageIndex) -> set[str]:
-    """Return the packages of nodes, tests and included files."""
+    """Return the names of the packages that the nodes, tests and launch files belong to."""
     packages = {node.package for node in known_nodes(launch)}
     for file in launch.files:
         owner = index.containing(Path(file))

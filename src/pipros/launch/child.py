@@ -105,7 +105,10 @@ class Child:
         self._console.relay_to(self._link.log)
 
     def wait(self) -> None:
-        """Start the nodes that the parent requests. Return when all have exited, or a stop is requested."""
+        """Start the nodes that the parent requests, and watch them.
+
+        Return when a stop is requested, a required node has exited, or all nodes have exited.
+        """
         if self._log is None:
             raise RuntimeError("the child is not running; call start() first")
         while self._run is None and not self._is_stop_requested:

@@ -33,7 +33,7 @@ class CannotLaunch(PiprosError):
 
 
 class CannotStart(CannotLaunch):
-    """The operating system refuses to start a node's program, which ends the launch."""
+    """The operating system refuses to start a node's program. If a launch is starting, this ends it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class CommandMaker:
     def for_launcher(
         cls, environment: Environment, index: PackageIndex, log: Path | None = None
     ) -> CommandMaker:
-        """Create a maker that uses this process's environment and ROS_HOME.
+        """Create a maker that uses this process's environment variables, and the ROS_HOME of `environment`.
 
         Args:
             log: the launcher's log file, which nodes find in `ROS_LOG_FILENAME`, as in Noetic.
@@ -87,7 +87,10 @@ class CommandMaker:
 
     @property
     def tag(self) -> str:
-        """The environment variable, as `NAME=value`, that this launcher sets in all of its processes."""
+        """The environment variable, as `NAME=value`, that this launcher sets in all of its processes.
+
+        Empty if the launcher has no log file.
+        """
         log = self._environment.get("ROS_LOG_FILENAME")
         return f"ROS_LOG_FILENAME={log}" if log else ""
 
@@ -167,6 +170,6 @@ def _words(text: str, what: str, node: Node) -> list[str]:
 
 
 def _why_not_here(node: Node, package: Package | None = None) -> str | None:
-    """Return advice if the node is from a well-known C++ package, whether or not the package was found."""
+    """Return advice if the node is from a well-known C++ package. `package` is None if it was not found."""
     programs = list_executables(package) if package else ()
     return why_not_here(node.package, node.type, _words(node.arguments, "arguments", node), programs)

@@ -1,15 +1,15 @@
-"""Lets other programs of this user list, stop and restart the nodes of a running roslaunch, and read output.
+"""Lets other programs of this user list, stop and restart a running roslaunch's nodes, and read their output.
 
 Each roslaunch listens on a Unix socket, `$ROS_HOME/pipros/launches/<process id>`. It answers only this user
-and root, as the operating system reports them; the XML-RPC server, which others can reach, changes nothing. A
-connection has one request and one answer, both JSON:
+and root, as the operating system reports them. Others can reach only the XML-RPC server, which has no methods
+that stop or restart nodes. Each connection carries one request and one answer, both JSON:
 
     {"do": "list"}                           {"run_id": …, "files": […], "nodes": […], "more": 0}
     {"do": "output", "node": "talker-2"}     {"output": [["/…/talker-2-stdout.log", "…"]]}
     {"do": "stop" or "restart", "node": …}   {}
 
-All requests but the first also contain the `run_id`, so that the page of another master changes nothing. An
-answer to a refused request is `{"error": "…"}`.
+All requests except `list` also contain the `run_id`, so that the page of another master cannot affect this
+launch. The answer to a refused request is `{"error": "…"}`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from pipros.packages import cache_folder
 
 MOST_NODES: Final = 1000
 OUTPUT_BYTES: Final = 65_536
-"""The part of an output that is returned."""
+"""Maximum number of bytes that are returned from the end of a log file."""
 _FOLDER: Final = "launches"
 _REQUEST_BYTES: Final = 65_536
 _TIMEOUT_S: Final = 5.0
@@ -48,7 +48,7 @@ class LaunchUnavailable(PiprosError):
 
 
 class LaunchControl:
-    """The socket of one roslaunch, with a thread that answers."""
+    """The socket of one roslaunch, with a thread that answers requests."""
 
     def __init__(self, run_id: str, files: Sequence[str], run: LaunchRun) -> None:
         """Store the arguments; `start` creates the socket."""
@@ -63,7 +63,7 @@ class LaunchControl:
         """Create the socket, and answer requests in another thread.
 
         Raises:
-            OSError: the socket cannot be created, or this system has no such sockets.
+            OSError: the socket cannot be created, or this system does not support Unix sockets.
         """
         local_socket.remove_dead(self._folder)
         self._server = local_socket.listen(self._folder, self._name)
@@ -120,20 +120,22 @@ class LaunchControl:
         return {**self._about, "nodes": nodes, "more": max(0, len(managed) - MOST_NODES)}
 
     def _output(self, name: object) -> list[list[str]]:
-        """Return the ends of a node's outputs, each with the file that it was read from."""
+        """Return the end of each of a node's outputs, preceded by its source: `terminal` or a log file."""
         managed = next((node for node in self._run.managed() if node.name == name), None)
         process = managed.latest if managed is not None else None
         if process is None:
             raise LaunchError(f"there is no node [{name}] in this launch")
         found = [["terminal", process.recent_output.decode("utf-8", "replace")]]
         found += [_end_of(file) for file in (process.stdout_log, process.stderr_log) if file is not None]
-        if not any(text for _, text in found):  # it wrote to the terminal itself; its log has what it logged
+        if not any(text for _, text in found):  # the node wrote to the terminal itself, but also to its log
             found.append(_end_of(Path(f"{self._run.log_stem(process.name)}.log")))
         return [[source, text] for source, text in found if text]
 
 
 def running_launches() -> list[str]:
-    """Return the process ids of the roslaunch processes of this user that have sockets.
+    """Return the process ids of this user's roslaunch processes that have sockets, as decimal strings.
+
+    A process that was killed may still be listed.
 
     Raises:
         OSError: the folder cannot be read, or other users could write to it.
@@ -145,10 +147,12 @@ def running_launches() -> list[str]:
 
 
 def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Send a request to the roslaunch with a process id, and return its answer. Blocks for a few seconds.
+    """Send a request to the roslaunch with the process id `launch`, and return its answer.
+
+    May block for several seconds.
 
     Raises:
-        LaunchUnavailable: it has ended, does not answer, or refuses the request.
+        LaunchUnavailable: the roslaunch has ended, does not answer, or refuses the request.
     """
     limit = process_limits().launch_answer_bytes
     try:
@@ -168,7 +172,7 @@ def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _received(connection: socket.socket, limit: int) -> bytes:
-    """Return what the other end sends until it shuts its side down."""
+    """Return everything that the other side sends until it ends its stream."""
     text = bytearray()
     while chunk := connection.recv(_CHUNK_BYTES):
         text += chunk

@@ -45,9 +45,12 @@ def resolve_files(words: Sequence[str], index: PackageIndex) -> list[str]:
 
 
 def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
-    """Return the only file in a package that has the given name.
+    """Return the path of the only file in a package that has the given name.
 
     A path such as `launch/x.launch` is relative to the package's folder.
+
+    Raises:
+        LaunchError: the package is unknown, or does not contain exactly one such file.
     """
     nothing = (
         f"[{name}] is neither a launch file in package [{package_name}] nor is [{package_name}] "
@@ -97,7 +100,7 @@ def _walk(package: Package) -> Iterator[tuple[str, list[str]]]:
 
 
 def _suggestion(name: str, known: Collection[str]) -> str:
-    """Return a suggestion of names similar to a mistyped name; empty if there are none."""
+    """Return a question that suggests known names similar to `name`; empty if there are none."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, sorted(known), n=3, cutoff=0.7)

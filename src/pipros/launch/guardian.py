@@ -113,7 +113,7 @@ def end(groups: set[int], tag: str = "") -> None:
 
 
 def tagged_processes(tag: str) -> list[int]:
-    """Return the processes with the tag in their environment; an empty list on systems without /proc."""
+    """Return the ids of other processes with the tag in their environment; empty on systems without /proc."""
     if not tag or not os.path.isdir("/proc/self"):
         return []
     found = []

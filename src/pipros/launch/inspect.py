@@ -1,4 +1,4 @@
-"""Lists the nodes, arguments, parameters and commands in launch files, without starting anything."""
+"""Lists the nodes, arguments, parameters and node commands in launch files, without starting nodes."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def full_node_name(name: str) -> str:
 def command_words(
     node: Node, machine: Machine | None, index: PackageIndex
 ) -> tuple[dict[str, str], list[str]]:
-    """Return a node's command line, preceded by the variables that the launch sets for the node.
+    """Return the variables that the launch sets for a node, except ROS_MASTER_URI, and its command line.
 
     Raises:
-        CannotLaunch: the node's program was not found.
+        CannotLaunch: the node's program was not found, or its arguments cannot be parsed.
     """
     environment = Environment.from_os()
     command = CommandMaker.for_launcher(environment, index).make(

@@ -121,7 +121,8 @@ def _point_latest(link: Path, folder: Path) -> None:
 
 def measure(root: Path) -> tuple[int, bool]:
     """Return the total size in bytes of the files below a folder, and whether all were counted within the
-    short time limit. Few files are all counted, because a busy machine may suspend the process.
+    short time limit. The first hundred files are always counted, because a busy machine may suspend the
+    process.
     """
     deadline = time.monotonic() + _MEASURING_TIME_S
     total = count = 0
@@ -136,7 +137,7 @@ def measure(root: Path) -> tuple[int, bool]:
 
 
 def disk_usage_report(root: Path) -> str:
-    """Return the line that reports whether the log folder has grown large."""
+    """Return the text that reports whether the log folder has grown large."""
     total, is_complete = measure(root)
     if total >= _GIGABYTE:
         return (

@@ -58,7 +58,7 @@ class ProcessInfo:
 
 
 class NodeState(Enum):
-    """What a node of a launch does. The values are texts for users."""
+    """The state of a node in a launch. The values are shown to users."""
 
     RUNNING = "running"
     ENDING = "ending"

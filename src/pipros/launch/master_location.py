@@ -30,7 +30,7 @@ def master_environment(
     if is_core:
         port = port or DEFAULT_MASTER_PORT
         if bind in (address.ANY, address.ANY_IPV6):
-            # As in Noetic, an explicitly opened master is known by this computer's name.
+            # As in Noetic, a master that listens on all addresses advertises this computer's name.
             host = environment.hostname or environment.ip or socket.gethostname()
         elif bind is not None:
             host = bind
@@ -44,7 +44,11 @@ def master_environment(
 
 
 def _uri_here(environment: Environment, port: int) -> str:
-    """Return the URI that determines where a core listens: `ROS_MASTER_URI` if it names this computer."""
+    """Return the URI that determines where a core listens.
+
+    Its host is that of `ROS_MASTER_URI` if it is this computer and neither ROS_HOSTNAME nor ROS_IP is set,
+    otherwise `localhost`.
+    """
     try:
         host, _ = split_master_uri(environment.master_uri)
     except InvalidEnvironment:

@@ -31,7 +31,7 @@ class LaunchError(PiprosError):
 
     Attributes:
         reason: the mistake, with Noetic's text if Noetic has the same error.
-        places: the faulty element first, then the includes that led to it.
+        places: the place of the faulty element, then those of the includes that led to it, innermost first.
         element: the faulty element as written, shortened; empty if no element is at fault.
     """
 
@@ -46,7 +46,10 @@ class LaunchError(PiprosError):
 
 
 class Output(enum.Enum):
-    """Destination of a node's standard output. Standard error always goes to the screen."""
+    """Destination of a node's standard output.
+
+    In a launch child, it also applies to standard error; otherwise, standard error goes to the screen.
+    """
 
     LOG = "log"
     SCREEN = "screen"
@@ -108,7 +111,7 @@ class Test:
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A computer on which nodes are started, through ssh unless it is this computer.
+    """A computer on which nodes are started, through ssh unless it is this computer and this user.
 
     Attributes:
         env_loader: a script on that computer that sets up ROS and runs its arguments.

@@ -1,4 +1,4 @@
-"""Prefixes every output line of a node with its name, in a colour per node.
+"""Prefixes every output line of a node with the node's name, in a colour that depends on the node.
 
 Each node writes to its own pty, so that it still flushes every line and keeps its colours; the lines are
 copied to the launcher's terminal. If the launcher's output is not a terminal, nodes write to it directly, as
@@ -31,7 +31,7 @@ _INCOMPLETE_LINE_S = 0.1
 
 
 def is_available() -> bool:
-    """Return whether both outputs of this process are terminals and ptys can be opened."""
+    """Return whether standard output and standard error are terminals and ptys can be opened."""
     with contextlib.suppress(OSError, ValueError, AttributeError):
         return HAS_PTYS and os.isatty(sys.stdout.fileno()) and os.isatty(sys.stderr.fileno())
     return False
@@ -45,7 +45,7 @@ class LinePrefix:
     is_in_line: bool = False
 
     def format(self, text: bytes) -> bytes:
-        """Return the piece with the prefix before each line. Colour codes alone do not start a line."""
+        """Return `text` with the prefix at the start of each line. Colour codes alone do not start a line."""
         pieces = []
         for line in text.splitlines(keepends=True):
             if not self.is_in_line and _COLOURS_ALONE.fullmatch(line):
@@ -82,7 +82,7 @@ class PrefixedOutput:
 
     @property
     def recent(self) -> bytes:
-        """The end of the output, without prefixes. May be read from any thread."""
+        """The last 64 KiB of the output, without prefixes. May be read from any thread."""
         return self._recent
 
     def finish(self, timeout_s: float = 0.5) -> None:
@@ -113,8 +113,8 @@ class PrefixedOutput:
         if text:
             self._recent = (self._recent + text)[-_RECENT_BYTES:]
             shown = self._prefix.format(text)
-            # Nodes that read single keys restore the terminal before they print, but it may be in raw mode
-            # again.
+            # Nodes that read single keys leave raw mode to print, but may have entered it again before their
+            # output is copied.
             if is_raw(self._target):
                 shown = _BARE_LINE_END.sub(b"\r\n", shown)
             with contextlib.suppress(OSError):

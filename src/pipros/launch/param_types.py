@@ -88,7 +88,7 @@ def parameters_in(text: str, source: str, key: str, *, is_named: bool) -> dict[s
 
     Raises:
         YamlError: the text is invalid.
-        ValueError: the value requires a name, or a key is not a string.
+        ValueError: the value is not a dictionary although `is_named` is False, or a key is not a string.
     """
     from pipros.safe import yaml  # imported late, because the import takes 10 ms and few launch files need it
 

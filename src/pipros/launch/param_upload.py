@@ -28,7 +28,7 @@ def apply_parameters(launch: Launch, master_uri: str) -> None:
 
 
 class ParameterServer(Protocol):
-    """Parameter server calls. Raise `Refused` if a parameter does not exist."""
+    """Calls to the parameter server. They raise `Refused` if a parameter does not exist."""
 
     def get_param(self, key: str) -> Any: ...
 

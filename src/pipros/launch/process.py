@@ -47,7 +47,8 @@ class NodeProcess:
         """Start the process.
 
         Args:
-            stdout_log, stderr_log: files for its standard output and error; None to inherit the launcher's.
+            stdout_log, stderr_log: files for standard output and standard error; None to inherit the
+                launcher's.
             restarts: whether a node is being restarted; if so, its output is appended to the files.
             colour: the colour number of the name that prefixes each output line on the terminal; None to let
                 the process write to the terminal itself.
@@ -82,7 +83,7 @@ class NodeProcess:
 
     @property
     def recent_output(self) -> bytes:
-        """The end of the output that the launcher prefixes on its terminal; empty otherwise."""
+        """The end of the output, if the launcher prints it with prefixes; otherwise empty."""
         return b"" if self._prefixed is None else self._prefixed.recent
 
     @property

@@ -1,4 +1,4 @@
-"""Reads `<machine>`."""
+"""Reads the `<machine>` elements of launch files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ _BEFORE_FUERTE = ("ros-root", "ros-package-path", "ros-ip", "ros-host-name")
 
 
 def read_machine(reader: ElementReader) -> None:
-    """Add the machine. A default machine becomes the machine for later nodes."""
+    """Read a `<machine>`, and add it to the launch.
+
+    A default machine becomes the machine of later nodes without a `machine` attribute.
+    """
     if any(map(reader.has, _BEFORE_FUERTE)):
         raise reader.error(
             "<machine>: ros-* attributes are not supported since ROS Fuerte.\nPlease use env-loader instead."

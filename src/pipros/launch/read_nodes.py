@@ -1,4 +1,4 @@
-"""Reads `<node>` and `<test>`."""
+"""Reads the `<node>` and `<test>` elements of launch files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _REFUSED_IN_TEST = ("output", "respawn", "respawn_delay")
 
 
 def read_node(reader: ElementReader) -> None:
-    """Add the node and its parameters."""
+    """Read a `<node>`, and add the node and its parameters to the launch."""
     reader.allow(*_SHARED, *_NODE_ONLY)
     try:
         node = _read(reader, reader.required("name"))
@@ -38,7 +38,7 @@ def read_node(reader: ElementReader) -> None:
 
 
 def read_test(reader: ElementReader) -> None:
-    """Add the test and its parameters."""
+    """Read a `<test>`, and add the test and its parameters to the launch."""
     reader.allow(*_SHARED, *_TEST_ONLY, *_REFUSED_IN_TEST)
     try:
         test_name = reader.required("test-name")
@@ -127,12 +127,12 @@ def _read_children(reader: ElementReader, inner: LaunchScope, private: LaunchSco
 
 
 def _of_node(private: LaunchScope, key: str) -> str:
-    """Resolve a parameter name inside a node. `~name` is private to the node, like `name`."""
+    """Return the full name of a parameter. Inside a node, `~name` is private to the node, like `name`."""
     return private.resolve_param(key[1:]) if names.is_private(key) else key
 
 
 def _invalid(error: LaunchError, tag: str) -> LaunchError:
-    """Add Noetic's prefix to the text of an attribute's error."""
+    """Prefix the text of an error as Noetic does, unless the text already names the element."""
     if error.reason.startswith(("Invalid", "<", "[", "error", "cannot set")):
         return error
     return LaunchError(f"Invalid <{tag}> tag: {error.reason}.", error.places, error.element)

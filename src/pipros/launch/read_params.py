@@ -1,4 +1,4 @@
-"""Reads `<param>` and `<rosparam>`."""
+"""Reads the `<param>` and `<rosparam>` elements of launch files."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def _run(reader: ElementReader, name: str, command: str) -> str:
 
 
 def read_rosparam(reader: ElementReader) -> dict[str, Any]:
-    """Return the parameters that a `<rosparam>` loads, by name. Dumps and deletions are added to the
-    builder.
+    """Return the parameters that a `<rosparam>` loads, by name. If it dumps or deletes parameters instead,
+    add that command to the launch.
     """
     reader.allow("command", "file", "param", "ns", "subst_value")
     command = reader.text("command") or "load"
@@ -83,7 +83,7 @@ def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]
             raise _error(reader, f"file does not exist [{file}]") from None
         except OSError as error:
             raise _error(reader, f"cannot read [{file}]: {error.strerror or error}") from None
-        except ValueError as error:  # the file is not UTF-8, or is too large
+        except ValueError as error:  # not UTF-8, or over the budget of the launch
             raise _error(reader, f"cannot read [{file}]: {error}") from None
     if reader.flag("subst_value"):
         text = reader.resolve(text)

@@ -30,7 +30,7 @@ def read_env(reader: ElementReader) -> None:
 
 
 def read_arg(reader: ElementReader) -> Argument:
-    """Declare the argument in the scope and return it."""
+    """Read an `<arg>`, declare the argument in the scope, and return it."""
     reader.allow("name", "value", "default", "doc")
     try:
         _refuse_value_and_default(reader)
@@ -49,7 +49,7 @@ def read_arg(reader: ElementReader) -> Argument:
 
 
 def read_included_arguments(reader: ElementReader) -> dict[str, str | None]:
-    """Return the `<arg>`s inside an `<include>`, and add its `<env>`s to the scope."""
+    """Return the values of the `<arg>`s inside an `<include>`, by name, and add its `<env>`s to the scope."""
     given: dict[str, str | None] = {}
     for child in reader.children():
         if child.tag not in ("arg", "env"):

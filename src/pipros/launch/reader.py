@@ -1,4 +1,4 @@
-"""Reads one element of a launch file: its attributes after substitution, in its scope."""
+"""Reads an element of a launch file: its attributes, with substitutions applied, and its scope."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class ElementReader:
         return value
 
     def flag(self, name: str, *, default: bool = False) -> bool:
-        """Read `true` or `false`, ignoring case."""
+        """Return the attribute as a bool; it must be `true` or `false`, ignoring case."""
         value = self.text(name)
         if value is None:
             return default
@@ -90,7 +90,7 @@ class ElementReader:
             raise self.error(f"invalid float value for {name}: {value}") from None
 
     def positive(self, name: str, default: float) -> float:
-        """Read a number greater than zero."""
+        """Return the attribute, which must be a number greater than zero."""
         text = self.text(name)
         try:
             number = default if text is None else float(text)
@@ -120,7 +120,7 @@ class ElementReader:
         raise self.error(f"{name} must be one of {allowed}")
 
     def is_wanted(self) -> bool:
-        """Evaluate `if` or `unless`. Return True if the element has neither."""
+        """Return whether the element applies, according to its `if` or `unless`; True if it has neither."""
         condition, exception = self.text("if"), self.text("unless")
         if condition is not None and exception is not None:
             raise self.error("cannot set both 'if' and 'unless' on the same tag")
@@ -165,7 +165,7 @@ class ElementReader:
 
 
 def shown(element: Element) -> str:
-    """Return the start tag of an element, for messages."""
+    """Return the start tag of an element, for messages. A long tag is truncated."""
     attributes = "".join(f' {name}="{value}"' for name, value in element.attributes.items())
     end = ">" if element.children or element.text.strip() else "/>"
     written = f"<{element.tag}{attributes}{end}"

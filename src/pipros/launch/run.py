@@ -93,8 +93,8 @@ class LaunchRun:
 
         Args:
             placement: the mapping of nodes to machines, if it has already been looked up.
-            numbers: numbers for process names; by default, they are counted from 1.
-            on_end: called with the name and exit code of each process after its exit was reported.
+            numbers: the numbers at the end of process names; by default, 1, 2, 3, …
+            on_end: called with the name and exit code of each process after its exit has been reported.
         """
         self._launch = launch
         self._maker = maker
@@ -122,7 +122,8 @@ class LaunchRun:
         apply_parameters(self._launch, self._master_uri)
 
     def start_nodes(self) -> list[str]:
-        """Start all nodes in file order. Return the names of the nodes whose program could not be found.
+        """Start all nodes in file order. Return the names of the nodes that could not be launched, for
+        example because their program was not found.
 
         Raises:
             LaunchError: a program exists but cannot be started; nodes that were started earlier keep running.
@@ -208,13 +209,16 @@ class LaunchRun:
         return True
 
     def watch_once(self, timeout_s: float | None = None) -> bool:
-        """Wait for an event, at most one slice, and handle it. Return False if the launch must stop."""
+        """Wait briefly for an event, and handle it. Return False if the launch must stop.
+
+        Blocks up to `timeout_s`, but always less than a second.
+        """
         if self._is_running:
             self._handle(self._next_event(timeout_s))
         return self._is_running
 
     def end_one(self, process: NodeProcess) -> None:
-        """Stop one process step by step. Return when it has exited.
+        """Stop one process, with the same signals and timeouts as `stop`. Return when it has exited.
 
         The watching thread handles this like any other exit, so a node with `respawn` is restarted, as in
         Noetic.
@@ -229,7 +233,7 @@ class LaunchRun:
         )
 
     def stop_node(self, name: str) -> None:
-        """Stop the node whose process has this name, step by step, and do not restart it. Return immediately.
+        """Begin to stop the node whose process has this name, and do not restart it. Return immediately.
 
         Even if the node is required, the launch continues.
 
@@ -239,7 +243,7 @@ class LaunchRun:
         self._end_node(name, AfterExit.STAY_STOPPED)
 
     def restart_node(self, name: str) -> None:
-        """Stop a node like `stop_node` if it is running, and start it again. Return immediately.
+        """Begin to restart a node. If it is running, stop it first, like `stop_node`. Return immediately.
 
         Raises:
             LaunchError: the launch has no process with this name, or is ending.
@@ -289,7 +293,10 @@ class LaunchRun:
         return {m.name: m.process.pid for m in self._managed if m.process and m.process.exit_code is None}
 
     def processes(self) -> list[ProcessInfo]:
-        """Return all processes in the order in which they were started. May be called from any thread."""
+        """Return a snapshot of the latest process of each node, in the order in which the nodes were started.
+
+        May be called from any thread.
+        """
         return [managed.info() for managed in list(self._managed)]
 
     def managed(self) -> list[ManagedNode]:
@@ -332,9 +339,10 @@ class LaunchRun:
             raise LaunchError(f"cannot stop [{process.name}]: {error}") from None
 
     def _settle(self, managed: ManagedNode, after_exit: AfterExit) -> None:
-        """Do what a user requested for a node that is not running.
+        """Record what a user requested for a node that is not running.
 
-        The watching thread starts it, once another thread has ended the processes that it left behind.
+        If a start was requested, the watching thread starts the node once the processes that it left behind
+        have exited.
         """
         managed.is_stopped = after_exit is AfterExit.STAY_STOPPED
         managed.restart_at = None if managed.is_stopped else time.monotonic()
@@ -362,7 +370,7 @@ class LaunchRun:
         return not self._stop_requests and not self._has_lost_required
 
     def _next_event(self, timeout_s: float | None) -> NodeProcess | _StopRequest | None:
-        """Return the next event; None on timeout, when a restart is due, or to check processes."""
+        """Return the next event; None on timeout, or if a restart or a check for ended processes is due."""
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
         due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]

@@ -24,9 +24,9 @@ class LaunchScope:
         declared: the names of the `<arg>`s read so far in this file.
         given: arguments from the command line or the `<include>`, which an `<arg>` with a `value` must not
             override.
-        passed_all: whether a `value` may override them nevertheless, as with `pass_all_args`.
+        passed_all: whether a `value` may override the `given` arguments, as with `pass_all_args`.
         remappings: pairs (from, to); a later pair replaces an earlier one with the same `from`.
-        environment: pairs (name, value) in order.
+        environment: pairs (name, value) in the order of declaration.
         private_params: parameters `~name` declared outside of nodes, which apply to every later node.
         default_machine: the machine for nodes that have no `machine` attribute.
     """
@@ -48,7 +48,7 @@ class LaunchScope:
         return self.substitution.arguments
 
     def child(self, namespace: str = "") -> LaunchScope:
-        """Return a new scope that inherits everything from this scope."""
+        """Return a new scope, below `namespace`, that inherits everything else from this scope."""
         return replace(
             self,
             namespace=self._below(namespace),

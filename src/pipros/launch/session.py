@@ -89,7 +89,7 @@ class LaunchSession:
         Args:
             load_launch: function that returns the launch; by default, it is read from the files.
             numbers, on_end: see `LaunchRun`.
-            has_server: whether other programs can query the session's processes.
+            has_server: whether other programs can query and control the session's nodes.
         """
         environment = environment or Environment.from_os()
         self._files = list(files)
@@ -131,7 +131,7 @@ class LaunchSession:
 
     @property
     def failed(self) -> Sequence[str]:
-        """Names of the nodes whose program could not be found. Valid after `start`."""
+        """Names of the nodes that could not be launched. Valid after `start`."""
         return tuple(self._failed)
 
     @property
@@ -144,6 +144,7 @@ class LaunchSession:
 
         Raises:
             PiprosError, OSError: starting failed. Nothing is left running once `stop` has been called.
+            KeyboardInterrupt: a stop was requested.
         """
         self._is_interruptible = True
         run_id = choose_run_id(self._options.run_id, self._master.find(), self._console)
@@ -180,7 +181,9 @@ class LaunchSession:
         self.run.wait(until_all_ended=not self.owns_master)
 
     def request_stop(self) -> None:
-        """Make `wait` or `start` return. May be called repeatedly, and from a signal handler.
+        """Make `wait` return, or `start` raise KeyboardInterrupt.
+
+        May be called repeatedly, and from a signal handler.
 
         Raises:
             KeyboardInterrupt: the main thread called this while reading files, which can be aborted at any

@@ -44,7 +44,8 @@ class SessionMaster:
 
         Args:
             environment: the process's environment.
-            options: options for a master that is started; `port`, `known_as` and `on_shutdown` are set here.
+            options: options for the master, if the session starts one; `port`, `known_as` and `on_shutdown`
+                are overridden.
             is_core: whether a running master is an error, as for `roscore`.
             port: see `master_environment`.
             on_shutdown: called from another thread when a process on this computer shuts the master down.
@@ -94,7 +95,7 @@ class SessionMaster:
         return run_id
 
     def start(self, run_id: str, log_folder: Path) -> None:
-        """Start a master unless `find` has found one. If the existing master has no run ID, set one.
+        """Start a master unless `find` has found one. If the existing master has no run id, set `run_id`.
 
         Raises:
             LaunchError: a master is already running but a core was requested; ROS_MASTER_URI names another
@@ -146,7 +147,7 @@ class SessionMaster:
     def stop_rosout(self) -> None:
         """Stop the `/rosout` node of the session's own master, and announce that the master is shutting down.
 
-        Does nothing if the node was not started.
+        Does nothing if the session uses another master.
         """
         if self._core is not None:
             self._console.say("[rosout-1] killing on exit")

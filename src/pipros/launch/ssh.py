@@ -20,7 +20,7 @@ def remote_command(
     """Return the ssh command line that runs a node on a machine.
 
     The machine's password is ignored, because ssh accepts no password on the command line, where every user
-    could read it. roslaunch logs in with a key or an agent.
+    could read it. The login requires a key or an agent.
     """
     prefix = ["--prefix", node.launch_prefix] if node.launch_prefix else []
     remote = [

@@ -95,8 +95,9 @@ class Substitution:
         return _FIND.sub(self._limit_growth(self._replace_find), text)
 
     def _limit_growth(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
-        """Limit the growth of one text while it is substituted, because `$(arg a)$(arg a)` doubles `a` with
-        each `<arg>`.
+        """Return `replace` with a limit on the characters that its calls insert in total.
+
+        Without this limit, `$(arg a)$(arg a)` in each of many `<arg>`s would double a value every time.
         """
         limit = self.budget.limits.launch_insert_characters
         inserted = 0
@@ -169,7 +170,7 @@ class Substitution:
 
     def _replace_find(self, match: re.Match[str]) -> str:
         path = self._find(match[1], match[2])
-        # The following text is part of the path, even if it is the path of another package.
+        # A substitution that follows is part of the path, even if it is another `$(find pkg)`.
         return path if match[2] or not match.string.startswith("$", match.end()) else path + "/"
 
     def _find(self, package: str, path: str) -> str:
@@ -221,7 +222,7 @@ class Substitution:
 
 
 def anonymous_name(base: str) -> str:
-    """Make `base` unique across processes and computers: `base_<host>_<process id>_<number>`."""
+    """Return a name that is unique across processes and computers: `base_<host>_<process id>_<number>`."""
     import random
     import socket
 

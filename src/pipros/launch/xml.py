@@ -1,7 +1,7 @@
 """Loads launch files: the XML language of http://wiki.ros.org/roslaunch/XML, as interpreted by Noetic.
 
 This module reads files and returns a `Launch`. Elements are processed in document order, each in its scope.
-No process is started, and the parameter server is not contacted.
+No node is started, and the parameter server is not contacted, but commands in `<param command="…">` are run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from pipros.launch.substitute import Substitution
 from pipros.safe.xml import Element, XmlError, parse
 
 INCLUDE_LIMIT = 60
-"""Maximum nesting of includes; deeper nesting means that a file includes itself."""
+"""Maximum nesting of includes; deeper nesting is considered a cycle."""
 
 DEFUNCT_MASTER = "ignoring defunct <master /> tag"
 
@@ -68,7 +68,7 @@ def load(
 
 
 class Loader:
-    """Processes launch files one after another, for one `Launch`.
+    """Loads launch files one after another into one `Launch`.
 
     Attributes:
         arguments: command-line arguments for the next file.

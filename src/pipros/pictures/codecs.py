@@ -20,7 +20,7 @@ class Codec(Protocol):
     """Interface of an image codec. Threads may share one."""
 
     def decode(self, data: bytes) -> Any:
-        """Decode an image to an array.
+        """Decode a JPEG or PNG image to an array.
 
         Raises:
             PictureError: the data is not a valid image.
@@ -93,7 +93,7 @@ class OpenCVCodec:
 
 
 class PillowCodec:
-    """Codec that uses Pillow, which supports only 8-bit colour images.
+    """Codec that uses Pillow. Colour images must have 8 bits per channel; grey PNG images may have 16 bits.
 
     Args:
         image_module: the module `PIL.Image`.

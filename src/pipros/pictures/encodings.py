@@ -34,7 +34,7 @@ class Encoding:
     Attributes:
         depth: OpenCV's name for the value type: 8U, 8S, 16U, 16S, 32S, 32F or 64F.
         channels: values per pixel, 1 or more.
-        color: colour arrangement; None for encodings that do not define colours, such as 8UC3.
+        color: the order of the channels; None for encodings that do not define colours, such as 8UC3.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Convert `sensor_msgs/Image` messages to unpadded pixels and to PNG."""
+"""Check `sensor_msgs/Image` messages, and convert them to PNG."""
 
 from __future__ import annotations
 

@@ -18,7 +18,8 @@ def png(width: int, height: int, channels: int, bits: int, rows: Iterable[bytes 
 
     Args:
         channels: 1 for grey, 3 for RGB, 4 for RGBA.
-        bits: 8, or 16 with the more significant byte first.
+        bits: bits per value: 8, or 16 with the more significant byte first.
+        rows: the bytes of each row, from top to bottom, without padding.
     """
     head = struct.pack(">IIBBBBB", width, height, bits, _COLOUR_TYPES[channels], 0, 0, 0)
     pixels = zlib.compress(b"".join(b"\0" + row for row in rows), 6)

@@ -1,4 +1,4 @@
-"""Cache of the declarations in `.cfg` files, shared by processes.
+"""An on-disk cache of the declarations in `.cfg` files.
 
 The key of an entry is a digest of the file's path and contents, the interpreter that ran the file, and the
 code that reads it. The entry is valid as long as the modules imported by the file, except Python's and
@@ -46,7 +46,11 @@ def sources(modules: Iterable[ModuleType]) -> list[list[Any]]:
 
 
 def recall(path: Path) -> dict[str, Any] | None:
-    """Return the cached declarations of a file, or None if it must be run."""
+    """Return the cached declarations of a file, or None if the file must be run.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
     content = _folder().read(_entry(path))
     if content is None:
         return None

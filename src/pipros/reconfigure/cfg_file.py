@@ -27,7 +27,7 @@ TIME_LIMIT_S = 30.0
 """Default time limit for running a `.cfg` file."""
 
 _READ_S = 5.0
-"""Maximum time to wait for the end of stderr, in case a process that was not ended holds it open."""
+"""Maximum time to wait for the end of stderr, which a process that could not be killed may hold open."""
 
 _SHOWN_CHARACTERS = 2_000
 _COMMENT = re.compile(r"#.*")
@@ -59,7 +59,7 @@ _PARAMETER: dict[str, _Kinds] = {
 
 
 class BadConfigFile(PiprosError):
-    """A `.cfg` file failed, did not declare parameters, or exceeded its time limit."""
+    """A `.cfg` file cannot be read, failed, did not declare parameters, or exceeded its time limit."""
 
 
 def find(package_folder: Path, name: str) -> Path | None:
@@ -107,7 +107,7 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
 
     Raises:
         BadConfigFile: the file failed, did not declare parameters, wrote malformed declarations, or exceeded
-            the time limit.
+            the time limit; or the file cannot be read.
     """
     try:
         if (kept := cache.recall(path)) is not None:
@@ -116,7 +116,7 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
         raise BadConfigFile(f"cannot read {path}: {error.strerror or error}") from None
     with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
         output = Path(folder) / "declared.json"
-        # The four arguments of the genuine generator. Old files check their number.
+        # The genuine generator passes four arguments, and old files check the number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
         environment = {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}
         code, errors = _run(arguments, environment, time_limit_s)

@@ -1,4 +1,4 @@
-"""Decode configurations and their descriptions from a server's messages. Performs no I/O.
+"""Decode configurations and their descriptions from a server's messages, and encode changes. Performs no I/O.
 
 Messages are any objects with the fields of `dynamic_reconfigure/Config` or `ConfigDescription`.
 """
@@ -20,7 +20,7 @@ _LISTS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
 
 
 class BadValue(PiprosError):
-    """A parameter does not exist, or does not accept a value."""
+    """A parameter or group does not exist, or a parameter does not accept a value."""
 
 
 class Config(dict[str, Any]):
@@ -56,9 +56,10 @@ def group_dict(group: Any) -> Config:
 
 
 def get_tree(m: Any, group: Any = None) -> Config:
-    """Return the groups in a message as a tree that starts at the root or at the subgroups of `group`.
+    """Return the tree of the groups in a message: the root or, if `group` is given, its subgroups by name.
 
-    If several groups have the same ID, the first group is used."""
+    If there is no root group, return an empty tree. If several groups have the same ID, use the first one.
+    """
     placed = {0} if group is None else {0, group.id}
     by_parent: dict[int, list[Any]] = {}
     for each in m.groups:
@@ -93,7 +94,8 @@ def values(message: Any) -> Config:
 def decode_config(msg: Any, description: Any = None) -> Config:
     """Decode the configuration in a message.
 
-    If the decoded description is given, groups also contain their values.
+    If the decoded `description` is given, the result contains the tree of groups under `groups`, and each
+    group contains the values of its parameters.
     """
     config = values(msg)
     if msg.groups and description is not None:
@@ -179,7 +181,7 @@ def _is_constant(found: Any) -> bool:
 
 
 def converted(described: Any, value: Any) -> Any:
-    """Convert a value to a parameter's type. An enum also accepts the name of a constant.
+    """Convert a value to a parameter's type. For an enum, the name of a constant is also accepted.
 
     Args:
         described: the parameter, as returned by `decode_description`.
@@ -211,7 +213,7 @@ def change_fields(
         states: group states by name. Other groups keep their state.
 
     Raises:
-        BadValue: a parameter or a group does not exist, or does not accept a value.
+        BadValue: a parameter or a group does not exist, or a parameter does not accept a value.
     """
     fields: dict[str, list[dict[str, Any]]] = {name: [] for name in (*_LISTS.values(), "groups")}
     groups = list(all_groups(description))

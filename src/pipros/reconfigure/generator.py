@@ -1,4 +1,4 @@
-"""Functions with which a `.cfg` file declares parameters, and the description that is built from them.
+"""`ParameterGenerator`, with which a `.cfg` file declares parameters, and the description built from them.
 
 The description consists of nested dictionaries, as in the modules of genuine dynamic_reconfigure.
 """
@@ -129,7 +129,12 @@ class ParameterGenerator:
         self.constants: list[dict[str, Any]] = []
 
     def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:  # noqa: A002
-        """Declare a constant."""
+        """Declare a constant, and return it for use in `enum`.
+
+        Raises:
+            TypeError: the value does not have the given type.
+            ValueError: the description contains quotes.
+        """
         constant = {"name": name, "type": type, "value": checked(name, type, "value", value)}
         constant |= _source() | {"description": _without_quotes(descr)}
         constant |= {"ctype": _C_TYPES[type], "cconsttype": _C_CONSTANTS[type]}
@@ -137,7 +142,7 @@ class ParameterGenerator:
         return constant
 
     def enum(self, constants: list[dict[str, Any]], description: str) -> str:
-        """Return the edit method for a parameter that accepts one of the constants.
+        """Return the edit method for a parameter whose value must be one of the constants.
 
         All constants must have the same type.
         """
@@ -146,7 +151,10 @@ class ParameterGenerator:
         return repr({"enum": constants, "enum_description": _without_quotes(description)})
 
     def generate(self, pkgname: str, nodename: str, name: str) -> int:  # noqa: ARG002
-        """Write the declarations to the file that the environment names. Return the exit code."""
+        """Write the declarations to the file named by `PIPROS_CFG_OUTPUT`. Return the exit code.
+
+        If the variable is unset, print an error and return 1. `pkgname` and `nodename` are ignored.
+        """
         output = os.environ.get(OUTPUT_VARIABLE)
         if output is None:
             print(
@@ -159,14 +167,14 @@ class ParameterGenerator:
             "description": self.group.to_dict(),
             "constants": self.constants,
         }
-        with contextlib.suppress(OSError):  # the module has no file, so the declarations are not cached
+        with contextlib.suppress(OSError):  # a module's file was deleted, so nothing is cached
             declared[SOURCES] = sources(list(sys.modules.values()))
         Path(output).write_text(json.dumps(declared), encoding="utf-8")
         return 0
 
 
 def checked(name: str, type_name: str, field: str, value: Any) -> Any:
-    """Return the value. An int is converted to float if the parameter's type is double.
+    """Return the value, with an int converted to float if the parameter's type is double.
 
     Raises:
         TypeError: the value does not have the parameter's type.
@@ -184,7 +192,7 @@ def _without_quotes(description: str) -> str:
 
 
 def _source() -> dict[str, Any]:
-    """Return the current line of the `.cfg` file, from the first caller outside of this module."""
+    """Return the line and file name of the innermost caller outside of this module: the `.cfg` file."""
     frame = sys._getframe()
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back

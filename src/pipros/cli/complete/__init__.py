@@ -17,7 +17,7 @@ from pipros.cli.complete.running import MANY_LINES
 from pipros.cli.entry_point import command
 
 NO_SUCH_COMMAND = 127
-"""Exit code of shells for a command that they do not find."""
+"""The exit code of a shell that does not find a command."""
 
 
 @command

@@ -69,7 +69,7 @@ def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterab
 def _index() -> PackageIndex:
     from pipros.workspace.index import (
         PackageIndex,
-    )  # imported late: not needed for names in the running system
+    )  # imported late, because names in the running system do not need it
 
     return PackageIndex.from_environment()
 

@@ -19,7 +19,7 @@ MANY_LINES = "\x1f"
 
 
 def live_names(command: str, before: Sequence[str]) -> list[str]:
-    """Return names from the running system; an empty list if no master answers at once."""
+    """Return names from the running system; an empty list if no master answers within half a second."""
     return [name for name in _registered(command, before) if names.is_legal(name)]
 
 

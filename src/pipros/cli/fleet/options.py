@@ -43,7 +43,7 @@ def tls_of(options: Any, router: str) -> Tls | None:
 
 @contextmanager
 def link_of(options: Any) -> Iterator[Link]:
-    """Connect to the router given by the options."""
+    """Connect to the router given by the options, and disconnect when the context ends."""
     from pipros.fleet.zenoh_session import connect
 
     router = options.router or ROUTER
@@ -55,7 +55,7 @@ def link_of(options: Any) -> Iterator[Link]:
 
 
 def caller_of(options: Any) -> str:
-    """Return the name under which requests are made: the name in the certificate."""
+    """Return the name under which requests are made: the certificate's, or `observer` without `--keys`."""
     if options.keys is None:
         return OBSERVER
     from pipros.fleet.key_files import read_keys

@@ -1,4 +1,4 @@
-"""`pipros fleet router`: runs a router."""
+"""`pipros fleet router`: runs a fleet's router."""
 
 from __future__ import annotations
 

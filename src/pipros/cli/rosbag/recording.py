@@ -1,4 +1,4 @@
-"""`rosbag record`: records messages on topics in bags."""
+"""`rosbag record`: records topics to bags."""
 
 from __future__ import annotations
 

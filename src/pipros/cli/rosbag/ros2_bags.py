@@ -1,4 +1,4 @@
-"""ROS 2 bags on the command line."""
+"""Shared parts of the `rosbag` subcommands that can read or write ROS 2 bags."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_folders_option(parser: OptionParser) -> None:
-    """Add `--msgs`, which names folders with ROS 2 definitions."""
+    """Add the option `--msgs`, which names folders with ROS 2 definitions."""
     parser.add_option(
         "--msgs",
         dest="msgs",
@@ -29,7 +29,7 @@ def add_folders_option(parser: OptionParser) -> None:
 
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
-    """Return the folders given with `--msgs`, and those in ROS 2's environment."""
+    """Return the folders given with `--msgs`, and those that ROS 2's environment variables name."""
     from pipros.ros2.interfaces.catalog import folders_of_environment
 
     return [*map(Path, given), *folders_of_environment(os.environ)]
@@ -42,7 +42,8 @@ def opened(path: str | os.PathLike[str], msgs: Sequence[str]) -> BagReader:
         BagError, OSError: see `open_any_bag`.
     """
     if not os.path.isdir(path) and not is_mcap(path) and _is_ros1(path):
-        return open_bag(path)  # imported late: not needed to open a ROS 1 bag
+        return open_bag(path)
+    # imported only here, because ROS 1 bags do not need it
     from pipros.ros2.bags.reader import Ros2BagReader, open_any_bag
 
     bag = open_any_bag(path, folders=definition_folders(msgs))

@@ -1,4 +1,4 @@
-"""`rosconsole list`, `get` and `set`."""
+"""`rosconsole list`, `get` and `set`: list a node's loggers, and print or set their levels."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ def bag_definitions(path: Path) -> dict[str, str]:
     """Return the full text of every message type in a bag, by type name.
 
     Raises:
-        CommandError: the file does not exist, is not a bag, or has no index because it was not closed.
+        CommandError: the file does not exist, is not a bag, or has no readable index.
     """
     if not path.is_file():
         raise CommandError(f"bag file [{path}] does not exist")

@@ -68,7 +68,14 @@ def _part(topic: str, topics: set[str]) -> TopicPart:
 
 
 def list_bag(path: str, topic: str | None) -> None:
-    """Print the topics in a bag, or the message counts and times of a topic and the topics below it."""
+    """Print the topics in a bag.
+
+    If `topic` is given, print instead the total number of messages on it and on the topics below it, with the
+    times of the first and the last message.
+
+    Raises:
+        CommandError: the bag cannot be read, or does not contain such messages.
+    """
     with opened(path) as bag:
         if topic is None:
             print("\n".join(sorted({listed(connection.topic) for connection in bag.connections})))

@@ -21,7 +21,7 @@ class EchoOptions:
         width: the width of numbers, in characters.
         clear: whether to clear the screen before each message.
         offset: whether to print times as offsets from the current time.
-        expression: only messages for which it is true are printed.
+        expression: a Python expression; only messages for which it is true are printed.
     """
 
     count: int | None = None

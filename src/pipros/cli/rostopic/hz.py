@@ -27,7 +27,7 @@ class HzOptions:
 
     Attributes:
         window: the number of intervals to keep.
-        expression: only messages for which it is true are counted.
+        expression: a Python expression; only messages for which it is true are counted.
         wall_time: whether to use the machine's clock even if `/use_sim_time` is set.
         tcp_nodelay: whether to ask publishers to send small messages immediately.
     """
@@ -50,8 +50,7 @@ def measure_rate(argv: Sequence[str]) -> int:
             topics = [wait_for_topic(graph.master, graph.resolve(name)).topic for name in names]
         except KeyboardInterrupt:
             return 1  # as in Noetic, fail if there is no topic to subscribe to
-    # Noetic logs the report for one topic. The report for several topics is a table, updated in place on a
-    # terminal.
+    # The report for several topics is a table, which is updated in place on a terminal.
     block = LiveBlock() if len(topics) > 1 else None
     show = block.show if block else partial(print, flush=True)
     rates = Rates(topics, options.window, say=block.say if block else show)

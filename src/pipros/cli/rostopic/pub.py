@@ -36,8 +36,8 @@ class PubOptions:
 
     Attributes:
         topic, type_name: the topic and type as typed.
-        words: YAML values from the command line; empty if they come from a file or a pipe.
-        file: YAML documents, one per message.
+        words: YAML values from the command line; empty if the values are in a file or a pipe.
+        file: path of a file with YAML documents, one per message; None if not given.
         rate_hz: the rate; None if not given.
         once: whether to end after one message.
         latch: whether to keep the first message for later subscribers.
@@ -140,7 +140,10 @@ class _Publishing:
             publisher.publish(message)
 
     def _wait_for_subscriber(self, publisher: Publisher[Any]) -> None:
-        """Wait until subscribers that poll for topics can receive the first message."""
+        """Wait up to `SUBSCRIBER_DEADLINE_S` for a subscriber.
+
+        Subscribers that poll for topics can then receive the first message.
+        """
         deadline = time.monotonic() + SUBSCRIBER_DEADLINE_S
         while publisher.connection_count == 0 and time.monotonic() < deadline and not self._node.is_shutdown:
             self._wait(POLL_PERIOD_S)

@@ -35,7 +35,7 @@ def ros_root_check(subject: Subject) -> str | None:
 
 
 def pythonpath_check(subject: Subject) -> str | None:
-    """Check whether several folders contain rospy. Python imports only the first."""
+    """Check whether several folders in PYTHONPATH contain rospy. Python imports it only from the first."""
     found = [
         entry
         for entry in paths(subject.variables.get("PYTHONPATH"))

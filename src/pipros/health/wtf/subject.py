@@ -1,4 +1,4 @@
-"""The subject that `roswtf` rules check."""
+"""`Subject`, the argument of all `roswtf` rules."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Subject:
 
     Attributes:
         variables: the environment variables.
-        package: the package to check, if there is only one.
+        package: the package to check: the one that was named, or that contains the first launch file.
         packages: the names of all packages to check, including dependencies.
         launch: the contents of the launch files.
         system: the running system; None before `graph.with_running_system`.
@@ -97,7 +97,7 @@ class Subject:
         """Return the subject, extended by launch files and the package that contains the first of them.
 
         Raises:
-            CannotCheck: a file cannot be loaded.
+            CannotCheck: a file cannot be loaded, or the package or one of its dependencies is invalid.
         """
         from pipros.launch.load_context import LoadContext
         from pipros.launch.xml import load
