@@ -20,7 +20,7 @@ from pipros.safe.xml import Element, XmlError, parse
 Color = tuple[float, float, float, float]
 
 RED: Final[Color] = (1.0, 0.0, 0.0, 1.0)
-"""rviz's color of shapes without a material."""
+"""rviz's colour for shapes without a material."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ def read_shapes(text: str) -> list[LinkShapes]:
     A reference to a material by name refers to the first definition with that name, anywhere in the file.
 
     Raises:
-        UrdfError: the text is not XML, or a shape is invalid.
+        UrdfError: the text is not XML or not a URDF, or a shape is invalid.
     """
     try:
         robot = parse(text, "robot_description")
