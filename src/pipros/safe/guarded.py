@@ -162,7 +162,7 @@ class Budget:
         return self._folded(self.add, values, start)
 
     def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[Any], start: Any) -> Any:
-        """Add `values` to `start` in order. Each intermediate result is a copy, whose length is charged."""
+        """Combine `start` with each of `values` in order. Charge the length of each intermediate result."""
         result = start
         for value in values:
             result = operation(result, value)

@@ -21,7 +21,7 @@ _DIRECTIVES_LIMIT = 100
 
 
 class TooMuch(PiprosError, ValueError):
-    """A text would expand to too many values, or is nested too deeply.
+    """A YAML text would expand to too many values, or is nested too deeply.
 
     Attributes:
         line, column: counted from 1; 0 if the error has no position.

@@ -13,8 +13,8 @@ class NoPlaceForResults(PiprosError):
 
 
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
-"""Option with which test programs are given the path of the result file. It is gtest's option, so C++ tests
-support it, too.
+"""Option that passes the path of the result file to a test program. C++ tests support it, because it is
+gtest's option.
 """
 
 

@@ -27,7 +27,7 @@ def composed(outer: Pose, inner: Pose) -> Pose:
 
 
 def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
-    """Convert a pose from a frame to its parent, from there to the next parent and so on.
+    """Convert a pose from a frame to its parent, from there to the next parent, and so on.
 
     `frames` are the poses of these frames.
     """
@@ -69,7 +69,7 @@ def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
 def joined(up: list[Pose], down: list[Pose]) -> Pose:
     """Return the pose of a source relative to a target.
 
-    `up` and `down` are the poses of the frames from the source and from the target up to the same frame.
+    `up` and `down` are the poses of the frames from the source and from the target up to a common ancestor.
     """
     source = composed_up(up[0], up[1:]) if up else IDENTITY
     if not down:

@@ -35,6 +35,9 @@ class Settings:
         kind: `jpeg` or `png`.
         jpeg_quality: from 1 to 100.
         png_level: from 1 (fast) to 9 (small).
+
+    Raises:
+        CompressionError: a value is invalid.
     """
 
     kind: str = "jpeg"

@@ -19,8 +19,9 @@ class ConversionError(RuntimeError):
 def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
     """Convert an array of shape (height, width) or (height, width, channels) to another encoding.
 
-    The result is always a copy. Values are bit-for-bit equal to the results of OpenCV; between 8 and 16 bits,
-    white stays white. An empty `encoding_out` means `encoding_in`.
+    The result is always a copy. Values are equal to the results of OpenCV, but grey values of Bayer images
+    may be greater by 1. Between 8 and 16 bits, white stays white. An empty `encoding_out` means
+    `encoding_in`.
 
     Raises:
         ConversionError: an encoding is unknown, the conversion is not supported, or the array does not match
@@ -53,7 +54,7 @@ def _named(name: str) -> Encoding:
 
 
 def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
-    """Return the colour arrangements of the source and target, or None if only the value type changes."""
+    """Return the pixel formats of the source and target, or None if only the value type changes."""
     names = f"[{source.name}]", f"[{target.name}]"
     if source.color is None and target.color is not None:
         raise ConversionError(
@@ -76,7 +77,7 @@ def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
 
 
 _WITH_DEPTHS = (Color.GRAY, Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
-"""Colour arrangements that exist with both 8 and 16 bits."""
+"""Pixel formats that exist with both 8 and 16 bits."""
 
 
 def _is_image(image: Any) -> bool:

@@ -57,7 +57,7 @@ def relative(pose: Pose, origin: Pose) -> Pose:
 
 
 def combined(first: Pose, second: Pose) -> Pose:
-    """Return the pose that is `second` relative to `first`, in the frame in which `first` is given."""
+    """Convert `second`, a pose relative to `first`, to the frame that `first` is relative to."""
     cosine, sine = math.cos(first.yaw), math.sin(first.yaw)
     return Pose(
         first.x + cosine * second.x - sine * second.y,

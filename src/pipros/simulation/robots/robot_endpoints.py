@@ -24,7 +24,7 @@ _GOOD, _LITHIUM_ION = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """The names of a robot's frames and topics, prefixed with the robot's name if it has one.
+    """The names of a robot's frames, joints and laser topic.
 
     Attributes:
         odom_frame: frame of the odometry.
@@ -41,7 +41,7 @@ class Interface:
     wheel_joints: tuple[str, str] = ("wheel_left_joint", "wheel_right_joint")
 
     def of(self, robot: str) -> Interface:
-        """Return the names for a robot with this name."""
+        """Return the names with the robot's name as a prefix, or unchanged if the robot's name is empty."""
         if not robot:
             return self
         return Interface(
@@ -54,7 +54,10 @@ class Interface:
 
 
 class RobotEndpoints:
-    """Publishes a robot's measurements, and passes commands to it. Names are relative to the namespace."""
+    """Publishes a robot's measurements, and passes commands to the robot.
+
+    Names are relative to the node's namespace.
+    """
 
     def __init__(
         self, node: Node, name: str, simulation: Simulation, lock: threading.Lock, names: Interface

@@ -25,7 +25,7 @@ _STANDING: Final = 0.0001
 
 
 class Phase(Enum):
-    """The phase of the turtle's movement. TURNED is followed by FORWARD."""
+    """The phases of the turtle's movement, in order. STOPPING_TURN is followed by FORWARD."""
 
     FORWARD = auto()
     STOPPING_FORWARD = auto()

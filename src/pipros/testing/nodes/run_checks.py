@@ -76,7 +76,7 @@ def parameter(node: Node, name: str, default: Any = _REQUIRED) -> Any:
 
 
 def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
-    """Return a parameter that must be a number.
+    """Return a parameter that must be a number, or a string that contains a number.
 
     Raises:
         AssertionError: the parameter is not a number.
@@ -91,7 +91,7 @@ def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
 
 
 def poll(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[float]:
-    """Yield the elapsed seconds at intervals, at least twice, until `timeout_s` has elapsed.
+    """Yield 0, then the elapsed seconds at intervals, until `timeout_s` has elapsed or the node is shut down.
 
     Args:
         clock: the clock to measure with; wall time by default.
