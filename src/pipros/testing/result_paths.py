@@ -56,7 +56,7 @@ def prepare_path(file: Path) -> bool:
 
 
 def rostest_name(package_folder: Path, test_file: Path) -> str:
-    """Return a launch file's name in result files, which is its path inside the package, with underscores.
+    """Return a launch file's name in result files: its path in the package, with underscores, without suffix.
 
     >>> rostest_name(Path("/ws/src/pkg"), Path("/ws/src/pkg/test/talker.test"))
     'test_talker'

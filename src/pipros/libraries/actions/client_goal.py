@@ -129,7 +129,10 @@ class ClientGoal:
         return self._enter(states)
 
     def on_result(self, status: int) -> list[State]:
-        """Handle a result and the final status in it. Do nothing if the goal is already done."""
+        """Handle a result and the final status in it. Do nothing if the goal is already done.
+
+        The goal becomes DONE even if the status is invalid.
+        """
         if self.state is State.DONE:
             return []
         try:

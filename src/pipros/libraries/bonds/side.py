@@ -1,4 +1,4 @@
-"""One side of a bond in real time: the timeouts, heartbeats and notifications that drive its `Life`."""
+"""One side of a bond in real time: its `Life`, with timeouts, heartbeats and notifications."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class BondSide:
             return False
         self.handle(Event.SISTER_ALIVE if is_alive else Event.SISTER_ENDS)
         if is_alive and self.state is State.DEAD:
-            self.publish()  # the sister did not receive the message that this side has ended
+            self.publish()  # the sister has missed the message that this side has ended
         return True
 
     def handle(self, event: Event) -> None:

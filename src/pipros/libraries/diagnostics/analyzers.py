@@ -1,7 +1,7 @@
 """Analyzers of the aggregator: each accepts certain statuses and summarizes them.
 
-They are configured by the parameter `analyzers`; see http://wiki.ros.org/diagnostic_aggregator. Times are in
-seconds on any clock, which must be the same for all calls.
+Analyzers are configured by the parameter `analyzers`; see http://wiki.ros.org/diagnostic_aggregator. Times
+are in seconds on any clock, which must be the same for all calls.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ TIMEOUT_S = 5.0
 """Time without an update after which an item is stale, unless `timeout` is set."""
 
 ITEM_LIMIT = 10_000
-"""Maximum number of items in one analyzer. It is limited because any peer can choose their names."""
+"""Maximum number of items in one analyzer. Limited because any peer can choose item names."""
 
 DEPTH_LIMIT = 20
 """Maximum nesting depth of groups."""

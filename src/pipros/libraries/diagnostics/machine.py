@@ -58,7 +58,7 @@ class Averages:
 
 
 def cpu_report(loads: Sequence[float], warning: float) -> Report:
-    """Return the report on processor loads in percent."""
+    """Return the report on processor loads in percent: a warning if one exceeds `warning`."""
     average = sum(loads) / len(loads) if loads else 0.0
     values = [("CPU Load Average", f"{average:.2f}")]
     values += [(f"CPU {number} Load", f"{load:.2f}") for number, load in enumerate(loads)]
@@ -68,7 +68,7 @@ def cpu_report(loads: Sequence[float], warning: float) -> Report:
 
 
 def ram_report(used: float, warning: float) -> Report:
-    """Return the report on memory usage in percent."""
+    """Return the report on memory usage in percent: a warning if it exceeds `warning`."""
     values = [("RAM Load Average", f"{used:.2f}")]
     if used > warning:
         return Report(WARN, f"RAM Average exceeds {warning:g} percent", values)

@@ -28,7 +28,7 @@ NAME_CHARACTERS = 300
 """Maximum length of a name that can match a pattern."""
 
 SLOW_LIMIT = 20
-"""Number of patterns that took too long, at which this process stops using patterns."""
+"""Maximum number of patterns that took too long. At this number, the process stops using patterns."""
 
 CACHED = 10_000
 """Maximum number of cached results."""
@@ -95,7 +95,7 @@ class _Child:
     def ask(self, pattern: str, name: str) -> bool | str | None:
         """Return whether the pattern matches the whole name.
 
-        Return the error text if the pattern is invalid, or None if it takes or took too long.
+        Return the error text if the pattern is invalid, or None if it takes too long, now or earlier.
         """
         with self._lock:
             if pattern in self._slow or len(self._slow) >= SLOW_LIMIT:

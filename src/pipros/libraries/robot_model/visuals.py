@@ -1,4 +1,4 @@
-"""Read the shapes and materials that rviz's RobotModel display draws from a URDF."""
+"""Read from a URDF the shapes and materials that rviz's RobotModel display draws."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Shape:
     Attributes:
         kind: box, cylinder, sphere or mesh.
         origin: the pose relative to the link.
-        size: edge lengths of a box; radius, radius and length of a cylinder; radius of a sphere; scale of a
-            mesh.
+        size: edge lengths of a box; radius, radius and length of a cylinder; the radius of a sphere, repeated
+            three times; scale of a mesh. Lengths are in metres.
         uri: the file of a mesh.
         color: the material's colour; None if there is no material, so that the mesh's own materials apply.
         texture: URI of the material's texture; empty if it does not have one.

@@ -1,7 +1,7 @@
 """A buffer for transforms over time, with the same lookups and error texts as tf2's buffer.
 
-Times are in nanoseconds; 0 means the latest common time. All methods may be called from any thread. None
-waits for a transform; see `TransformBuffer.waiter`.
+Times are in nanoseconds; 0 means the latest common time. All methods may be called from any thread. No
+method waits for a transform; see `TransformBuffer.waiter`.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 FRAME_LIMIT = 10_000
 """Maximum number of frames, and of nodes, with statistics.
 
-It is limited because any peer can choose their names.
+Limited because any peer can choose frame IDs and node names.
 """
 
 

@@ -34,8 +34,8 @@ def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
     # a loop instead of calls to `composed`, because lookups spend most of their time here
     px, py, pz, qx, qy, qz, qw = pose
     for opx, opy, opz, oqx, oqy, oqz, oqw in frames:
-        # Two fast paths, because most frames of a robot are not rotated, or about the z axis only. They
-        # omit products with zeros from the formulas below.
+        # Two fast paths, because most frames of a robot are not rotated, or only about the z axis. These
+        # paths omit products with zeros from the formulas below.
         if oqx == 0.0 and oqy == 0.0:
             if oqz == 0.0 and oqw == 1.0:
                 px, py, pz = opx + px, opy + py, opz + pz

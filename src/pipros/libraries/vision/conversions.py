@@ -122,10 +122,11 @@ def convert_for_display(
         do_dynamic_scaling: whether to map the image's minimum to black and its maximum to white.
         min_image_value, max_image_value: values to map to black and white, if they differ.
 
-    In bgr8, a 32SC1 image is displayed as labels, each with its own colour. Negative labels are black.
+    In bgr8, a 32SC1 image is displayed as labels, each with its own colour (see `color_of_label`).
 
     Raises:
-        ConversionError: as for `convert`, or scaling was requested for an image with more than one channel.
+        ConversionError: as for `convert`; or `encoding_out` is not a grey or colour encoding of 8 bits, or
+            scaling was requested for an image with more than one channel.
     """
     target = _display_encoding(encoding_in, encoding_out)
     kind = _named(encoding_in)
@@ -151,7 +152,7 @@ def convert_for_display(
     if encoding_in == target.name:
         return image
     try:
-        # Depth images are displayed in grey. As in genuine cv_bridge, this applies only to this type.
+        # Depth images are displayed in grey. As in genuine cv_bridge, this applies only to 16UC1.
         return convert(image, "mono16" if encoding_in == "16UC1" else encoding_in, target.name)
     except RuntimeError as error:
         raise ConversionError(

@@ -50,7 +50,7 @@ def wrapped(angle: float) -> float:
 
 
 def relative(pose: Pose, origin: Pose) -> Pose:
-    """Return a pose relative to another pose."""
+    """Return `pose` relative to `origin`. Both are given in the same frame."""
     across, up = pose.x - origin.x, pose.y - origin.y
     cosine, sine = math.cos(origin.yaw), math.sin(origin.yaw)
     return Pose(cosine * across + sine * up, cosine * up - sine * across, wrapped(pose.yaw - origin.yaw))

@@ -134,7 +134,7 @@ class RobotEndpoints:
         self._battery.publish(message)
 
     def publish_scan(self, stamp: Time, ranges: Ranges, interval_s: float) -> None:
-        """Publish a scan."""
+        """Publish a scan, `interval_s` after the last one. Do nothing if the robot does not have a laser."""
         laser = self._robot.settings.laser
         if laser is None:
             return
@@ -148,13 +148,13 @@ class RobotEndpoints:
         self._scan.publish(scan)
 
     def transform(self, stamp: Time) -> Any:
-        """Return the transform from the odometry's frame to the robot."""
+        """Return the transform from the odometry frame to the first of the robot's frames."""
         return self._stamps.transform(
             stamp, self.names.odom_frame, self.names.base_frames[0], self._robot.odometry
         )
 
     def fixed_transforms(self, stamp: Time) -> list[Any]:
-        """Return the transforms between the frames of the robot."""
+        """Return the transforms between the frames of the robot, including the laser."""
         frames = self.names.base_frames
         found = [
             self._stamps.transform(stamp, parent, child, Pose())

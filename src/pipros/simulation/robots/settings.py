@@ -1,4 +1,4 @@
-"""Settings of a simulated robot. The defaults describe a small robot for tables and floors."""
+"""Settings of a simulated robot. The defaults describe a small indoor robot."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class RobotSettings:
         name: unique name in the simulation; may be empty if there is only one robot.
         start: starting pose in the map frame; None selects a free place.
         radius: radius of the disc in metres.
-        wheel_separation, wheel_radius: in metres.
+        wheel_separation, wheel_radius: distance between the wheels and radius of a wheel, in metres.
         max_linear, max_angular: maximum velocities in m/s and rad/s.
         command_timeout_s: simulated time without a command after which the robot stops.
         odometry_noise: standard deviation of the odometry, as a fraction of the distance and of the turn in

@@ -42,8 +42,8 @@ class Simulation:
             seed: a seed >= 0 for the noise and for the random poses of robots without a starting pose.
 
         Raises:
-            InvalidSettings: a name is repeated, a starting pose is not free, or there is no free place for a
-                robot.
+            InvalidSettings: a name is repeated, a starting pose is too close to a wall, or no free place was
+                found for a robot.
         """
         self.world = world
         self.robots: dict[str, Robot] = {}

@@ -21,7 +21,7 @@ from pipros.simulation.turtlesim.turtle import TICK_S, Command, Pen, Teleport, T
 from pipros.simulation.turtlesim.world import BACKGROUND, Rejected, World
 
 LATE_TICKS: Final = 3
-"""If the simulation is behind by more than this, it skips the missed ticks."""
+"""If the simulation is behind by more than this number of ticks, it skips the missed ticks."""
 
 _CHANNELS: Final = ("r", "g", "b")
 

@@ -31,7 +31,7 @@ class World:
         turtles: the turtles, in the order in which they were spawned.
         picture: background and lines, without turtles.
         lines: the newest lines, for pages.
-        lines_drawn: the number of lines since the last `clear`.
+        lines_drawn: the number of lines drawn since the picture was last cleared.
         clears: number of times that the picture has been cleared.
     """
 

@@ -41,9 +41,9 @@ _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
 class FaultProxy:
     """A proxy between the nodes that are started with its `uri` and all other nodes. Thread-safe.
 
-    Until `inject`, `cut`, `stall` or `refuse` is called, it forwards everything unchanged. Two nodes behind
-    it also communicate with each other through it. It listens on the loopback address and supports pipros,
-    rospy and roscpp nodes.
+    Until `inject`, `cut`, `stall` or `refuse` is called, the proxy forwards everything unchanged. Nodes
+    behind the proxy also communicate with each other through it. The proxy listens on the loopback address,
+    and supports pipros, rospy and roscpp nodes.
 
     Attributes:
         uri: the `ROS_MASTER_URI` for nodes behind the proxy; valid after `start`.
@@ -135,7 +135,7 @@ class FaultProxy:
             switch.is_refusing = refuse
 
     def counts(self, kind: Kind = "topics") -> Counts:
-        """Return a copy of the counts so far of one kind of connections."""
+        """Return the counts so far of connections of one kind."""
         return replace(self._chosen((kind,))[0].counts)
 
     def _stall(self, kinds: tuple[Kind, ...], *, stall: bool) -> None:

@@ -36,7 +36,7 @@ def run_checks(
 
     Unless `needs_time` returns False, simulated time must be running before the checks. A check fails with an
     AssertionError that states the expectation. Classes and cases have Noetic's names, because dashboards
-    group by them.
+    group results by these names.
     """
     cases = {f"test_{what}": _case(name, check, needs_time) for what, check in checks.items()}
     kind = type(class_name, (unittest.TestCase,), {**cases, "__module__": "__main__"})
