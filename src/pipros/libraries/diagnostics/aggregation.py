@@ -36,8 +36,8 @@ class Aggregation:
         """Add another node's analyzers.
 
         Raises:
-            BadAnalyzer: an analyzer is invalid, there are none, the node has already added analyzers, or too
-                many nodes have. Nothing is added.
+            BadAnalyzer: there are no analyzers, one of them is invalid, the node has already added analyzers,
+                or too many nodes have done so. Nothing is added.
         """
         if owner in self._added:
             raise BadAnalyzer(f"{owner} has already added analyzers")
