@@ -1,1 +1,1 @@
-"""The logic of the ROS libraries that build on rospy."""
+"""Logic of ROS libraries, such as actionlib, tf2 and diagnostics."""

@@ -3,7 +3,7 @@
 Python's own parser parses the text, which is then evaluated node by node. Nodes that are not on the
 allow-list are rejected with their position. Methods are looked up in a fixed table (`methods.py`) and other
 attributes do not exist, so an expression cannot reach the internals of the interpreter (CVE-2024-39835,
-CVE-2024-39289). A caller may allow *fields*, which it looks up itself. Text, depth, steps and the size of
+CVE-2024-39289). A caller may allow *fields*, which the caller looks up. Text, depth, steps and the size of
 every result are limited, so an expression cannot exhaust memory or processor time.
 
 `evaluate` is for `$(eval …)` and message filters, and `arithmetic` for the angles `rad(…)` and `deg(…)` in
@@ -30,7 +30,7 @@ DEPTH_LIMIT = 50
 """Maximum nesting, well below the depth that would exhaust the interpreter's stack."""
 
 _STEP = 2
-"""Units of `expression_work` charged for one loop iteration, which takes about a microsecond."""
+"""Units of `expression_work` charged for each loop iteration, and for each node evaluated in a loop."""
 
 _TAKE_A_FUNCTION = ("map", "filter")
 _HAVE_A_KEY = ("sorted", "min", "max")
@@ -76,8 +76,8 @@ def evaluate(
     f-strings, comprehensions, the methods in `methods.py`, and calls to named functions. The functions and
     constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add to or replace
     them. `map`, `filter` and `key=` take the name of a function. Generators and `map` return lists. `a.b`
-    calls `fields(a, "b")`, if given; a callable in the result is a method. The default limits are
-    the process-wide limits.
+    calls `fields(a, "b")`, if `fields` is given; a callable result is a method, which must be called. The
+    default limits are the process-wide limits.
 
     Raises:
         ExpressionError: any error occurred, including in a called function (whose exception is the cause).

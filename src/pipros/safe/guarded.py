@@ -21,7 +21,7 @@ _WIDTH_LIMIT = 1000
 
 
 class ResultTooLarge(PiprosError, ValueError):
-    """A result would be larger than its limit."""
+    """A result would be larger than its limit, or the budget is used up."""
 
 
 class Budget:
@@ -162,7 +162,7 @@ class Budget:
         return self._folded(self.add, values, start)
 
     def _folded(self, operation: Callable[[Any, Any], Any], values: Iterable[Any], start: Any) -> Any:
-        """Add `values` to `start` in order. Each intermediate result is a copy, whose length is charged."""
+        """Combine `start` with each of `values` in order. Charge the length of each intermediate result."""
         result = start
         for value in values:
             result = operation(result, value)
@@ -205,7 +205,7 @@ def _round(number: Any, digits: int | None = None) -> Any:
 
 
 def _guarded_math() -> dict[str, Any]:
-    """Return all public names of `math`, with bounds for the expensive ones."""
+    """Return the public names of `math`, with bounds on the arguments of expensive functions."""
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     names.update({name: _bounded_count(names[name]) for name in ("factorial", "comb", "perm")})
     names.update(lcm=_bounded_count(math.lcm))

@@ -21,7 +21,7 @@ _DIRECTIVES_LIMIT = 100
 
 
 class TooMuch(PiprosError, ValueError):
-    """A text would expand to too many values, or is nested too deeply.
+    """A YAML text would expand to too many values, or is nested too deeply.
 
     Attributes:
         line, column: counted from 1; 0 if the error has no position.
@@ -65,7 +65,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
 
 @dataclass(slots=True)
 class _Open:
-    """A list or mapping that has not ended yet. It is one level higher than its highest element."""
+    """A list or mapping that has not ended yet. Its height is 1 more than that of its highest element."""
 
     anchor: str | None
     values_before: int

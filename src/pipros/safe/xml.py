@@ -18,7 +18,7 @@ class XmlError(PiprosError):
     """A document is not well-formed XML, or exceeds a limit.
 
     Attributes:
-        file: the name of the document.
+        file: the name of the file, or `<string>`.
         line: counted from 1.
         column: counted from 1.
     """

@@ -31,10 +31,10 @@ makes them slow as keys.
 
 
 class YamlError(PiprosError, ValueError):
-    """A text is not valid YAML, is not plain data, or exceeds a limit.
+    """A YAML text is invalid, is not plain data, or exceeds a limit.
 
     Attributes:
-        file: the name of the text.
+        file: the name of the file, or `<string>`.
         line, column: counted from 1; 0 if the error has no position.
     """
 

@@ -1,7 +1,7 @@
 """The `fake_localization` program: publishes a simulated robot's true pose as if amcl had estimated it.
 
 From `base_pose_ground_truth` and the odometry transform, it publishes `amcl_pose`, `particlecloud` and the
-transform from the map to the odometry's frame. A pose on `initialpose` shifts the estimate.
+transform from the map frame to the odometry frame. A pose on `initialpose` shifts the estimate.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class FakeLocalization:
     """Publishes the estimates for one robot. Callbacks run in several threads."""
 
     def __init__(self, node: Node) -> None:
-        """Read the parameters, and register the topics."""
+        """Read the parameters, and register the topics. Raises InvalidParameter if a parameter is invalid."""
         self._odom = private_text(node, "odom_frame_id", "odom")
         self._base = private_text(node, "base_frame_id", "base_link")
         self._map = private_text(node, "global_frame_id", "map")

@@ -10,7 +10,7 @@ from pipros.node import Node
 
 
 class InvalidParameter(PiprosError, ValueError):
-    """A parameter has the wrong type. The error text names the parameter and its value."""
+    """A parameter has an invalid value. The error text names the parameter and its value."""
 
 
 def private_value(node: Node, name: str, default: Any) -> Any:

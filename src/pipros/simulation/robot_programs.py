@@ -1,4 +1,4 @@
-"""Starts the programs of simulated robots, which need numpy."""
+"""Start the programs of simulated robots. These programs need numpy."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from pipros.basics.errors import MissingExtra
 
 
 def run_program(module: str) -> int:
-    """Run `main` in a module of `pipros.simulation.robots`. Without numpy, print an error and return 1."""
+    """Run `main` in a module of `pipros.simulation.robots`, and return the exit code.
+
+    Without numpy, print an error and return 1.
+    """
     try:
         program = import_module(f"pipros.simulation.robots.{module}")
     except MissingExtra as error:

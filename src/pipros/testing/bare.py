@@ -60,6 +60,7 @@ class BareTest:
         Raises:
             TestProgramTimedOut: the program exceeded its time limit.
             AssertionError: the program cannot be started or wrote no results.
+            UnreadableResults: the program wrote an invalid result file.
         """
         results = results_file(self._package, self._name)
         prepare_path(results)

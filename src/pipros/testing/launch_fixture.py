@@ -28,8 +28,8 @@ class NodesDidNotStart(PiprosError):
 class Launched:
     """The nodes of a launch file while a test runs.
 
-    A thread monitors the nodes and restarts nodes with `respawn`, until a `required` node exits. The other
-    nodes run until `stop` is called.
+    A thread monitors the nodes and restarts nodes with `respawn`, but stops doing so when a `required` node
+    exits. The other nodes keep running until `stop` is called.
 
     Attributes:
         exit_codes: exit codes of the nodes that have exited, by name.

@@ -1,7 +1,7 @@
 """pipros's pytest plugin: a ROS system for a test, and launch files with tests.
 
 Every pytest in the environment loads this plugin (entry point `pipros`, disabled by `-p no:pipros`), so it
-imports no other module of pipros until a test uses it.
+does not import other modules of pipros before a test needs them.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def ros_faults(
 ) -> Iterator[FaultProxy]:
     """A proxy between the nodes started by the test and all other nodes, to disturb their connections.
 
-    `ROS_MASTER_URI` is set to the proxy, and `ros_launch` uses it; `ros_node` is on the other side. The proxy
+    `ROS_MASTER_URI` is set to the proxy, and `ros_launch` uses it; `ros_node` is on its other side. The proxy
     forwards everything unchanged until `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or
     `.refuse()` is called.
     """

@@ -13,8 +13,8 @@ class NoPlaceForResults(PiprosError):
 
 
 XML_OUTPUT_FLAG = "--gtest_output=xml:"
-"""Option with which test programs are given the path of the result file. It is gtest's option, so C++ tests
-support it, too.
+"""Option that passes the path of the result file to a test program. C++ tests support it, because it is
+gtest's option.
 """
 
 
@@ -56,7 +56,7 @@ def prepare_path(file: Path) -> bool:
 
 
 def rostest_name(package_folder: Path, test_file: Path) -> str:
-    """Return a launch file's name in result files, which is its path inside the package, with underscores.
+    """Return a launch file's name in result files: its path in the package, with underscores, without suffix.
 
     >>> rostest_name(Path("/ws/src/pkg"), Path("/ws/src/pkg/test/talker.test"))
     'test_talker'

@@ -41,8 +41,8 @@ class Suite:
     """The cases of one test program, with its output.
 
     Attributes:
-        stated_tests: the number of tests that the file states. A program that crashed may have no cases, so
-            the numbers of tests, failures and errors are at least the stated numbers.
+        stated_tests, stated_failures, stated_errors: the counts that the result file states. A program that
+            crashed may have no cases, so `tests`, `failures` and `errors` are at least the stated counts.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """rostest: runs each test in a launch file on a new system with all of the file's nodes.
 
-rostest itself uses unittest, with one case per `<test>` that passes if the test program exited and wrote
-results. The results themselves are reported separately, with a second exit code.
+rostest itself uses unittest, with one case per `<test>`. A case passes if the test program exited and wrote
+results. The results themselves are reported separately, with a different exit code.
 """
 
 from __future__ import annotations

@@ -130,7 +130,7 @@ class XmlRunner:
         self.results_file = results_file
 
     def run(self, suite: unittest.TestSuite | unittest.TestCase) -> CaseResult:
-        """Run the suite, with `sys.stdout` and `sys.stderr` redirected to the result file.
+        """Run the suite, and write the result file, including the output to `sys.stdout` and `sys.stderr`.
 
         Raises:
             NoPlaceForResults: the result file cannot be written; raised before any case runs.
@@ -142,7 +142,7 @@ class XmlRunner:
 
 
 def run_captured(suite: unittest.TestSuite | unittest.TestCase) -> tuple[CaseResult, Suite]:
-    """Run a suite, capturing `sys.stdout` and `sys.stderr` for its results."""
+    """Run a suite. Return the result, and its cases with the output to `sys.stdout` and `sys.stderr`."""
     result = CaseResult(sys.stdout)
     started_at = time.monotonic()
     with _captured() as (stdout, stderr):

@@ -1,7 +1,7 @@
 """Run Python test scripts: run the cases, write the result file, and print the summary.
 
-`python -m pipros.testing.script_runner PATH RESULTS` runs the unit tests in a file or folder without pytest,
-as nose did for `catkin_add_nosetests`: `unittest` cases in modules called `test…`.
+`python -m pipros.testing.script_runner PATH RESULTS` runs `unittest` cases without pytest, as nose did for
+`catkin_add_nosetests`. PATH is a test file, or a folder with modules `test*.py`; RESULTS is the result file.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Client-side state of a goal.
 
-The server publishes the status of its goals several times a second, and a result at the end. These are
-separate topics, so messages may arrive in any order, and a status may be missed. A single status may
-therefore cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to WAITING_FOR_RESULT.
+The server publishes the status of its goals several times a second, and a result when a goal ends. Statuses
+and results have separate topics, so they may arrive in any order, and a status may be missed. A single status
+may therefore cause several transitions, such as from WAITING_FOR_GOAL_ACK through ACTIVE to
+WAITING_FOR_RESULT.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ TRANSITIONS: dict[State, dict[Status, tuple[State, ...]]] = {
 }
 """The states to enter when a status arrives, in order.
 
-A status that is not listed is invalid in that state.
+A status that is not listed for a state is invalid in that state.
 """
 
 MAY_BE_CANCELLED = frozenset(
@@ -104,7 +105,8 @@ class ClientGoal:
     def on_status(self, status: int | None) -> list[State]:
         """Handle a status list from the server.
 
-        `status` is this goal's status, or None if the list omits the goal.
+        `status` is this goal's status, or None if the list omits the goal. If the list must not omit the goal
+        in its current state, the goal is lost and becomes DONE.
 
         Raises:
             ValueError: the status is unknown, or invalid in the current state. The state is unchanged.
@@ -127,7 +129,10 @@ class ClientGoal:
         return self._enter(states)
 
     def on_result(self, status: int) -> list[State]:
-        """Handle a result and the final status in it. Do nothing if the goal is already done."""
+        """Handle a result and the final status in it. Do nothing if the goal is already done.
+
+        The goal becomes DONE even if the status is invalid.
+        """
         if self.state is State.DONE:
             return []
         try:

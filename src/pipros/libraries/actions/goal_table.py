@@ -32,14 +32,15 @@ class GoalTable(Generic[_Goal]):
         return iter(list(self._goals.values()))
 
     def find(self, goal_id: str) -> _Goal | None:
-        """Return the goal with the given ID."""
+        """Return the goal with the given ID, or None."""
         return self._goals.get(goal_id)
 
     def meant_by(self, goal_id: str, stamp: int, stamp_of: Callable[[_Goal], int]) -> list[_Goal]:
         """Return the goals that a cancellation request selects, by the rules in actionlib_msgs/GoalID.
 
         An ID selects one goal, and a timestamp (ns) selects all goals up to that time. If both are given,
-        both selections apply. An empty ID with the timestamp 0 selects all goals.
+        both selections apply. An empty ID with the timestamp 0 selects all goals. `stamp_of` returns a goal's
+        timestamp (ns).
         """
         named = self.find(goal_id)
         if goal_id and not stamp:

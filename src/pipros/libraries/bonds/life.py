@@ -1,9 +1,8 @@
 """The state machine of one side of a bond. It uses neither topics nor a clock.
 
-Both sides periodically publish that they are alive. WAITING ends with the first message from the other side
-(the sister). ALIVE ends immediately on a heartbeat timeout, or by agreement when one side breaks the bond.
-In the latter case, that side publishes that it is ending (ENDING) until the sister has confirmed this or the
-disconnect timeout has expired.
+Both sides periodically publish that they are alive. The first message from the other side (the sister) forms
+the bond. A heartbeat timeout breaks it immediately. If one side breaks the bond, both sides publish that they
+are ending (ENDING), each until it receives this message from its sister or the disconnect timeout expires.
 """
 
 from __future__ import annotations
@@ -60,7 +59,7 @@ class Life:
     def __init__(self) -> None:
         self.state = State.WAITING
         self.was_formed = False
-        """Whether the sister was alive before the end."""
+        """Whether a message from the sister arrived while this side was waiting for it."""
 
     def take(self, event: Event) -> State:
         """Handle an event and return the new state."""

@@ -1,4 +1,4 @@
-"""One side of a bond in real time: the timeouts, heartbeats and notifications that drive its `Life`."""
+"""One side of a bond in real time: its `Life`, with timeouts, heartbeats and notifications."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TIMEOUTS: Mapping[State, Event] = {
     State.ALIVE: Event.HEARTBEAT_TIMEOUT,
     State.ENDING: Event.DISCONNECT_TIMEOUT,
 }
-"""The timeout that runs in each state."""
+"""The timeout that runs in each state. None runs in DEAD."""
 
 
 class RestartableTimer:
@@ -45,11 +45,10 @@ class BondSide:
     Args:
         durations_s: length of each timeout. A change takes effect when the timeout is next started.
         send: publishes a status message. The argument tells whether this side is alive.
-        notify: called with ALIVE once the bond is formed and DEAD once it is broken, without a lock held.
+        notify: called with ALIVE when the bond is formed and with DEAD when it is broken. No lock is held.
         enter: called with each new state while the lock is held.
         ignores_silence: function that returns whether to ignore a heartbeat timeout. May block.
-        is_over: function that returns whether heartbeats and waits should end. They call it immediately
-            after `wake`.
+        is_over: function that returns whether `publish_heartbeats` and `wait` should end.
 
     Attributes:
         sister_id: ID of the other side; None until its first message arrives.
@@ -75,7 +74,7 @@ class BondSide:
         return self._life.state
 
     def start_timeout(self) -> None:
-        """Start the timeout of the current state."""
+        """Start the timeout of the current state from the beginning."""
         with self._changed:
             event = TIMEOUTS.get(self.state)
             if event is None:
@@ -90,18 +89,21 @@ class BondSide:
             self.handle(event)
 
     def receive(self, instance_id: str, is_alive: bool) -> bool:
-        """Handle a message. Return False if its sender is neither this side nor its sister."""
+        """Handle a message from another instance. The first sender becomes the sister.
+
+        Return False, and ignore the message, if its sender is not the sister.
+        """
         with self._changed:
             self.sister_id = instance_id if self.sister_id is None else self.sister_id
         if instance_id != self.sister_id:
             return False
         self.handle(Event.SISTER_ALIVE if is_alive else Event.SISTER_ENDS)
         if is_alive and self.state is State.DEAD:
-            self.publish()  # the sister did not receive the message that this side has ended
+            self.publish()  # the sister has missed the message that this side has ended
         return True
 
     def handle(self, event: Event) -> None:
-        """Handle an event, and notify the owner of changes."""
+        """Handle an event. Call `enter` and `notify` for the changes that it causes."""
         with self._changed:
             before, was_formed = self._life.state, self._life.was_formed
             state = self._life.take(event)
@@ -138,7 +140,10 @@ class BondSide:
         self.publish()
 
     def wait(self, is_reached: Callable[[State], bool], timeout_s: float | None) -> bool:
-        """Wait for a state, indefinitely if `timeout_s` is None. Return whether it was reached."""
+        """Wait for a state that `is_reached` accepts, until the timeout (None for no limit) or `is_over`.
+
+        Return whether the state was reached.
+        """
 
         def is_ended() -> bool:
             return is_reached(self.state) or self.is_over()

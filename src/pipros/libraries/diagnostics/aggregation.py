@@ -9,7 +9,7 @@ from pipros.libraries.diagnostics.analyzers import AnalyzerGroup, BadAnalyzer, O
 from pipros.libraries.diagnostics.items import ERROR, OK, STALE, Status
 
 OWNER_LIMIT = 100
-"""Maximum number of nodes that have added analyzers at the same time. Each such node costs a bond."""
+"""Maximum number of nodes with added analyzers. Each of these nodes requires a bond."""
 
 
 class Aggregation:
@@ -36,7 +36,8 @@ class Aggregation:
         """Add another node's analyzers.
 
         Raises:
-            BadAnalyzer: an analyzer is invalid, or the node has already added analyzers. Nothing is added.
+            BadAnalyzer: there are no analyzers, one of them is invalid, the node has already added analyzers,
+                or too many nodes have done so. Nothing is added.
         """
         if owner in self._added:
             raise BadAnalyzer(f"{owner} has already added analyzers")
@@ -61,7 +62,7 @@ class Aggregation:
             self._other.analyze(status, now_s)
 
     def report(self, now_s: float) -> list[Status]:
-        """Return all statuses by path."""
+        """Return the statuses to publish. Their names are paths."""
         reported = self._own.report(now_s)
         for group in self._added.values():
             of_group = group.report(now_s)

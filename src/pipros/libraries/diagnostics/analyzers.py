@@ -1,7 +1,7 @@
 """Analyzers of the aggregator: each accepts certain statuses and summarizes them.
 
-They are configured by the parameter `analyzers`; see http://wiki.ros.org/diagnostic_aggregator. Times are in
-seconds on any clock, which must be the same for all calls.
+Analyzers are configured by the parameter `analyzers`; see http://wiki.ros.org/diagnostic_aggregator. Times
+are in seconds on any clock, which must be the same for all calls.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ TIMEOUT_S = 5.0
 """Time without an update after which an item is stale, unless `timeout` is set."""
 
 ITEM_LIMIT = 10_000
-"""Maximum number of items in one analyzer. It is limited because any peer can choose their names."""
+"""Maximum number of items in one analyzer. Limited because any peer can choose item names."""
 
 DEPTH_LIMIT = 20
 """Maximum nesting depth of groups."""
@@ -101,8 +101,11 @@ class Items:
         """Create the list of items, which initially contains only the expected items.
 
         Args:
-            count: the required number of items; -1 for any.
+            expected: the names of items that are reported as missing until they arrive.
+            prefixes: prefixes to remove from the names of reported items.
             timeout_s: time without an update after which an item is stale; 0 for never.
+            count: the required number of items; -1 for any.
+            discards_stale: whether to remove stale items instead of reporting them.
         """
         self.name, self.path = name, path
         self._prefixes = tuple(prefixes)
@@ -354,7 +357,7 @@ _MAKERS: Mapping[str, Callable[[str, str, Mapping[str, Any], int], Analyzer]] = 
 
 
 def _texts(parameters: Mapping[str, Any], key: str) -> list[str]:
-    """Return a parameter that must be a string or a list of strings."""
+    """Return a parameter, which must be a string or a list of strings, as a list."""
     value = parameters.get(key, [])
     texts = [value] if isinstance(value, str) else value
     if not isinstance(texts, list) or not all(isinstance(text, str) for text in texts):

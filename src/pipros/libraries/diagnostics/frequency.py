@@ -7,7 +7,10 @@ from math import inf
 
 
 class EventWindow:
-    """Counts events. Each report covers the last `reports` intervals between reports."""
+    """Frequency of events over the last `reports` intervals between reports.
+
+    The caller increments `count` for each event.
+    """
 
     def __init__(self, reports: int, now: float) -> None:
         self.count = 0

@@ -11,7 +11,7 @@ LEVEL_NAMES = ("OK", "Warning", "Error", "Stale")
 
 
 def level_name(level: int) -> str:
-    """Return the name of a level: `OK`, `Warning`, `Error`, `Stale`."""
+    """Return the name of a level: `OK`, `Warning`, `Error`, `Stale`, or `Level` and the number."""
     return LEVEL_NAMES[level] if 0 <= level < len(LEVEL_NAMES) else f"Level {level}"
 
 
@@ -30,7 +30,7 @@ class Status:
 class Item:
     """A status and its time of arrival in seconds.
 
-    Both are None if the status is expected but has not arrived.
+    The time is None if the status is expected but has not arrived.
     """
 
     status: Status

@@ -15,13 +15,13 @@ from pipros.libraries.diagnostics.items import ERROR, OK, WARN, level_name
 from pipros.libraries.diagnostics.summaries import merged
 
 HOT, CRITICALLY_HOT = 55.0, 70.0
-"""Temperatures in degrees Celsius above which a disk counts as hot."""
+"""Temperatures in degrees Celsius above which a disk counts as hot or critically hot."""
 
 LITTLE, VERY_LITTLE = 5, 1
-"""Free disk space in gigabytes, at or below which to report a warning or an error."""
+"""Free disk space in GiB, at or below which to report a warning or an error."""
 
 SMALL_DISK = 10
-"""Minimum disk size in gigabytes. Smaller disks are ignored."""
+"""Minimum disk size in GiB. Smaller disks are ignored."""
 
 _HEAT = ("OK", "Hot", "Critical Hot")
 _SPACE = ("OK", "Low Disk Space", "Very Low Disk Space")
@@ -49,7 +49,7 @@ class Averages:
     """
 
     def __init__(self, window: int) -> None:
-        """Average over the last `window` readings, at least 1."""
+        """Average over the last `window` readings. A window below 1 counts as 1."""
         self._readings: deque[Sequence[float]] = deque(maxlen=max(1, window))
 
     def add(self, reading: Sequence[float]) -> list[float]:
@@ -58,7 +58,7 @@ class Averages:
 
 
 def cpu_report(loads: Sequence[float], warning: float) -> Report:
-    """Return the report on processor loads in percent."""
+    """Return the report on processor loads in percent: a warning if one exceeds `warning`."""
     average = sum(loads) / len(loads) if loads else 0.0
     values = [("CPU Load Average", f"{average:.2f}")]
     values += [(f"CPU {number} Load", f"{load:.2f}") for number, load in enumerate(loads)]
@@ -68,7 +68,7 @@ def cpu_report(loads: Sequence[float], warning: float) -> Report:
 
 
 def ram_report(used: float, warning: float) -> Report:
-    """Return the report on memory usage in percent."""
+    """Return the report on memory usage in percent: a warning if it exceeds `warning`."""
     values = [("RAM Load Average", f"{used:.2f}")]
     if used > warning:
         return Report(WARN, f"RAM Average exceeds {warning:g} percent", values)
@@ -85,7 +85,10 @@ class DiskHeat:
 
 
 def heat_report(disks: Sequence[DiskHeat], *, warns: bool = True) -> Report:
-    """Return the report on disk temperatures. If there are none, the report is an error."""
+    """Return the report on disk temperatures, which is an error if there are no disks.
+
+    If `warns` is false, the level does not depend on the temperatures.
+    """
     level, values = OK, list[tuple[str, str]]()
     for number, disk in enumerate(disks):
         heat = disk.degrees if disk.degrees is not None else 0.0
@@ -129,7 +132,7 @@ def parsed_hddtemp(answer: str) -> list[DiskHeat]:
 
 @dataclass(frozen=True, slots=True)
 class DiskSpace:
-    """A mounted disk. Sizes are in units of 2**30 bytes."""
+    """A mounted disk. Sizes are in GiB."""
 
     name: str
     mount_point: str
@@ -156,7 +159,10 @@ def space_report(disks: Iterable[DiskSpace]) -> Report:
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A reading: `Temperature` in degrees Celsius, `Voltage` in V, or `Speed` of a fan in rpm."""
+    """A reading of a sensor, and its limits in the same unit; None for no limit.
+
+    The kind is `Temperature` (in degrees Celsius), `Voltage` (in V), or `Speed` (of a fan, in rpm).
+    """
 
     name: str
     kind: str

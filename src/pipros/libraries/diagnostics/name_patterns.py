@@ -1,8 +1,8 @@
 """Match regular expressions of unknown origin with a time limit.
 
-Python's `re` may need exponential time: `(a+)+$` and 40 characters take days. Meanwhile, no other thread and
-no signal handler of the process can run. Therefore a child process does the matching, and gives up after a
-tenth of a second of processor time. Results are cached, so each component name costs one request.
+Python's `re` may need exponential time: `(a+)+$` and 40 characters take days. Meanwhile, no other thread of
+the process can run. Therefore a child process does the matching, and gives up after a tenth of a second of
+processor time. Results are cached, so each pair of a pattern and a name costs one request.
 
 The alternatives are worse. A check for nested quantifiers misses `a?a?a?…aaa` and refuses `(left|right)*`. A
 matcher that takes linear time (RE2) is a compiled dependency, and lacks look-ahead and back references.
@@ -28,7 +28,7 @@ NAME_CHARACTERS = 300
 """Maximum length of a name that can match a pattern."""
 
 SLOW_LIMIT = 20
-"""Maximum number of patterns per process that may take too long. After that, patterns are no longer used."""
+"""Maximum number of patterns that took too long. At this number, the process stops using patterns."""
 
 CACHED = 10_000
 """Maximum number of cached results."""
@@ -93,7 +93,10 @@ class _Child:
         atexit.register(self.close)
 
     def ask(self, pattern: str, name: str) -> bool | str | None:
-        """Return whether the pattern matches the whole name, its error text, or None if it takes too long."""
+        """Return whether the pattern matches the whole name.
+
+        Return the error text if the pattern is invalid, or None if it takes too long, now or earlier.
+        """
         with self._lock:
             if pattern in self._slow or len(self._slow) >= SLOW_LIMIT:
                 return None

@@ -1,4 +1,4 @@
-"""SNTP requests and responses (RFC 4330), to measure the offset of a clock. Performs no I/O."""
+"""SNTP requests and responses (RFC 4330), to measure the offset of a clock. This module performs no I/O."""
 
 from __future__ import annotations
 

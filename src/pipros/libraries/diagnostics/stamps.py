@@ -4,7 +4,10 @@ from __future__ import annotations
 
 
 class StampDelays:
-    """The minimum and maximum delay from timestamp to arrival since the last report, in seconds."""
+    """The minimum and maximum delay from timestamp to arrival since the last report, in seconds.
+
+    `early_count`, `late_count` and `zero_count` are the numbers of reports with each problem.
+    """
 
     def __init__(self) -> None:
         self.early_count = self.late_count = self.zero_count = 0

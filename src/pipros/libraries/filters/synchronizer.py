@@ -5,7 +5,7 @@ which `add` removes from the queues and returns. If a queue is longer than `queu
 are dropped.
 
 If time is simulated and `reset` is true, a backward jump of the clock clears each queue when its input's next
-message arrives. Only inputs that have received a message at the current time can complete a set.
+message arrives. No set is completed while an input's last message arrived at a later simulated time.
 """
 
 from __future__ import annotations
@@ -51,9 +51,10 @@ class ExactSynchronizer:
         return [[other.pop(complete) for other in self.queues] for complete in stamps]
 
     def _is_behind(self, queue: Queue, simulated_now: int | None, index: int | None) -> bool:
-        """Return whether another input last received a message at a different simulated time.
+        """Return whether an input last received a message at a later simulated time.
 
-        If simulated time has jumped back since the last message of this input, its queue is cleared.
+        If simulated time has jumped back since the last message of this input, its queue is cleared. If
+        `index` is None, also return True if no input has received a message at the current simulated time.
         """
         if simulated_now is None or not self.reset:
             return False
@@ -92,7 +93,10 @@ class ApproximateSynchronizer(ExactSynchronizer):
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """Like the base class's method, but if `index` is not given, search the message's own queue, too."""
+        """Like the base class's method, but if `index` is None, `message` itself may be missing from the set.
+
+        Another message from the same input then takes its place.
+        """
         is_behind = self._is_behind(queue, simulated_now, index)
         queue[stamp] = message
         while len(queue) > self.queue_size:

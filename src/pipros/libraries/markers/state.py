@@ -60,7 +60,7 @@ class MarkerContext(_Callbacks):
 class UpdateContext(_Callbacks):
     """A pending change.
 
-    For POSE_UPDATE, only the pose and header of `int_marker` are set; for ERASE, no field is set.
+    For POSE_UPDATE, only the pose and header of `int_marker` are used; for ERASE, `int_marker` is not used.
     """
 
     FULL_UPDATE = 0
@@ -83,10 +83,10 @@ class Changes:
 
 
 class Markers:
-    """The markers of one server. Not thread-safe.
+    """The markers of one server. Changes to markers are pending until `apply`. Not thread-safe.
 
     Args:
-        new_marker: function that returns an empty marker, for a pending pose.
+        new_marker: function that returns an empty marker, for pending poses and erasures.
     """
 
     def __init__(self, new_marker: Callable[[], Any]) -> None:
@@ -179,8 +179,8 @@ class Markers:
         """Handle feedback from a viewer. A move of the marker becomes a pending change.
 
         Returns:
-            The callback to call. None if the marker does not have one, or if another viewer was active within
-            `CONFLICT_S`.
+            The callback to call. None if the marker does not exist or does not have one, or if another viewer
+            sent feedback less than `CONFLICT_S` ago.
         """
         context = self.contexts.get(feedback.marker_name)
         if context is None:

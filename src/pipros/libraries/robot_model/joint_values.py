@@ -50,6 +50,9 @@ class JointValues:
             values.
         dependent: rules for joints that follow another joint.
         without_limits: joints that lack the required limits and are not published.
+
+    Raises:
+        MimicCircle: dependent joints follow each other in a cycle.
     """
 
     def __init__(self, robot: Robot, choices: JointChoices) -> None:
@@ -93,7 +96,7 @@ class JointValues:
         self.free[name] = values
 
     def update(self, names: Sequence[str], **columns: Sequence[float]) -> None:
-        """Update values from a source.
+        """Update the values of free joints from a source. Other joints are ignored.
 
         `position`, `velocity` and `effort` are each empty or as long as `names`.
         """
@@ -123,7 +126,7 @@ class JointValues:
     def columns(self) -> tuple[list[float], list[float], list[float]]:
         """Return the positions, velocities and efforts of all `names`.
 
-        Each list is empty if no value is known.
+        A list is empty if none of its values is known.
         """
         known = {what for joint in self.free.values() for what in joint}
         wants = ("position" in known or bool(self.dependent), "velocity" in known, "effort" in known)

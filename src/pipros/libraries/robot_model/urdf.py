@@ -121,7 +121,7 @@ def _link_of(joint: Element, name: str, role: str) -> str:
 
 
 def origin_of(joint: Element) -> Pose:
-    """Return the pose in the element's <origin>."""
+    """Return the pose in the element's <origin>, or IDENTITY if there is no <origin>."""
     origin = joint.first("origin")
     if origin is None:
         return IDENTITY
@@ -183,7 +183,7 @@ def required(element: Element, attribute: str) -> str:
 
 
 def optional_number(element: Element, attribute: str) -> float | None:
-    """Return a numeric attribute, or None if it is missing."""
+    """Return a numeric attribute, or None if it is missing. Raise UrdfError if it is not a finite number."""
     return _number(element, attribute, 0.0) if attribute in element.attributes else None
 
 
@@ -193,7 +193,10 @@ def _number(element: Element, attribute: str, default: float) -> float:
 
 
 def vector_of(element: Element, attribute: str, default: Vector) -> Vector:
-    """Return an attribute of three numbers, or the default if it is missing."""
+    """Return an attribute of three numbers, or the default if it is missing.
+
+    Raise UrdfError if it does not consist of three finite numbers.
+    """
     x, y, z = _numbers(element, attribute, 3, default)
     return (x, y, z)
 

@@ -23,7 +23,10 @@ def tree_lines(robot: Robot) -> list[str]:
 
 
 def dot_lines(robot: Robot) -> list[str]:
-    """Return links (boxes) and joints (ellipses, with their origins) in Graphviz's DOT language."""
+    """Return a graph of links (boxes) and joints (ellipses) in Graphviz's DOT language.
+
+    The edge from a parent link to a joint is labelled with the joint's origin.
+    """
     joints = [joint for _, _, joint in _walk(robot, _children(robot))]
     lines = ["digraph G {", "node [shape=box];"]
     for link in (robot.root, *(joint.child for joint in joints)):

@@ -1,4 +1,4 @@
-"""Read the shapes and materials that rviz's RobotModel display draws from a URDF."""
+"""Read from a URDF the shapes and materials that rviz's RobotModel display draws."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pipros.safe.xml import Element, XmlError, parse
 Color = tuple[float, float, float, float]
 
 RED: Final[Color] = (1.0, 0.0, 0.0, 1.0)
-"""rviz's color of shapes without a material."""
+"""rviz's colour for shapes without a material."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +30,8 @@ class Shape:
     Attributes:
         kind: box, cylinder, sphere or mesh.
         origin: the pose relative to the link.
-        size: edge lengths of a box; radius, radius and length of a cylinder; radius of a sphere; scale of a
-            mesh.
+        size: edge lengths of a box; radius, radius and length of a cylinder; the radius of a sphere, repeated
+            three times; scale of a mesh. Lengths are in metres.
         uri: the file of a mesh.
         color: the material's colour; None if there is no material, so that the mesh's own materials apply.
         texture: URI of the material's texture; empty if it does not have one.
@@ -66,7 +66,7 @@ def read_shapes(text: str) -> list[LinkShapes]:
     A reference to a material by name refers to the first definition with that name, anywhere in the file.
 
     Raises:
-        UrdfError: the text is not XML, or a shape is invalid.
+        UrdfError: the text is not XML or not a URDF, or a shape is invalid.
     """
     try:
         robot = parse(text, "robot_description")

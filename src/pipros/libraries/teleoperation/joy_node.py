@@ -1,4 +1,4 @@
-"""`joy_node`: publishes the state of a joystick as `joy`."""
+"""`joy_node`: publishes the state of a joystick on the topic `joy`."""
 
 from __future__ import annotations
 
@@ -75,8 +75,8 @@ class JoyPublisher:
     def run(self, descriptor: int) -> None:
         """Publish the state after each change, until the device is lost or the node is shut down.
 
-        Button changes are published at once. Axis changes are collected for an interval and published
-        together.
+        Button changes are published immediately. Axis changes are collected for `~coalesce_interval` and
+        published together. If `~autorepeat_rate` is set, an unchanged state is published at that rate.
         """
         stick = Joystick(
             self.deadzone,

@@ -34,7 +34,7 @@ def part_of(value: Any, name: str) -> Any:
 
 
 class Transformation:
-    """Expression for `transform`, which computes the fields of a message from a message `m`.
+    """An expression that computes the fields of a message from the message `m`, for `transform`.
 
     >>> Transformation("(m * 2, 'x')", [], Time).arguments(4)
     (8, 'x')
@@ -47,7 +47,7 @@ class Transformation:
 
         Args:
             text: the expression.
-            modules: modules to import. The attribute `missing` lists those that cannot be imported.
+            modules: modules to import.
             now: function that returns the current time.
 
         Raises:

@@ -1,7 +1,7 @@
 """The modules that `transform` expressions may import, restricted to harmless names.
 
-Expressions can only access the names listed here. numpy functions that read files or create arrays of any
-size are excluded.
+Of numpy, expressions can access only the names listed here, which exclude functions that read files or create
+arrays of arbitrary size.
 """
 
 from __future__ import annotations

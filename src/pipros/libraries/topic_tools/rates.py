@@ -1,6 +1,6 @@
 """Rules that decide which messages on a topic pass, by rate, by bandwidth or by count.
 
-Call a rule once for every message, in order, from one thread at a time. Times are in nanoseconds on any
+Call `passes` once for every message, in order, from one thread at a time. Times are in nanoseconds on any
 clock.
 """
 
@@ -52,7 +52,7 @@ class MessageRate:
 
 @dataclass(slots=True)
 class ByteRate:
-    """Lets a message pass if less than `size` bytes have passed in the last `window_s` seconds.
+    """Lets a message pass if fewer than `size` bytes have passed in the last `window_s` seconds.
 
     As in Noetic's `throttle`, `size` (BYTES_PER_SEC) is the total for the window, not divided by the window's
     length.

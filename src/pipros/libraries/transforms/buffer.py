@@ -1,7 +1,7 @@
 """A buffer for transforms over time, with the same lookups and error texts as tf2's buffer.
 
-Times are in nanoseconds; 0 means the latest common time. All methods may be called from any thread. None
-waits for a transform; see `TransformBuffer.waiter`.
+Times are in nanoseconds; 0 means the latest common time. All methods may be called from any thread. No
+method waits for a transform; see `TransformBuffer.waiter`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class TransformBuffer:
     """Buffer for static transforms and for the transforms of the last `length` nanoseconds.
 
     All transforms together may use `Limits.transform_bytes`. If a transform would exceed this limit, the
-    older half of its frame's transforms is dropped, or the transform is rejected if its frame is new.
+    older half of its frame's transforms is dropped, or the transform is rejected if it would add a frame.
 
     Attributes:
         waiter: the threads that are waiting for transforms in this buffer.
@@ -62,6 +62,7 @@ class TransformBuffer:
 
         Return the reasons for rejecting it, or an empty list.
 
+        `authority` is the name of the publishing node. A leading slash is removed from `parent` and `child`.
         As in tf2, the first transform of a frame decides whether the frame is static.
         """
         if parent[:1] == "/":
@@ -250,7 +251,7 @@ class TransformBuffer:
             return list(self._frames)
 
     def as_string(self) -> str:
-        """Return a string with one line per frame that names its parent."""
+        """Return a string with one line per frame, which names the frame and its parent."""
         with self._lock:
             return frames_as_string(self._frames)
 

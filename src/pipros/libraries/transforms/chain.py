@@ -20,7 +20,7 @@ _STEP_BYTES = 100
 
 
 class Chain:
-    """The frames from a source and from a target up to the same frame.
+    """The frames from a source and from a target up to a common ancestor.
 
     Valid until the `only_parent` of a frame in the buffer changes. Not thread-safe; the caller holds a lock.
 
@@ -31,11 +31,12 @@ class Chain:
     __slots__ = ("_common", "_down", "_moving", "_up", "size_bytes")
 
     def __init__(self, up: list[FrameHistory], down: list[FrameHistory]) -> None:
-        # The lists of a frame's history are read directly: a call for each frame would take as long.
+        # The lists of each frame's history are read directly, which saves one call per frame and lookup.
         self._up = [(frame.stamps, frame.poses) for frame in up]
         self._down = [(frame.stamps, frame.poses) for frame in down]
         self._moving = [frame.stamps for frame in up + down if frame.stamps]
-        # Frames above the first common ancestor are in both parts. As in tf2, they do not count here.
+        # Frames above the first common ancestor are in both parts. As in tf2, they do not affect the latest
+        # common time.
         below = set(up) ^ set(down)
         self._common = [frame.stamps for frame in below if frame.stamps]
         self.size_bytes = CHAIN_BYTES + _STEP_BYTES * (len(up) + len(down))

@@ -33,7 +33,10 @@ class FramePair:
     _reported: Pose | None = field(default=None, init=False)
 
     def has_moved(self, pose: Pose) -> bool:
-        """Return True if a pose is the first one, or far enough from the last reported pose."""
+        """Return True if a pose is the first one, or far enough from the last reported pose.
+
+        The pose then counts as reported.
+        """
         if self._reported is not None and not self._is_far(self._reported, pose):
             return False
         self._reported = pose

@@ -1,4 +1,7 @@
-"""Check recorded transforms: timestamps, rotations, parents, publishers and loops. Performs no I/O."""
+"""Check recorded transforms: timestamps, rotations, parents, publishers and loops.
+
+This module performs no I/O. Each check returns one line of text per problem.
+"""
 
 from __future__ import annotations
 
@@ -50,7 +53,10 @@ def received_in(message: Any, now: Any) -> list[ReceivedTransform]:
 
 
 def of_other_times(received: Iterable[ReceivedTransform]) -> list[str]:
-    """Report each node whose timestamps are off by more than `TIME_TOLERANCE_S`, with the maximum."""
+    """Report each node whose timestamps differ by more than `TIME_TOLERANCE_S` from the times of arrival.
+
+    The text contains the largest difference.
+    """
     furthest: dict[str, float] = {}
     for each in received:
         if abs(each.ahead_s) > max(TIME_TOLERANCE_S, abs(furthest.get(each.sender, 0.0))):

@@ -16,7 +16,10 @@ Frames = Mapping[str, FrameHistory | None]
 
 
 def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str:
-    """Return one line per frame that names its parent. An ellipsis replaces the frames beyond the limit."""
+    """Return one line per frame, which names the frame and its parent. Roots are omitted.
+
+    An ellipsis replaces the text beyond the limit.
+    """
     lines = []
     characters = 0
     for name, frame in frames.items():
@@ -63,8 +66,8 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
         f' subgraph cluster_legend {{ style=bold; color=black; label ="view_frames Result";\n{recorded}}}->'
     )
     for name, frame in frames.items():
-        # As in tf2, each root has a legend if `now` is given; so does each frame whose transforms were
-        # cleared.
+        # As in tf2, each root has a legend if `now` is given; each frame whose transforms were cleared always
+        # has one.
         if (now is not None) if frame is None else (frame.latest()[1] is None):
             lines.append(f'{legend}"{name}";\n')
     return f"digraph G {{\n{''.join(lines)}}}"
@@ -76,7 +79,7 @@ def edges(frames: Frames) -> list[tuple[str, str, str, float]]:
 
 
 def _rows(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
-    """Yield the name, parent, publishing node, rate (Hz), and latest and oldest time (s) for known frames."""
+    """Yield name, parent, publishing node, rate (Hz), latest and oldest time (s) of frames with parents."""
     for name, frame in frames.items():
         if frame is None:
             continue

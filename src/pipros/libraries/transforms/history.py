@@ -24,8 +24,9 @@ class FrameHistory(Protocol):
 
     Attributes:
         stamps: the timestamps of the poses in ascending order; empty for a static frame.
-        parents, poses: the parents and the poses.
+        parents, poses: the parent and the pose for each timestamp, or the only ones of a static frame.
         only_parent: the parent of all poses; None if there are no poses, or if they have several parents.
+        authority: the node that published the last inserted pose.
         size_bytes: estimated memory that the poses use.
     """
 

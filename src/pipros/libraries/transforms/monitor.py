@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 FRAME_LIMIT = 10_000
 """Maximum number of frames, and of nodes, with statistics.
 
-It is limited because any peer can choose their names.
+Limited because any peer can choose frame IDs and node names.
 """
 
 
@@ -55,7 +55,7 @@ class Monitor:
     sender_of: dict[str, str] = field(default_factory=dict)
 
     def add(self, sender: str, stamps: Mapping[str, float], now: float) -> None:
-        """Add a message, given as a mapping of its child frames to timestamps."""
+        """Add a message from `sender` that arrived at `now`. `stamps` maps its child frames to timestamps."""
         delays = {frame: now - stamp for frame, stamp in stamps.items()}
         for frame, delay in delays.items():
             if _count(self.frames, frame, delay, now):

@@ -27,15 +27,15 @@ def composed(outer: Pose, inner: Pose) -> Pose:
 
 
 def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
-    """Convert a pose from a frame to its parent, from there to the next parent and so on.
+    """Convert a pose from a frame to its parent, from there to the next parent, and so on.
 
     `frames` are the poses of these frames.
     """
     # a loop instead of calls to `composed`, because lookups spend most of their time here
     px, py, pz, qx, qy, qz, qw = pose
     for opx, opy, opz, oqx, oqy, oqz, oqw in frames:
-        # Two fast paths, because most frames of a robot are not rotated, or about the z axis only. They
-        # omit products with zeros from the formulas below.
+        # Two fast paths, because most frames of a robot are not rotated, or only about the z axis. These
+        # paths omit products with zeros from the formulas below.
         if oqx == 0.0 and oqy == 0.0:
             if oqz == 0.0 and oqw == 1.0:
                 px, py, pz = opx + px, opy + py, opz + pz
@@ -69,7 +69,7 @@ def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
 def joined(up: list[Pose], down: list[Pose]) -> Pose:
     """Return the pose of a source relative to a target.
 
-    `up` and `down` are the poses of the frames from the source and from the target up to the same frame.
+    `up` and `down` are the poses of the frames from the source and from the target up to a common ancestor.
     """
     source = composed_up(up[0], up[1:]) if up else IDENTITY
     if not down:

@@ -1,7 +1,6 @@
 """The frame tree, and the path from one frame to another at a given time.
 
-Frames without transforms of their own are roots. Checks are made, and errors raised, in the same order as in
-tf2.
+A frame without a parent is a root. Checks are made, and errors raised, in the same order as in tf2.
 """
 
 from __future__ import annotations

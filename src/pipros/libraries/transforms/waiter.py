@@ -15,7 +15,7 @@ _SLICE_S = 0.1
 """Maximum interval between checks for Ctrl-C, shutdown and simulated time while waiting."""
 
 _JUMP_NS = 3 * NS_PER_S
-"""Backward jump of the clock that ends a wait, because a bag was restarted."""
+"""Backward jump of the clock above which a wait ends, because a bag was probably restarted."""
 
 
 class Clock(Protocol):
@@ -28,7 +28,7 @@ class Clock(Protocol):
 
 
 class TransformWaiter:
-    """Lets threads wait for transforms without polling: each new transform wakes them."""
+    """Lets threads wait for transforms. Each new transform wakes them."""
 
     def __init__(self) -> None:
         self._changed = Condition()
@@ -43,9 +43,10 @@ class TransformWaiter:
     def wait(
         self, ask: Callable[[], Answer], timeout: int, clock: Callable[[], Clock], check: Callable[[], object]
     ) -> Answer:
-        """Call `ask` after each new transform until it succeeds or `timeout` (ns) expires.
+        """Call `ask` after each new transform, and at least every 0.1 s, until it succeeds or time is up.
 
-        Return its last result. `check` is called before each pause. If it raises, the wait ends.
+        Return the last result of `ask`. `timeout` is in nanoseconds on the clock. `check` is called before
+        each pause. If it raises, the wait ends.
         """
         end = clock().now_ns() + timeout
         with self._changed:

@@ -1,5 +1,5 @@
-"""Images and cameras: encodings, conversions, camera models and calibration files.
+"""Images and cameras: conversions between encodings, lens distortion, capture, and calibration files.
 
-`encodings` requires only Python. The modules for images require numpy and raise ImportError without it.
-Functions that require OpenCV import it when called (`opencv.opencv`).
+The modules for calibrations require only Python. Importing a module for images raises ImportError without
+numpy. `opencv.opencv` imports OpenCV when it is called.
 """

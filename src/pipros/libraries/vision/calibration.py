@@ -31,6 +31,7 @@ class Calibration:
 
     Attributes:
         width, height: size of the image in pixels.
+        model: name of the distortion model.
         k, r: 3x3 matrices, row by row.
         p: 3x4 matrix, row by row.
         d: the coefficients of the distortion model.

@@ -114,7 +114,7 @@ def _from_bayer(image: Any, color: Color, target: Color) -> Any:
 def _demosaiced(image: Any, red_at: tuple[int, int], gray: bool) -> Any:
     """Return the red, green and blue values (or only grey) of all pixels that have eight neighbours."""
     height, width = image.shape
-    # Each entry is the sum of four values, some of which occur repeatedly. It is divided by 4 at the end.
+    # Each entry is the sum of four values (a value may be repeated), and is divided by 4 at the end.
     colors = np.empty((3, height - 2, width - 2), np.int64 if gray else np.int32)
     for row, column in ((0, 0), (0, 1), (1, 0), (1, 1)):
 

@@ -1,8 +1,8 @@
 """Create and decode `sensor_msgs/CompressedImage` messages in the format of compressed_image_transport.
 
 The field `format` contains the image's encoding and the channel order of the compressed data, for example
-`rgb8; jpeg compressed bgr8`. Depth images from compressed_depth_image_transport start with a 12-byte header:
-an int32, and two float32 values that define the quantisation of depths to 16 bits.
+`rgb8; jpeg compressed bgr8`. The data of depth images from compressed_depth_image_transport start with a
+12-byte header: an int32, and two float32 values that define the quantisation of depths to 16 bits.
 """
 
 from __future__ import annotations
@@ -35,6 +35,9 @@ class Settings:
         kind: `jpeg` or `png`.
         jpeg_quality: from 1 to 100.
         png_level: from 1 (fast) to 9 (small).
+
+    Raises:
+        CompressionError: a value is invalid.
     """
 
     kind: str = "jpeg"

@@ -19,8 +19,9 @@ class ConversionError(RuntimeError):
 def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
     """Convert an array of shape (height, width) or (height, width, channels) to another encoding.
 
-    The result is always a copy. Values are bit-for-bit equal to the results of OpenCV; between 8 and 16 bits,
-    white stays white. An empty `encoding_out` means `encoding_in`.
+    The result is always a copy. Values are equal to the results of OpenCV, but grey values of Bayer images
+    may be greater by 1. Between 8 and 16 bits, white stays white. An empty `encoding_out` means
+    `encoding_in`.
 
     Raises:
         ConversionError: an encoding is unknown, the conversion is not supported, or the array does not match
@@ -53,7 +54,7 @@ def _named(name: str) -> Encoding:
 
 
 def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
-    """Return the colour arrangements of the source and target, or None if only the value type changes."""
+    """Return the pixel formats of the source and target, or None if only the value type changes."""
     names = f"[{source.name}]", f"[{target.name}]"
     if source.color is None and target.color is not None:
         raise ConversionError(
@@ -76,7 +77,7 @@ def _colors(source: Encoding, target: Encoding) -> tuple[Color, Color] | None:
 
 
 _WITH_DEPTHS = (Color.GRAY, Color.RGB, Color.BGR, Color.RGBA, Color.BGRA)
-"""Colour arrangements that exist with both 8 and 16 bits."""
+"""Pixel formats that exist with both 8 and 16 bits."""
 
 
 def _is_image(image: Any) -> bool:
@@ -121,10 +122,11 @@ def convert_for_display(
         do_dynamic_scaling: whether to map the image's minimum to black and its maximum to white.
         min_image_value, max_image_value: values to map to black and white, if they differ.
 
-    In bgr8, a 32SC1 image is displayed as labels, each with its own colour. Negative labels are black.
+    In bgr8, a 32SC1 image is displayed as labels, each with its own colour (see `color_of_label`).
 
     Raises:
-        ConversionError: as for `convert`, or scaling was requested for an image with more than one channel.
+        ConversionError: as for `convert`; or `encoding_out` is not a grey or colour encoding of 8 bits, or
+            scaling was requested for an image with more than one channel.
     """
     target = _display_encoding(encoding_in, encoding_out)
     kind = _named(encoding_in)
@@ -150,7 +152,7 @@ def convert_for_display(
     if encoding_in == target.name:
         return image
     try:
-        # Depth images are displayed in grey. As in genuine cv_bridge, this applies only to this type.
+        # Depth images are displayed in grey. As in genuine cv_bridge, this applies only to 16UC1.
         return convert(image, "mono16" if encoding_in == "16UC1" else encoding_in, target.name)
     except RuntimeError as error:
         raise ConversionError(

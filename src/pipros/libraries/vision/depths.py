@@ -31,7 +31,10 @@ def saturated(values: Any, dtype: str) -> Any:
 
 
 def scaled(values: Any, dtype: str, factor: float) -> Any:
-    """Return `saturated(values * factor)`, in single precision up to 16 bits, as in OpenCV."""
+    """Return `saturated(values * factor, dtype)`.
+
+    As in OpenCV, the product is in double precision only if one of the types is int32 or float64.
+    """
     wide = values.dtype in (np.int32, np.float64) or dtype in ("int32", "float64")
     real = np.float64 if wide else np.float32
     return saturated(values.astype(real) * real(factor), dtype)

@@ -10,7 +10,7 @@ from pipros.libraries.vision.extras import numpy as np
 COUNTS = (4, 5, 8, 12, 14)
 """Valid numbers of coefficients.
 
-Plumb bob has 4 or 5, rational polynomial has 8, 12 with thin prisms, or 14 with a tilted sensor as well.
+Plumb bob has 4 or 5. Rational polynomial has 8, or 12 with thin prisms, or 14 with a tilted sensor as well.
 """
 
 _ITERATIONS = 5  # OpenCV's undistortPoints uses the same number of iterations

@@ -22,9 +22,9 @@ _COLORS = bytes.fromhex(
 
 
 def color_of_label(labels: Any) -> Any:
-    """Map an integer image of shape (height, width) to a blue, green and red image.
+    """Convert an integer image of shape (height, width) to colours.
 
-    The result has the shape (height, width, 3).
+    The result has the shape (height, width, 3), with the channels blue, green and red.
 
     Colours repeat after 146 labels. Negative labels are black, except multiples of 146.
     """

@@ -1,4 +1,4 @@
-"""A simulator of two-wheeled robots in a flat world. Needs numpy.
+"""A simulator of two-wheeled robots in a flat world. It needs numpy.
 
 Robots receive `cmd_vel`, and publish odometry, transforms, laser scans and the state of their battery.
 `simulation.py` performs no I/O; `robots_node.py` connects it to topics and services.
@@ -8,7 +8,7 @@ from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
 
 try:
-    import numpy as numpy  # raised here, for all modules of the package
+    import numpy as numpy  # the import error is raised here for all modules in the package
 except ImportError as error:
     raise MissingExtra(
         f"the robot simulator needs numpy, which is not installed. Try: {install_command('numpy')}",

@@ -50,14 +50,14 @@ def wrapped(angle: float) -> float:
 
 
 def relative(pose: Pose, origin: Pose) -> Pose:
-    """Return a pose relative to another pose."""
+    """Return `pose` relative to `origin`. Both are given in the same frame."""
     across, up = pose.x - origin.x, pose.y - origin.y
     cosine, sine = math.cos(origin.yaw), math.sin(origin.yaw)
     return Pose(cosine * across + sine * up, cosine * up - sine * across, wrapped(pose.yaw - origin.yaw))
 
 
 def combined(first: Pose, second: Pose) -> Pose:
-    """Return the pose that is `second` relative to `first`, in the frame in which `first` is given."""
+    """Convert `second`, a pose relative to `first`, to the frame that `first` is relative to."""
     cosine, sine = math.cos(first.yaw), math.sin(first.yaw)
     return Pose(
         first.x + cosine * second.x - sine * second.y,

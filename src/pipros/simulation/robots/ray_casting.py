@@ -17,7 +17,7 @@ from pipros.simulation.robots.world import WALL, World
 Array = NDArray[np.float64]
 
 _SMALLEST_SLOPE = 1e-12
-"""Minimum slope, which avoids a division by 0. Rays with smaller slopes do not reach another cell."""
+"""Replaces smaller slopes, to avoid a division by 0. Such rays stay in their row or column of cells."""
 
 
 def cast_rays(world: World, x: Array, y: Array, angle: Array, limit: Array) -> Array:

@@ -1,4 +1,4 @@
-"""One simulated robot: its true pose and its sensors. Reads no clock, and performs no I/O."""
+"""One simulated robot: its true pose and its sensors. This module reads no clock and performs no I/O."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ _GOOD, _LITHIUM_ION = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class Interface:
-    """The names of a robot's frames and topics, prefixed with the robot's name if it has one.
+    """The names of a robot's frames, joints and laser topic.
 
     Attributes:
         odom_frame: frame of the odometry.
@@ -41,7 +41,7 @@ class Interface:
     wheel_joints: tuple[str, str] = ("wheel_left_joint", "wheel_right_joint")
 
     def of(self, robot: str) -> Interface:
-        """Return the names for a robot with this name."""
+        """Return the names with the robot's name as a prefix, or unchanged if the robot's name is empty."""
         if not robot:
             return self
         return Interface(
@@ -54,7 +54,10 @@ class Interface:
 
 
 class RobotEndpoints:
-    """Publishes a robot's measurements, and passes commands to it. Names are relative to the namespace."""
+    """Publishes a robot's measurements, and passes commands to the robot.
+
+    Names are relative to the node's namespace.
+    """
 
     def __init__(
         self, node: Node, name: str, simulation: Simulation, lock: threading.Lock, names: Interface
@@ -131,7 +134,7 @@ class RobotEndpoints:
         self._battery.publish(message)
 
     def publish_scan(self, stamp: Time, ranges: Ranges, interval_s: float) -> None:
-        """Publish a scan."""
+        """Publish a scan, `interval_s` after the last one. Do nothing if the robot does not have a laser."""
         laser = self._robot.settings.laser
         if laser is None:
             return
@@ -145,13 +148,13 @@ class RobotEndpoints:
         self._scan.publish(scan)
 
     def transform(self, stamp: Time) -> Any:
-        """Return the transform from the odometry's frame to the robot."""
+        """Return the transform from the odometry frame to the first of the robot's frames."""
         return self._stamps.transform(
             stamp, self.names.odom_frame, self.names.base_frames[0], self._robot.odometry
         )
 
     def fixed_transforms(self, stamp: Time) -> list[Any]:
-        """Return the transforms between the frames of the robot."""
+        """Return the transforms between the frames of the robot, including the laser."""
         frames = self.names.base_frames
         found = [
             self._stamps.transform(stamp, parent, child, Pose())

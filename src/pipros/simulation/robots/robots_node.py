@@ -43,7 +43,7 @@ class RobotsNode:
 
         Args:
             names: names of frames and topics, before each robot's name is added as a prefix.
-            speed: simulated seconds per second.
+            speed: simulated seconds per second of wall time.
 
         Raises:
             InvalidSettings: there are too many robots, or `speed` is not 1 without simulated time.

@@ -1,4 +1,4 @@
-"""Settings of a simulated robot. The defaults describe a small robot for tables and floors."""
+"""Settings of a simulated robot. The defaults describe a small indoor robot."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ class Laser:
     Attributes:
         rays: number of rays.
         min_angle: direction of the first ray, in radians from straight ahead, counter-clockwise.
-        field_of_view: angle between the first and the last ray. In a full turn, all rays are evenly spaced.
+        field_of_view: angle between the first and the last ray, in radians. If it is a full turn, the rays
+            are evenly spaced around the laser.
         range_min, range_max: range of measurements in metres.
         noise: standard deviation of a measurement in metres.
-        no_echo: the range reported if a ray hits nothing.
-        x, y, yaw: pose on the robot.
+        no_echo: the range reported if a ray hits nothing between `range_min` and `range_max`.
+        x, y, yaw: pose on the robot, in metres and radians.
     """
 
     rays: int = 360
@@ -59,7 +60,7 @@ class RobotSettings:
         name: unique name in the simulation; may be empty if there is only one robot.
         start: starting pose in the map frame; None selects a free place.
         radius: radius of the disc in metres.
-        wheel_separation, wheel_radius: in metres.
+        wheel_separation, wheel_radius: distance between the wheels and radius of a wheel, in metres.
         max_linear, max_angular: maximum velocities in m/s and rad/s.
         command_timeout_s: simulated time without a command after which the robot stops.
         odometry_noise: standard deviation of the odometry, as a fraction of the distance and of the turn in
@@ -118,7 +119,7 @@ def changed(defaults: _Settings, values: Any, where: str) -> _Settings:
 
 
 def number(value: object, where: str) -> float:
-    """Return a finite number.
+    """Return a value that must be a finite number. `where` is its name, for errors.
 
     Raises:
         InvalidSettings: the value is not a finite number.

@@ -38,7 +38,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def run(node: Node, log: logging.Logger, make: Any) -> int:
-    """Run the simulation that `make` returns, with its page unless the parameter `~headless` is true."""
+    """Run the simulation that `make` returns, with its page unless the parameter `~headless` is true.
+
+    Return 0, or, if `make` raises a PiprosError, log the error and return 1.
+    """
     with contextlib.ExitStack() as stack:
         try:
             robots: RobotsNode = make()

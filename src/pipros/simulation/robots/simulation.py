@@ -1,4 +1,4 @@
-"""Robots in a world, step by step in simulated time. Reads no clock, and performs no I/O.
+"""Robots in a world, step by step in simulated time. This module reads no clock and performs no I/O.
 
 The same settings, seed and commands (at the same steps) produce the same trace, regardless of the scans.
 """
@@ -31,7 +31,7 @@ class Simulation:
 
     Attributes:
         world: the walls.
-        robots: by name, in the order of the settings.
+        robots: the robots by name, in the order of the settings.
         steps: number of steps so far.
     """
 
@@ -42,8 +42,8 @@ class Simulation:
             seed: a seed >= 0 for the noise and for the random poses of robots without a starting pose.
 
         Raises:
-            InvalidSettings: a name is repeated, a starting pose is not free, or there is no free place for a
-                robot.
+            InvalidSettings: a name is repeated, a starting pose is too close to a wall, or no free place was
+                found for a robot.
         """
         self.world = world
         self.robots: dict[str, Robot] = {}
@@ -51,7 +51,7 @@ class Simulation:
         self._reset_at = 0
         places, *seeds = np.random.SeedSequence(seed).spawn(len(robots) + 1)
         random = np.random.default_rng(places)
-        for settings in robots:  # robots without a starting pose avoid the others
+        for settings in robots:
             if settings.start is not None and not world.is_free(
                 settings.start.x, settings.start.y, settings.radius
             ):
@@ -106,7 +106,10 @@ class Simulation:
         return False
 
     def scans(self, names: Collection[str]) -> dict[str, Ranges]:
-        """Return the ranges that the lasers of these robots currently measure, in metres."""
+        """Return the ranges in metres that the lasers of these robots currently measure, by name.
+
+        Robots without a laser are omitted.
+        """
         scanning = [
             (name, self.robots[name], laser)
             for name in names
@@ -135,7 +138,10 @@ class Simulation:
         return measured
 
     def echoes(self, name: str, most: int) -> NDArray[np.float64]:
-        """Return the points that up to `most` rays of a robot's laser hit, without noise, shape (n, 2)."""
+        """Return the points that up to `most` rays of a robot's laser hit, without noise.
+
+        The array has the shape (n, 2), and contains x and y in the map frame.
+        """
         robot = self.robots[name]
         laser = robot.settings.laser
         if laser is None:
@@ -164,7 +170,7 @@ class Simulation:
         """Move a robot to a pose.
 
         Raises:
-            Rejected: no robot has this name, or the place is not free.
+            Rejected: no robot has this name, the pose is not finite, or the place is not free.
         """
         robot = self.robots.get(name)
         if robot is None:

@@ -1,4 +1,4 @@
-"""Reads Stage world files whose walls are defined by a bitmap: https://player-stage-manual.readthedocs.io.
+"""Read Stage world files whose walls are defined by a bitmap: https://player-stage-manual.readthedocs.io.
 
 A file has properties (`resolution 0.02`), models (`floorplan ( bitmap "map.png" size [16 16 1] )`), models
 inside models, definitions of new model types (`define floorplan model ( … )`), and includes.

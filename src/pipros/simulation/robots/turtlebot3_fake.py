@@ -1,4 +1,4 @@
-"""The `turtlebot3_fake_node` program: simulates a robot on an empty plane that follows `cmd_vel`."""
+"""The `turtlebot3_fake_node` program: simulates a robot that follows `cmd_vel` on an empty plane."""
 
 from __future__ import annotations
 

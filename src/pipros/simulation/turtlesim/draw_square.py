@@ -25,7 +25,7 @@ _STANDING: Final = 0.0001
 
 
 class Phase(Enum):
-    """The phase of the turtle's movement. TURNED is followed by FORWARD."""
+    """The phases of the turtle's movement, in order. STOPPING_TURN is followed by FORWARD."""
 
     FORWARD = auto()
     STOPPING_FORWARD = auto()
@@ -80,7 +80,7 @@ class Square:
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `draw_square`."""
+    """Reset turtlesim, then drive its turtle `turtle1` until the node is shut down."""
     twist_class: Any = load_message_class("geometry_msgs/Twist")
     pose_class: Any = load_message_class("turtlesim/Pose")
     empty: Any = load_service_class("std_srvs/Empty")

@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _scale(node: Node, parameter: str) -> float:
-    """Return a parameter in the node's namespace, where launch files set it; the default is 2.0."""
+    """Return a parameter in the node's namespace, where launch files set it. The default is 2.0."""
     try:
         value = node.params.get(parameter)
     except (LookupError, PiprosError):

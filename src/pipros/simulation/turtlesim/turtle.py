@@ -1,6 +1,6 @@
-"""One turtle: its pose, its pen, and its movement per tick. Reads no clock, and performs no I/O.
+"""One turtle: its pose, its pen, and its movement per tick. This module reads no clock and performs no I/O.
 
-Coordinates are in metres from the lower left corner of the picture, x to the right and y up; angles are
+Coordinates are in metres from the lower left corner of the picture, x to the right and y up; angles are in
 radians, 0 to the right, counter-clockwise. Positions and velocities are in double precision. The side of the
 world, the arguments of services and the published pose are in single precision, as in genuine turtlesim,
 because this shows in the published numbers: the first turtle is at 5.544444561004639.
@@ -45,7 +45,7 @@ LOOKS: Final = 14
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """The pose that a turtle publishes, in single precision. The velocities are from the last command."""
+    """The pose that a turtle publishes, in single precision. The velocities are those of the last tick."""
 
     x: float
     y: float
@@ -66,7 +66,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Teleport:
-    """A queued teleport: to a new pose if absolute, by a turn and then a distance if relative."""
+    """A queued teleport: to x, y and theta, or, if relative, by the turn theta and then the distance x."""
 
     is_relative: bool
     x: float
@@ -110,8 +110,12 @@ class Turtle:
     def __init__(
         self, name: str, pose: tuple[float, float, float], look: int, log: logging.Logger, namespace: str
     ) -> None:
-        """`pose`: x, y and theta; `look`: a number below `LOOKS`; `namespace`: the topics' namespace, for the
-        log.
+        """Create a turtle that does not move.
+
+        Args:
+            pose: x, y and theta.
+            look: a number below `LOOKS`.
+            namespace: namespace of the turtle's topics, for the log.
         """
         self.name = name
         self.look = look
@@ -159,7 +163,8 @@ class Turtle:
         """Move for one tick, and draw on the picture.
 
         Returns:
-            The colour under the turtle before it drew the line of its move, and the lines that it drew.
+            The colour at the new position before the line of this move was drawn, and all lines drawn in this
+            tick.
         """
         lines = [line for line in starmap(self._drawn, self._do_teleports()) if line is not None]
         for line in lines:
@@ -208,7 +213,7 @@ class Turtle:
         )
 
     def _drawn(self, start: Point, end: Point) -> Line | None:
-        """Return the line drawn by a move if the pen is down."""
+        """Return the line drawn by a move, or None if the pen is up or the turtle did not move."""
         if not self.pen.is_down or start == end:
             return None
         return Line(start, end, self.pen.color, self.pen.width)

@@ -68,7 +68,7 @@ class TurtlePage:
         self._node.shutdown_async("closed on the page")
 
     def _since(self, drawn: _Drawn | None) -> tuple[list[Any], dict[str, Any], _Drawn]:
-        """Return the turtles, and the changes of the picture since an earlier state."""
+        """Return the turtles, the changes to the picture since an earlier state, and the new state."""
         with self._turtlesim.lock:
             world = self._turtlesim.world
             now = world.clears, world.lines_drawn

@@ -21,7 +21,7 @@ from pipros.simulation.turtlesim.turtle import TICK_S, Command, Pen, Teleport, T
 from pipros.simulation.turtlesim.world import BACKGROUND, Rejected, World
 
 LATE_TICKS: Final = 3
-"""If the simulation is behind by more than this, it skips the missed ticks."""
+"""If the simulation is behind by more than this number of ticks, it skips the missed ticks."""
 
 _CHANNELS: Final = ("r", "g", "b")
 
@@ -30,7 +30,7 @@ class TurtleEndpoints:
     """Topics and services of one turtle, from its spawning to its removal."""
 
     def __init__(self, node: Node, turtle: Turtle, log: logging.Logger) -> None:
-        """Register the topics and services at the master. Names are relative to the node's namespace."""
+        """Register the topics and services with the master. Names are relative to the node's namespace."""
         self._turtle = turtle
         self._log = log
         self._limit = node.limits.teleports

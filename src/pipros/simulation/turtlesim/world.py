@@ -1,6 +1,6 @@
-"""The world of a turtlesim: its turtles, and the picture that they draw. Reads no clock, and performs no I/O.
+"""The world of a turtlesim: its turtles, and the picture that they draw.
 
-The owner calls `tick` every 16 ms. Not thread-safe.
+This module reads no clock and performs no I/O. The owner of a world calls `tick` every 16 ms.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ class Rejected(PiprosError):
 
 
 class World:
-    """Turtles by name, and the picture.
+    """Turtles by name, and the picture. Not thread-safe.
 
     Attributes:
         turtles: the turtles, in the order in which they were spawned.
         picture: background and lines, without turtles.
         lines: the newest lines, for pages.
-        lines_drawn: the number of lines since the last `clear`.
+        lines_drawn: the number of lines drawn since the picture was last cleared.
         clears: number of times that the picture has been cleared.
     """
 
@@ -113,7 +113,7 @@ class World:
     def tick(self, now_s: float) -> list[tuple[Turtle, Color]]:
         """Move all turtles. Return them with the colours that their sensors measure.
 
-        `now_s` is the wall time, which determines whether commands have expired.
+        `now_s` is on the same clock as `Command.arrived_s`, and determines whether commands have expired.
         """
         seen = []
         for turtle in self.turtles.values():

@@ -1,4 +1,4 @@
-"""Numbered messages, and a checker for duplicated, reordered and torn messages and uncounted losses."""
+"""Numbered messages, and a checker for duplicated, reordered, torn and lost messages."""
 
 from __future__ import annotations
 

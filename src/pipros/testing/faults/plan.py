@@ -17,7 +17,7 @@ _NEVER = 1 << 62
 class Faults:
     """The faults in each direction of a connection.
 
-    Distances are exponentially distributed with the given mean.
+    A fault whose value is 0 does not occur. Distances are exponentially distributed with the given mean.
 
     Attributes:
         delay_s: the delay for all bytes; their order is kept.
@@ -27,6 +27,9 @@ class Faults:
         stall_every_bytes: the distance between two pauses of `stall_s`.
         stall_s: the length of a pause.
         cut_every_bytes: the distance after which the connection is reset.
+
+    Raises:
+        ValueError: a value is negative, or `stall_every_bytes` is set without `stall_s`.
     """
 
     delay_s: float = 0.0

@@ -3,8 +3,8 @@
 A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all other nodes through the
 proxy. Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
 results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
-port in the result of `requestTopic`) by the address of one of its own ports. Therefore, each connection leads
-to the proxy, whichever side opens it. Each of these ports has the faults for its kind of connection.
+port in the result of `requestTopic`) by the address of one of the proxy's ports. Therefore, each connection
+leads to the proxy, whichever side opens it. Each of these ports has the faults for its kind of connection.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 """Kinds of connections: XML-RPC to the master, XML-RPC to nodes, topic links, service links."""
 
 _CALL_LIMIT_S = 60.0
-_WAIT_S = 30.0
 """Time limit for a forwarded call. Genuine nodes wait for their master indefinitely."""
+
+_WAIT_S = 30.0
 
 _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
 """Methods whose values are user data, not addresses."""
@@ -40,9 +41,9 @@ _LEFT_ALONE = frozenset({"setParam", "getParam", "paramUpdate"})
 class FaultProxy:
     """A proxy between the nodes that are started with its `uri` and all other nodes. Thread-safe.
 
-    Until `inject`, `cut`, `stall` or `refuse` is called, it forwards everything unchanged. Two nodes behind
-    it also communicate with each other through it. It listens on the loopback address and supports pipros,
-    rospy and roscpp nodes.
+    Until `inject`, `cut`, `stall` or `refuse` is called, the proxy forwards everything unchanged. Nodes
+    behind the proxy also communicate with each other through it. The proxy listens on the loopback address,
+    and supports pipros, rospy and roscpp nodes.
 
     Attributes:
         uri: the `ROS_MASTER_URI` for nodes behind the proxy; valid after `start`.
@@ -91,8 +92,8 @@ class FaultProxy:
     def inject(self, *kinds: Kind, **faults: Any) -> None:
         """Replace the faults on connections of these kinds (by default `topics`), including open ones.
 
-        If there are no faults, everything is forwarded unchanged. The keywords are the attributes of
-        `Faults`: `proxy.inject("topics", "services", delay_s=0.05, split_bytes=7)`.
+        The keywords are the attributes of `Faults`: `proxy.inject("topics", "services", delay_s=0.05,
+        split_bytes=7)`. Without keywords, everything is forwarded unchanged.
 
         Raises:
             TypeError: the fault is unknown.
@@ -125,18 +126,16 @@ class FaultProxy:
         self._stall(kinds, stall=True)
 
     def resume(self, *kinds: Kind) -> None:
-        """Undo `stall`, and forward the bytes that were held back."""
+        """Undo `stall` for these kinds (by default `topics`), and forward the bytes that were held back."""
         self._stall(kinds, stall=False)
 
     def refuse(self, *kinds: Kind, refuse: bool = True) -> None:
-        """Reset new connections of these kinds (by default `topics`) at once, until called with
-        `refuse=False`.
-        """
+        """Reset new connections of these kinds (by default `topics`), until called with `refuse=False`."""
         for switch in self._chosen(kinds):
             switch.is_refusing = refuse
 
     def counts(self, kind: Kind = "topics") -> Counts:
-        """Return the counts of connections, bytes and faults of a kind so far."""
+        """Return the counts so far of connections of one kind."""
         return replace(self._chosen((kind,))[0].counts)
 
     def _stall(self, kinds: tuple[Kind, ...], *, stall: bool) -> None:
@@ -173,7 +172,7 @@ class FaultProxy:
             await forwarder.stop()
 
     async def translate(self, value: Any) -> Any:
-        """Return the value with all addresses replaced by the proxy's own."""
+        """Return the value with all addresses replaced by addresses of the proxy's ports."""
         if isinstance(value, str):
             if value.startswith("http://"):
                 return await self._in_place_of(value, "nodes")

@@ -20,9 +20,7 @@ _WRITE_LIMIT_BYTES = 64 * 1024
 _CONNECT_LIMIT_S = 10.0
 
 _RESET = struct.pack("ii", 1, 0)
-"""Socket option that resets the connection on close, so that the peer gets an error instead of an orderly
-end.
-"""
+"""Value of SO_LINGER that resets the connection on close. The peer gets an error, not an orderly end."""
 
 Address = tuple[str, int]
 
@@ -42,7 +40,7 @@ class Counts:
 class Switch:
     """Shared state of a group of proxies: the faults, the counts, and whether forwarding is stalled.
 
-    Must be used in one event loop, but `faults` and `counts` may be read from any thread.
+    Must be used in one event loop, but `is_refusing` may be set, and `counts` may be read, from any thread.
     """
 
     def __init__(self) -> None:

@@ -1,7 +1,7 @@
 """`paramtest`: checks that a parameter is set, optionally to a given value.
 
 Private parameters: `param_name_target`, `param_value_expected` (optional), `wait_time` (20 s) for the
-parameter to be set, `test_duration` (5 s) for it to get the expected value afterwards.
+parameter to be set, and then `test_duration` (5 s) for the parameter to get the expected value.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ def run_checks(
 
     Unless `needs_time` returns False, simulated time must be running before the checks. A check fails with an
     AssertionError that states the expectation. Classes and cases have Noetic's names, because dashboards
-    group by them.
+    group results by these names.
     """
     cases = {f"test_{what}": _case(name, check, needs_time) for what, check in checks.items()}
     kind = type(class_name, (unittest.TestCase,), {**cases, "__module__": "__main__"})
@@ -76,7 +76,7 @@ def parameter(node: Node, name: str, default: Any = _REQUIRED) -> Any:
 
 
 def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
-    """Return a parameter that must be a number.
+    """Return a parameter that must be a number, or a string that contains a number.
 
     Raises:
         AssertionError: the parameter is not a number.
@@ -91,7 +91,7 @@ def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
 
 
 def poll(node: Node, timeout_s: float, clock: Clock | None = None) -> Iterator[float]:
-    """Yield the elapsed seconds at intervals, at least twice, until `timeout_s` has elapsed.
+    """Yield 0, then the elapsed seconds at intervals, until `timeout_s` has elapsed or the node is shut down.
 
     Args:
         clock: the clock to measure with; wall time by default.

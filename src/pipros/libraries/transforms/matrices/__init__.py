@@ -1,7 +1,7 @@
 """Homogeneous 4x4 matrices, Euler angles and quaternions with numpy: the functions of `tf.transformations`.
 
-Matrices act on column vectors. Unless stated otherwise, matrices are arrays of shape (4, 4), quaternions
-arrays (qx, qy, qz, qw) of shape (4,), vectors arrays of shape (3,) and angles are in radians.
+Matrices act on column vectors. Unless stated otherwise, matrices have the shape (4, 4), quaternions (qx, qy,
+qz, qw) the shape (4,), and vectors the shape (3,). Angles are in radians.
 
 The buffer uses `transforms.pose` instead, which does not need numpy and rounds like tf2;
 `tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.

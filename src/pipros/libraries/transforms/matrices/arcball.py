@@ -111,7 +111,10 @@ def arcball_map_to_sphere(point: Sequence[float], center: Sequence[float], radiu
 
 
 def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
-    """Return the point nearest to `point` on the unit sphere that is perpendicular to `axis`."""
+    """Project a point onto the plane through the origin perpendicular to `axis`.
+
+    Return the result as a unit vector with z >= 0.
+    """
     around = np.array(axis, dtype=np.float64)
     given = np.array(point, dtype=np.float64)
     across: Array = given - around * (around @ given)
@@ -124,7 +127,7 @@ def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def arcball_nearest_axis(point: ArrayLike, axes: Sequence[ArrayLike]) -> Array:
-    """Return the axis whose constrained rotation passes nearest to the point."""
+    """Return the axis for which `arcball_constrain_to_axis` returns the point nearest to `point`."""
     given = np.array(point, dtype=np.float64)
     nearness = [float(arcball_constrain_to_axis(given, axis) @ given) for axis in axes]
     return np.asarray(axes[nearness.index(max(nearness))])

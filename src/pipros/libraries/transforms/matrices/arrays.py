@@ -82,8 +82,8 @@ def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
 def real_eigenvector(matrix: Array, eigenvalue: float, last: bool = True) -> Array | None:
     """Return the real part of an eigenvector for `eigenvalue`, or None if the matrix has no such eigenvalue.
 
-    `matrix` has the shape (n, n), and the eigenvector (n,). If there are several, return numpy's last or
-    first one.
+    `matrix` has the shape (n, n), and the eigenvector (n,). If numpy finds several eigenvectors, return the
+    last one, or the first one if `last` is false.
     """
     values, vectors = np.linalg.eig(matrix)
     found = np.flatnonzero(np.abs(np.real(values) - eigenvalue) < EIGENVALUE_TOLERANCE)

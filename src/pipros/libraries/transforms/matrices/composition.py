@@ -119,7 +119,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
     Both arguments are arrays of shape (3, n) or (4, n), n >= 3, with one point per column. The transform
     minimises the sum of squared distances. Methods: W. Kabsch (1976) with singular values; B. K. P. Horn
-    (1987) with quaternions if `usesvd` is False.
+    (1987) with quaternions if `usesvd` is False. Raises ValueError if the shapes differ or n < 3.
     """
     source = np.array(v0, dtype=np.float64)[:3]
     target = np.array(v1, dtype=np.float64)[:3]

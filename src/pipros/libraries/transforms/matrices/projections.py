@@ -66,7 +66,7 @@ def projection_from_matrix(matrix: ArrayLike, pseudo: bool = False) -> Projectio
             raise ValueError("matrix must be a projection, but has no eigenvalue 0")
         along = along / np.sqrt(along @ along)
         normal = real_eigenvector(linear.T, 0.0, last=False)
-        # If the transpose has no eigenvector, only the direction of the projection is known.
+        # If the transpose has no such eigenvector, the normal is unknown: return the direction in its place.
         if normal is None:
             return kept / kept[3], along, None, None, False
         return kept / kept[3], normal / np.sqrt(normal @ normal), along, None, False

@@ -151,8 +151,8 @@ def quaternion_slerp(
 def random_quaternion(rand: ArrayLike | None = None) -> Array:
     """Return a uniformly distributed random unit quaternion.
 
-    `rand` contains the three random numbers in [0, 1] to use. Method: K. Shoemake, "Uniform random
-    rotations", Graphics Gems III.
+    `rand` contains the three random numbers in [0, 1] to use; ValueError is raised if it has another length.
+    Method: K. Shoemake, "Uniform random rotations", Graphics Gems III.
     """
     if rand is None:
         drawn = np.random.rand(3)  # numpy.random.seed seeds this generator, as scripts expect

@@ -1,9 +1,9 @@
-// The world of one turtlesim on a canvas: the picture with its lines on a hidden canvas, the turtles above it.
+// The world of a turtlesim on a canvas: the turtles above the picture, which is drawn on a hidden canvas.
 
 import { live } from "./live.js";
 import { h, replace } from "./dom.js";
 
-const SPEED = 2.0; // of turtle_teleop_key
+const SPEED = 2.0; // as in turtle_teleop_key
 const KEYS = { ArrowUp: [SPEED, 0], ArrowDown: [-SPEED, 0], ArrowLeft: [0, SPEED], ArrowRight: [0, -SPEED] };
 const LOOKS = 14;
 
@@ -34,7 +34,7 @@ function ellipse(x, y, width, height, fill) {
   screen.fill();
 }
 
-// A turtle that looks to the right, about 40 pixels long. Its number decides the colours and the pattern of the shell.
+// Draw a turtle that faces right, about 40 pixels long. `look` determines its colours and the pattern.
 function drawTurtle(look) {
   const hue = (look * 360) / LOOKS;
   const skin = `hsl(${hue + 60} 45% 38%)`;
