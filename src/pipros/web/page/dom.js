@@ -51,7 +51,7 @@ function morphChildren(old, after) {
   for (const child of after) {
     const key = keyOf(child);
     const same = key ? known.get(key) : next && !keyOf(next) ? next : null;
-    known.delete(key); // a further one with the same key is another one
+    known.delete(key); // further children with the same key are new elements
     if (!same) {
       old.insertBefore(child, next);
       continue;

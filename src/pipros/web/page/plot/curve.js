@@ -33,7 +33,7 @@ export class Curve {
     this.last = null; // the last time and number, from which the derivative is computed
   }
 
-  // Adds samples as the server sends them.
+  // Adds samples in the server's format.
   take({ samples = [], lost = 0, error = "" }) {
     this.problem = error;
     this.lost += lost;
@@ -59,7 +59,7 @@ export class Curve {
     return last.number === null || number === null ? null : (number - last.number) / (time - last.time);
   }
 
-  // The newest value at a time or before; null without a time: the newest of all.
+  // The newest value at a time or before; if the time is null, the newest of all.
   at(time) {
     return this.values[time === null ? this.values.length - 1 : indexAt(this.times, time)];
   }

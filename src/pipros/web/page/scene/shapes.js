@@ -135,7 +135,7 @@ export function segments(strip) {
   return out;
 }
 
-// A text that faces the camera; `height` is that of a line, in metres. `centre` is [0.5, 1] for a text below its place.
+// A text that faces the camera; `height` is the height of a line in metres. `centre` is [0.5, 1] for a text below its position.
 export function textSprite(text, height, rgb = [255, 255, 255], alpha = 1, centre = [0.5, 0.5]) {
   const lines = text.split("\n").slice(0, 100).map((line) => line.slice(0, 300));
   const size = 48;

@@ -1,4 +1,4 @@
-// Texts on transforms that are missing: rviz's own, what keeps them from being known, and what would help.
+// Texts about missing transforms: rviz's own, the cause, and a remedy.
 
 const LINK_AGE_S = 2;
 

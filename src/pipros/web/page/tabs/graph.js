@@ -66,7 +66,7 @@ export function open(view, argument, context) {
     replace(counts, `${data.nodes} nodes, ${data.topics} topics`);
   }
 
-  // The rate stands on the arrow from the publisher only: the one from the topic has the same.
+  // The rate is shown only on the arrow from the publisher, because the arrow from the topic has the same rate.
   function label() {
     canvas.label((arrow, index) => {
       const values = arrow.start.kind === "topic" ? null : traffic[index];
@@ -95,7 +95,7 @@ export function open(view, argument, context) {
     changed();
   }
 
-  // The graph of other options.
+  // Shows the graph with changed options.
   function changed() {
     context.remember(graphText(selected, options), { isReplacing: true });
     canvas.fit();
