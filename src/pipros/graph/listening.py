@@ -87,7 +87,7 @@ class Listening:
     def subscribe(
         self, topic: str, callback: Callable[[AnyMsg], object], *, tcp_nodelay: bool = False
     ) -> None:
-        """Call `callback` with each undecoded message. If it raises an exception, `wait` reraises that."""
+        """Call `callback` with each undecoded message. If it raises an exception, `wait` ends with that."""
 
         def guarded(message: AnyMsg) -> None:
             if self._is_over.is_set():

@@ -50,7 +50,7 @@ class BagSamples:
         self._messages = enumerate(reader.stored_messages(connections))
 
     def next_piece(self) -> tuple[list[Any], str] | None:
-        """Return the next samples, and the text of the last error or ""; None at the end of the bag.
+        """Return the next samples, and the text of the last error (empty for none); None at the bag's end.
 
         Raises:
             BagError: a sample takes too long, or the bag is damaged.

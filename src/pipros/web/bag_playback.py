@@ -44,9 +44,9 @@ LEAD_S: Final[Mapping[str, float | None]] = {
     "/rosout": 5.0,
     "/rosout_agg": 5.0,
 }
-"""How many seconds before the moment the messages begin that tabs need; None for the begin of the bag.
+"""Time span (s) before the moment, by topic, of which tabs need all messages; None for all earlier messages.
 
-From other topics, tabs need only the newest message.
+Of other topics, tabs need only the newest message.
 """
 LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
     (
@@ -284,7 +284,7 @@ class BagPlayback:
         return self._is_closed or self._epoch != epoch
 
     def _lead(self, watch: TopicWatch, moment_ns: int, is_over: IsOver) -> None:
-        """Deliver the messages that were current at the moment to a watch."""
+        """Deliver to a watch the messages of its topic that were current at the moment."""
         connections = self._connections(watch.topic)
         if watch.topic == CLOCK_TOPIC:
             self._tick([watch], moment_ns)

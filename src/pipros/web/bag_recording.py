@@ -167,7 +167,7 @@ class BagRecording:
         return None if recording is None else recording.state()
 
     def spare_bytes(self) -> int:
-        """Return how many bytes can be recorded before only `page_record_spare_bytes` are free, or less."""
+        """Return the free disk space in bytes beyond `page_record_spare_bytes`; negative if there is less."""
         return shutil.disk_usage(self._folder.path).free - process_limits().page_record_spare_bytes
 
     def _path(self, name: str) -> Path:

@@ -22,7 +22,7 @@ from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 
 SHARE: Final = 1 / 8
-"""Share of the process's file descriptors that connections may use. The page's node needs the others."""
+"""Share of the process's file descriptors that connections may use. The page's node needs the rest."""
 
 ACCEPTED_AT_A_TIME: Final = 4
 _BACKLOG: Final = 128

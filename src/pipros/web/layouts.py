@@ -44,7 +44,7 @@ PLUGIN_TABS: Final[Mapping[str, str]] = {
     "rqt_top": "nodes",
     "rqt_topic": "topics",
 }
-"""For each rqt plugin that the page replaces, the tab that does."""
+"""The page's tabs by the rqt plugins that they replace."""
 
 
 class BadLayout(PiprosError, ValueError):

@@ -18,7 +18,7 @@ from pipros.basics.limits import Limits
 from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
 
 CLOSING_S: Final = 0.2
-"""Time (s) for clients to acknowledge that the server closes, and again for the server's tasks to end."""
+"""Time (s) for clients to acknowledge the end of connections, and again for the server's tasks to end."""
 
 UNSENT_BYTES: Final = 131_072
 """Maximum number of unsent bytes in the kernel. With more, a browser on a slow link would get old views."""

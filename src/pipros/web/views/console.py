@@ -46,7 +46,7 @@ class ConsoleViews:
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the entries of the run's log file as `history`, then new entries as `entries`."""
         with self._shared.use() as (log, topic):
-            number = log.end if self._system.is_live else 0  # of a bag, also send what is already in the log
+            number = log.end if self._system.is_live else 0  # for a bag, include earlier entries
             history = await self._system.questions.run(self._history)
             entries, lost, number = log.since(number, MOST_SENT_BYTES)
             written = {_identity(entry) for entry in entries}

@@ -93,7 +93,7 @@ class Statuses:
     def news(self, sent: dict[str, int], most_bytes: int) -> list[Mapping[str, Any]]:
         """Return the statuses that have changed since a view sent them, up to about `most_bytes`.
 
-        Statuses that the view has never sent, or not for longest, are first.
+        Statuses that the view has never sent are first, then those that it sent longest ago.
 
         Args:
             sent: numbers of the statuses that the view has sent, by component. Updated in place.

@@ -1,4 +1,4 @@
-"""The running roslaunch processes of this user on this machine: their nodes, output, stops and restarts."""
+"""Show the nodes and output of this user's roslaunch processes on this machine; stop and restart nodes."""
 
 from __future__ import annotations
 

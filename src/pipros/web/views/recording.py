@@ -69,7 +69,7 @@ class RecordingViews:
         return True
 
     async def stop_recording(self, _: Mapping[str, Any]) -> Any:
-        """End the recording, as `BagRecording.stop`."""
+        """End the recording; see `BagRecording.stop`."""
         await self._system.questions.run(self._existing().stop)
         return True
 

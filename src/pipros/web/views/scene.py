@@ -47,7 +47,10 @@ FEEDBACK_QUEUE: Final = 100
 MOST_POINTS: Final = 2_000_000
 LEAST_POINTS: Final = 500
 LONGEST_SEND_S: Final = 0.4
-"""After a cloud that takes longer to send (s), clouds get fewer points: a slow link shows two per second."""
+"""If sending a cloud takes longer than this (s), the next clouds have fewer points.
+
+So even a slow link shows about two clouds per second.
+"""
 MOST_FIELDS: Final = 8
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
@@ -173,7 +176,7 @@ class SceneViews:
                 await asyncio.sleep(CLOUD_INTERVAL_S)
 
     async def robot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the errors until a robot description can be read, then its links with their shapes, once."""
+        """Yield errors until the robot description can be read, then its links with their shapes, once."""
         name = arguments.get("name", "")
         if not isinstance(name, str) or not names.is_legal(name):
             raise RequestRefused(f"name must be that of a parameter, got {name!r:.100}")

@@ -206,7 +206,7 @@ export class Scene {
   }
 
   // Calls `take(message, arrival, sender)` with each message of a topic, decoded. Returns a function that ends it.
-  // `onLost(count)` gets the number of messages that this browser was too slow for.
+  // `onLost(count)` gets the number of messages dropped because this browser was too slow.
   subscribe(name, queue, take, onError = (_text) => {}, onLost = (_count) => {}) {
     return new Subscription(this, take, onError, onLost).begin(name, queue);
   }

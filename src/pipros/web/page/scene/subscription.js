@@ -8,7 +8,7 @@ const isLocal = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
 
 export class Subscription {
   // `take(message, arrival, sender)` is called with each message, `onError(text)` with the reason if they cannot be decoded,
-  // and `onLost(count)` with the number of messages that this browser was too slow for.
+  // and `onLost(count)` with the number of messages dropped because this browser was too slow.
   constructor(scene, take, onError, onLost) {
     this.scene = scene;
     this.take = take;

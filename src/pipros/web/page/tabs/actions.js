@@ -1,4 +1,4 @@
-// Actions: their goals with feedback and results, and goals sent by hand.
+// Actions: their goals with feedback and results, and a form to send goals.
 
 import { copiesValues } from "../copy.js";
 import { h, morph, panelHead, replace, uniqueId } from "../dom.js";
