@@ -99,8 +99,8 @@ class TopicWatch:
     def figures(self) -> Mapping[str, float | int | None]:
         """Return messages and bytes per second, mean size in bytes, and total number of messages.
 
-        The rates are None if the topic is quiet, or too few messages have arrived. The size is None before the
-        second message.
+        The rates are None if the topic is quiet, or too few messages have arrived. The size is None before
+        the second message.
         """
         now_s = self._clock()
         with self._lock:

@@ -42,7 +42,7 @@ const links = [];
 const toPanels = /** @type {HTMLAnchorElement} */ (document.getElementById("to-panels"));
 const system = document.getElementById("system");
 const locked = document.getElementById("locked");
-const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs keep what they show
+const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs stay open
 let about = null;
 let masterError = ""; // why the master does not answer
 let resolveKnown;

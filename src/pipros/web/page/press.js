@@ -1,4 +1,4 @@
-// Holds updates back while a button of the mouse or a finger is pressed, so that what was pressed is still in its place at
+// Holds updates back while a mouse button or a finger is pressed, so that the pressed element is still in its place at
 // the release, and the browser reports a click. A drag does not hold them back.
 
 const DRAG_PX = 5;

@@ -4,7 +4,7 @@ import { live } from "./live.js";
 import { currentPlace, placeOf } from "./place.js";
 import { afterPress } from "./press.js";
 
-const HANDLES = "scene"; // the view whose contents are dragged: it is updated during a press, too
+const HANDLES = "scene"; // the view whose content can be dragged, and which is therefore updated during a press, too
 
 export class TabContext {
   // `onRemember(argument)` is called when the tab changes its address.

@@ -1,4 +1,4 @@
-// Filters of texts as users type them.
+// Text filters that users type.
 
 // Returns a function that returns whether a text contains the typed words verbatim. "-word" excludes texts with the word,
 // "/…/" is a regular expression, and "-/…/" excludes the texts that it matches. A malformed expression counts as words.

@@ -62,7 +62,7 @@ export function createChart(place, size, settings, on) {
   }, dataOf(settings), place);
 }
 
-// What uPlot draws; of x-y curves only their extent, because it would sort them by x.
+// The data for uPlot. For x-y curves, only their extent, because uPlot would sort the points by x.
 export function dataOf(settings) {
   const { curves, isXy } = settings;
   if (isXy) return [xExtent(settings), ...curves.map(() => [0, 1])];

@@ -86,7 +86,7 @@ function between({ times, values }, time) {
   return values[index] + part * (values[index + 1] - values[index]);
 }
 
-// The values of a curve over those of another, between two times: [[x, y], …] with null at gaps.
+// The values of one curve over the values of another, between two times: [[x, y], …] with null at gaps.
 export function pairs(over, curve, [begin, end]) {
   const found = [];
   for (let index = Math.max(0, indexAt(curve.times, begin)); index < curve.times.length && curve.times[index] <= end; index += 1) {

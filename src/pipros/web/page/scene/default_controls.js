@@ -7,7 +7,7 @@ const DARK = 0.6;
 const NONE = { x: 0, y: 0, z: 0 };
 const UPRIGHT = { x: 0, y: 0, z: 0, w: 1 };
 
-// Returns the markers of a control: its own, or those for its mode. `alpha` is that of default shapes.
+// Returns the markers of a control: its own, or those for its mode. `alpha` applies to default shapes.
 export function markersOf(control, scale, alpha) {
   if (control.markers.length) return control.markers;
   const orientation = unit(control.orientation);

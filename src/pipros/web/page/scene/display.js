@@ -135,7 +135,7 @@ export class Display {
   // Called before each picture.
   frame() {}
 
-  // Returns whether the property Update Interval lets the display follow its frames again.
+  // Returns whether the Update Interval has passed since the last update; if so, begins the next interval.
   isDue() {
     const now = performance.now();
     if (now - this.updatedAt < this.get("Update Interval") * 1000) return false;

@@ -147,7 +147,7 @@ const beside = (uri, name) => `${uri.slice(0, uri.lastIndexOf("/") + 1)}${name.r
 // The material of meshes without their own.
 const plain = () => new THREE.MeshLambertMaterial({ color: 0xffffff });
 
-// Keeps what rviz draws of a material: its diffuse colour, texture and transparency.
+// Returns a material with the properties that rviz draws: diffuse colour, texture and transparency.
 function lambert(from) {
   const { color = 0xffffff, map = null, opacity = 1, side } = from;
   const material = new THREE.MeshLambertMaterial({ color, map, opacity, side });

@@ -91,7 +91,7 @@ export class Scene {
     this.invalidate();
   }
 
-  // Returns all displays, with those in groups.
+  // Returns all displays, including those in groups.
   all() {
     const found = [];
     const visit = (display) => {
@@ -142,7 +142,7 @@ export class Scene {
 
   // -- time and transforms ------------------------------------------------------------------------------------------------
 
-  // Takes the time from `/clock`, if it is simulated or that of a bag.
+  // Follows `/clock` if time is simulated or a bag is open.
   followClock() {
     const isFollowing = Boolean(this.isSimulated || playback.bag);
     this.simulatedNs = isFollowing ? 0n : null;

@@ -1,5 +1,5 @@
 // Bags: a timeline that plays a bag for all tabs. The address contains the name of the bag and the moment, in seconds
-// from its beginning, at which it stands still: run.bag@14.5.
+// from its beginning, at which it is paused: run.bag@14.5.
 
 import { playback, elapsed } from "../bags/playback.js";
 import { recordingPanel } from "../bags/recording.js";

@@ -128,7 +128,7 @@ export function open(view, argument, context) {
     wanted.forEach((row, index) => { if (rows.children[index] !== row) rows.insertBefore(row, rows.children[index] ?? null); });
   }
 
-  // The row of an entry is kept, so that a text that is selected in it stays selected.
+  // Reuses the row of an entry, so that a selected text stays selected.
   function rowOf(entry) {
     let row = drawn.get(entry);
     if (!row) {

@@ -33,7 +33,7 @@ export function open(view, argument, context) {
       FORMATS.map((format) => h("button", { title: `Save as ${format.toUpperCase()}`, onclick: () => save(format) }, format.toUpperCase()))));
   view.append(h("div", { class: "column graph" }, toolbar, error, empty, h("div", { class: "stage" }, canvas.element, corner)), side);
 
-  let names = []; // of all nodes and topics, also of hidden ones
+  let names = []; // of all nodes and topics, including hidden ones
   let traffic = [];
   let selected = first; // the text of a key; empty for none
   let closePanel = () => {};

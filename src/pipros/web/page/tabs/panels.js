@@ -162,7 +162,7 @@ export function open(view, argument, context) {
     return border;
   }
 
-  // The id of the panel at a side of another one: the nearest whose centre is there.
+  // The id of the neighbour of a panel on one side: the panel with the nearest centre there.
   function neighbour(id, side) {
     const all = placesOf(layout).panels.map(({ leaf: own, box }) => ({ id: own.id, x: box.x + box.w / 2, y: box.y + box.h / 2 }));
     const own = all.find((each) => each.id === id);
