@@ -34,11 +34,11 @@ CHUNK_BYTES: Final = 16 * 1024
 room.
 """
 ENCRYPTED_BYTES: Final = 256 * 1024
-"""The same with TLS, where all data pass through the transport."""
+"""Like `CHUNK_BYTES`, for TLS connections, whose data always pass through the transport."""
 TURN_BYTES: Final = 1024 * 1024
 """Bytes to write to one client before the other clients get their turn."""
 CLOSING_S: Final = 1.0
-"""Time for a client to acknowledge the closing of the connection."""
+"""Time (s) for a client to acknowledge that the connection is being closed."""
 _LONGEST_REASON: Final = 120
 
 
@@ -123,7 +123,7 @@ class BridgeConnection(PortConnection):
     def write(self, frame: Frame) -> None:
         """Start writing a frame.
 
-        Call only if `has_room` is True. It is False until the frame has been written completely.
+        Call only if `has_room` is True. Afterwards, `has_room` is False until the whole frame is written.
         """
         parts = (frame_head(frame.size, is_text=frame.is_text), *frame.parts)
         if frame.size <= JOINED_BYTES:
@@ -186,7 +186,7 @@ class Client:
         address: IP address and port.
         agent: the `User-Agent` header, or an empty string.
         outbox: data for the client; thread-safe.
-        received: counts of the data that the client has sent.
+        received: number and size of the messages from the client.
     """
 
     def __init__(

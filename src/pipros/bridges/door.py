@@ -82,7 +82,7 @@ class ClientRow:
     Attributes:
         since: time of the connection, in seconds since 1970.
         sent: traffic of all subscriptions, current and past.
-        topics: traffic of the current subscriptions, by the names that `Session.topics` returns.
+        topics: traffic of the current subscriptions, by the names that `Session.takes` returns.
         publishes: topics that the client publishes.
         received: number of messages of all kinds from the client, and their size in bytes.
         waiting_bytes: size of the data that has not been sent to the client yet.

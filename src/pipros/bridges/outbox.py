@@ -175,7 +175,7 @@ class Outbox:
 
     @property
     def waiting_bytes(self) -> int:
-        """Size of the queue."""
+        """Size of the queue in bytes."""
         return self._bytes
 
     def traffic(self) -> Mapping[Hashable, Traffic]:

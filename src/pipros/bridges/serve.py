@@ -27,8 +27,8 @@ from pipros.web.token_file import read_tokens
 
 CLOSING_S: Final = 0.4
 ENDING_S: Final = 0.1
-"""Maximum time that connections, node and protocols together, and then tasks, can delay the end of the
-process.
+"""Maximum times (s) to wait at exit: `CLOSING_S` for connections, node and protocols together, then
+`ENDING_S` for remaining tasks.
 """
 
 

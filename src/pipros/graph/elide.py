@@ -9,7 +9,7 @@ from pipros.msg.base import Message
 
 
 class Elision:
-    """Replace arrays and strings with their sizes. Messages inside arrays are left unchanged."""
+    """Replaces arrays and strings with their sizes. Messages inside arrays are left unchanged."""
 
     def __init__(self, *, no_arrays: bool, no_texts: bool) -> None:
         self._no_arrays = no_arrays

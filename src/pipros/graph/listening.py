@@ -46,7 +46,8 @@ def wait_for_topic(
 ) -> TopicPart:
     """Return the topic and field to which `name` refers.
 
-    Block until the master knows the topic, or until Ctrl-C. `warn` is called once if this takes time.
+    Block until the master knows the topic, or until Ctrl-C. If the master does not know the topic yet, call
+    `warn` once.
 
     Raises:
         Interrupted: `is_over` returned true in the meantime.
@@ -86,7 +87,7 @@ class Listening:
     def subscribe(
         self, topic: str, callback: Callable[[AnyMsg], object], *, tcp_nodelay: bool = False
     ) -> None:
-        """Call `callback` with each undecoded message. If it raises an exception, the wait ends."""
+        """Call `callback` with each undecoded message. If it raises an exception, `wait` ends with that."""
 
         def guarded(message: AnyMsg) -> None:
             if self._is_over.is_set():

@@ -86,7 +86,7 @@ class LiveGraph:
         links: connections from node to node.
         topic_links, registered_links: connections between nodes and topics, as reported by the nodes, and as
             implied by the registrations.
-        silent: the nodes that did not report their connections.
+        silent: the nodes that did not report their connections, with the reasons.
         apis, nodes_by_api: the API addresses that have been looked up, by node, and the nodes by address.
         master_asked_at, asked_at: when the master and each node were last queried, on the graph's clock.
         max_age_of_state_s, max_age_of_report_s: how long answers from the master and from nodes are reused.
@@ -129,7 +129,10 @@ class LiveGraph:
         self._now_s = now_s
 
     def update(self) -> bool:
-        """Query the master and the nodes whose answers are too old. Return True if anything changed."""
+        """Query the master, and then nodes, if their last answers are too old.
+
+        Errors are logged. Return True if anything changed.
+        """
         changed = False
         if self._now_s() - self.master_asked_at > self.max_age_of_state_s:
             changed = self._query_master()
@@ -230,7 +233,7 @@ class LiveGraph:
         return api
 
     def _name_of(self, peer: str) -> str | None:
-        """Return the node at the other end of a connection, which is given by name or URI."""
+        """Return the name of the node with this name or URI; None if the URI is unknown."""
         if not peer.startswith(("http://", "rosrpc://")):
             return peer
         if peer not in self.nodes_by_api:

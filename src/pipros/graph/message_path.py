@@ -94,7 +94,7 @@ def extract(message: Message, path: Sequence[PathStep]) -> Part:
     """Return the part of the message to which the path leads, or a list of parts if the path contains a
     slice.
 
-    If an element in a slice lacks the part, it is represented by None.
+    An element of the slice that lacks the part yields None.
 
     Raises:
         NotFound: the message lacks a field.

@@ -29,7 +29,7 @@ def field_filter(*, no_arrays: bool, no_texts: bool) -> FieldFilter:
 
 
 class MessageRows:
-    """Flattens values into columns, one per array element."""
+    """Flattens values into columns, one per array element. Arrays of bytes have no columns."""
 
     def __init__(self, shown: FieldFilter | None = None) -> None:
         """Store the filter.

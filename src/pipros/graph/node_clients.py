@@ -44,7 +44,7 @@ class NodeClients:
             yield client
 
     def keep_only(self, uris: Collection[str]) -> None:
-        """Close the connections to all other nodes."""
+        """Close the connections to nodes whose URIs are not in `uris`."""
         with self._lock:
             gone = [self._clients.pop(uri) for uri in [*self._clients] if uri not in uris]
         for client in gone:

@@ -116,7 +116,10 @@ class _Peers:
         self._apis: dict[str, str] = {}
 
     def describe(self, destination: str, topic: str) -> str:
-        """Return the destination. If it is the URI of a publisher of the topic, prepend the name."""
+        """Return `NODE (URI)` if the destination is the URI of one of the topic's publishers.
+
+        Otherwise, return the destination.
+        """
         if not destination.startswith("http://"):
             return destination
         for node in self._publishers.get(topic, ()):

@@ -37,7 +37,7 @@ CALLS_A_LOOK = 60
 ASKED_AT_ONCE = 6
 ANSWER_DEADLINE_S = 1.5
 NODE_INTERVAL_S = 1.0
-"""Time for which a node's answer is used."""
+"""Minimum interval (s) between calls to the same node."""
 RATE_ANSWERS = 6
 """Number of a node's answers over which a rate is computed."""
 SLOWEST_RETRY_S = 8.0

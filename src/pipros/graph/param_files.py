@@ -10,14 +10,14 @@ from pipros.graph.errors import GraphError
 from pipros.safe.yaml import load, load_all
 
 NAMESPACE_KEY = "_ns"
-"""Key in a document that holds the namespace for its values, relative to the requested namespace."""
+"""Key for the namespace of a document's values, relative to the requested namespace."""
 
 
 def read_file(file: str, ns: str) -> list[tuple[Any, str]]:
     """Return the documents in a file, each with its namespace.
 
     Raises:
-        GraphError: the file does not exist or cannot be read.
+        GraphError: the file does not exist or cannot be read, or the namespace of a document is private.
         YamlError: the file is not valid YAML, or not plain data.
     """
     path = Path(file)

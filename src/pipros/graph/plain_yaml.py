@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-# Not compiled on import: `re` compiles and caches them on first use, and numbers do not need them.
+# Not compiled on import: `re` compiles and caches patterns on first use, and numbers do not need them.
 _WORD = r"[A-Za-z/_][A-Za-z0-9_./:+=@()<>-]*(?<!:)"
 _PLAIN = rf"{_WORD}(?: [A-Za-z0-9_/.]+)*"
 _LINE = r"[!-~]+(?: [!-~]+)*"
@@ -17,7 +17,7 @@ _WIDTH = 70
 """PyYAML breaks lines at the first blank beyond 80 columns."""
 _KEY_CHARACTERS = 60
 _MAX_INDENT = 30
-"""Maximum indentation in columns, because PyYAML moves deeply nested text."""
+"""Maximum indentation in columns, because PyYAML lays out deeply nested text differently."""
 
 
 class NotPlain(Exception):
@@ -36,7 +36,10 @@ def plain_document(value: object) -> str:
 
 
 def _lines(value: dict[object, object] | list[object], indent: int, seen: set[int]) -> list[str]:
-    """Return the lines for a non-empty dictionary or list. `seen` contains the ids of its parents."""
+    """Return the lines for a non-empty dictionary or list.
+
+    `seen` contains the ids of the containers written so far.
+    """
     if id(value) in seen or indent > _MAX_INDENT:  # PyYAML writes an alias for a repeated object
         raise NotPlain
     seen.add(id(value))
@@ -75,7 +78,7 @@ def _sequence(value: list[object], indent: int, seen: set[int]) -> list[str]:
 def _scalar(value: object, column: int, indent: int) -> str:
     """Return the text for a scalar or an empty container that starts at `column`.
 
-    Continuation lines are indented.
+    Continuation lines are indented by `indent` columns.
     """
     if value is None:
         return "null"

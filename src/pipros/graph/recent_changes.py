@@ -57,7 +57,7 @@ class RecentChanges:
     """Compares observations. Not thread-safe."""
 
     def __init__(self) -> None:
-        """Start without changes. Later observations are compared with the first."""
+        """Start without changes. The first observation that is added yields none."""
         self._last: Observation | None = None
         self._last_s = 0.0
         self._parts: frozenset[Part] = frozenset()

@@ -39,7 +39,7 @@ class ServiceCaller:
         """Query the server for the service type, unless the class is given.
 
         Args:
-            calls: the group of calls that can interrupt this lookup and later calls.
+            calls: group of open calls that includes this lookup and later calls; its `interrupt` ends them.
 
         Raises:
             GraphError: the service is not available, or its type is not installed.

@@ -33,7 +33,7 @@ def uri_of(master: MasterClient, service: str) -> str | None:
 
 
 def header_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> Mapping[str, str] | None:
-    """Return the server's connection header: `type`, `md5sum`, …; None if there is no server.
+    """Return the server's connection header: `type`, `md5sum`, …; None if the service is not available.
 
     Raises:
         GraphError: the server does not answer.
@@ -46,7 +46,7 @@ def header_at(uri: str, service: str, caller_id: str, calls: OpenCalls | None = 
     """Return the connection header that the server at a URI sends for a service.
 
     Args:
-        calls: the group of calls that can interrupt the lookup.
+        calls: group of open calls that includes the lookup; its `interrupt` ends them.
 
     Raises:
         GraphError: the server does not answer, or the URI is invalid.
@@ -83,7 +83,7 @@ def service_class_of(master: MasterClient, service: str, calls: OpenCalls | None
     """Return the class of a service. Its type is determined by querying the server.
 
     Args:
-        calls: the group of calls that can interrupt the lookup.
+        calls: group of open calls that includes the lookup; its `interrupt` ends them.
 
     Raises:
         GraphError: the service is not available, or its type is not installed.

@@ -1,4 +1,4 @@
-"""Accept only requests whose host and origin are those of the page's server. No sockets."""
+"""Accept only requests whose host and origin are those of the page's server. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -39,14 +39,13 @@ class Access:
         return self._url(host, f"token={self.secret.token}", tab)
 
     def one_time_url(self, host: str, tab: str = "") -> str:
-        """Return the address with a one-time code, not the token, for places that other users can read."""
+        """Return the address with a one-time code instead of the token, for use where others can read it."""
         return self._url(host, f"code={self.secret.new_code()}", tab)
 
     def check_host(self, host: str | None) -> None:
-        """Raise `Denied` unless a request's `Host` header contains a name of the server and the server's
-        port.
+        """Raise `Denied` unless a `Host` header has an allowed name or address, and the server's port.
 
-        Browsers omit the default port of a scheme.
+        A header without a port means the default port of the scheme.
         """
         found = _HOST.fullmatch(host or "")
         name = found["name"].lower() if found else ""
@@ -56,7 +55,7 @@ class Access:
             raise Denied(f"This server is not {host or 'without a name'}. Open the address that it printed.")
 
     def check_origin(self, origin: str | None) -> None:
-        """Raise `Denied` if a page from another site has opened the WebSocket."""
+        """Raise `Denied` unless an `Origin` header has this server's scheme, and passes `check_host`."""
         try:
             parts = urlsplit(origin or "")
         except ValueError:

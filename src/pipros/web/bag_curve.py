@@ -1,4 +1,4 @@
-"""Curves of whole bags: a bounded number of samples from all messages of a topic, in pieces."""
+"""Sample all messages of a topic in a bag, for a curve: a bounded number of samples, in pieces."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pipros.msg.time import NS_PER_S
 
 MOST_SAMPLES: Final = 20_000
 PIECE_S: Final = 0.2
-"""Time after which a piece is sent."""
+"""Time (s) in which the samples of one piece are collected."""
 
 Take = Callable[[Any, float], Any]
 """Called with a decoded message and its time (s) in the bag. Returns a sample, or None."""
@@ -24,7 +24,7 @@ Take = Callable[[Any, float], Any]
 class BagSamples:
     """Samples of the messages of some connections. All methods block.
 
-    Of more than `MOST_SAMPLES` messages, evenly spaced ones are decoded.
+    If there are more than `MOST_SAMPLES` messages, only evenly spaced ones are decoded.
 
     Args:
         limit_s: maximum processor time (s) of `take` for one message.
@@ -50,7 +50,7 @@ class BagSamples:
         self._messages = enumerate(reader.stored_messages(connections))
 
     def next_piece(self) -> tuple[list[Any], str] | None:
-        """Return further samples, and the last problem; None at the end of the bag.
+        """Return the next samples, and the text of the last error (empty for none); None at the bag's end.
 
         Raises:
             BagError: a sample takes too long, or the bag is damaged.

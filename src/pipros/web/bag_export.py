@@ -1,4 +1,4 @@
-"""Write part of a bag as a bag, or as a ZIP file of tables or images, for a browser to download."""
+"""Export part of a bag for download by a browser: as a bag, or as a ZIP file of tables or images."""
 
 from __future__ import annotations
 
@@ -48,8 +48,9 @@ def export(
 
     Args:
         form: one of `FORMATS`. Bags begin with the latched messages from before the range. Tables have the
-            rows of `rostopic echo -p`, with the times of the bag.
-        limit_bytes: maximum total size of the messages.
+            rows of `rostopic echo -p`, with the times of the bag. With `images`, topics of other types are
+            skipped.
+        limit_bytes: maximum total size of the messages; for tables, of the rows.
 
     Raises:
         BagError: the messages exceed the limit, or the bag is damaged.
@@ -91,8 +92,8 @@ def _bag(
 def _latched_before(
     reader: BagReader, connections: Collection[Connection], begin_ns: int
 ) -> Iterator[StoredMessage]:
-    """Yield what a late subscriber of latched topics would get: all static transforms, and of other
-    connections the newest message.
+    """Yield latched messages from before a time: all static transforms, and the newest message of each other
+    connection.
     """
     for connection in connections:
         if connection.header.get("latching") != b"1":

@@ -30,7 +30,10 @@ class BagFolder:
         self.path: Final = Path(path).resolve()
 
     def names(self) -> list[tuple[str, int]]:
-        """Return the names of the bags relative to the folder, with their sizes in bytes, newest first."""
+        """Return the names and sizes in bytes of at most `MOST_FILES` bags, newest first.
+
+        Names are relative to the folder.
+        """
         found: list[tuple[float, str, int]] = []
         left = MOST_LOOKED_AT
         for folder, _, files in os.walk(self.path):  # os.walk does not follow links to folders

@@ -44,9 +44,9 @@ LEAD_S: Final[Mapping[str, float | None]] = {
     "/rosout": 5.0,
     "/rosout_agg": 5.0,
 }
-"""For some topics, the seconds before the moment that tabs need; None for all.
+"""Time span (s) before the moment, by topic, of which tabs need all messages; None for all earlier messages.
 
-Of other topics, they need the newest message.
+Of other topics, tabs need only the newest message.
 """
 LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
     (
@@ -57,9 +57,12 @@ LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
     ),
     60.0,
 )
-"""The same for types whose messages change what earlier ones have shown."""
+"""Like `LEAD_S`, for types whose messages modify what earlier messages displayed."""
 LEADING_MESSAGES: Final = 2000
-"""Maximum number of these messages; their total size is limited to `Limits.page_view_bytes`."""
+"""Maximum number of messages from before the moment, for one topic.
+
+Their total size is limited to `Limits.page_view_bytes`.
+"""
 LOG_TOPICS: Final = ("/rosout_agg", "/rosout")
 CLOCK_TOPIC: Final = "/clock"
 TICK_S: Final = 0.1
@@ -78,7 +81,7 @@ class PlaybackState:
         epoch: number of jumps so far; the browser reopens its views when it changes.
         moment: time in the bag (s since 1970).
         speed: seconds of the bag per second.
-        error: why the rest of the bag cannot be read.
+        error: why the rest of the bag cannot be read; empty if there was no error.
     """
 
     epoch: int
@@ -135,8 +138,8 @@ class BagPlayback:
     """Playback of a bag for one browser. Its methods are thread-safe and do not block.
 
     Args:
-        live: the running system, whose threads are used.
-        reader: the bag, which is closed with the playback.
+        live: the running system, whose node and thread pools are used.
+        reader: reader of the bag. It is closed together with the playback.
 
     Raises:
         NoMessages: the bag is empty.
@@ -161,7 +164,7 @@ class BagPlayback:
 
     @property
     def layout(self) -> BagLayout | None:
-        """The bag's index, which lets another reader open the bag without reading it; None for MCAP."""
+        """The bag's index, with which other readers need not read it from the file; None for MCAP."""
         return self._reader.layout if self._reader.layout.chunks else None
 
     @property
@@ -204,7 +207,7 @@ class BagPlayback:
             self._jump(moment_ns)
 
     def step(self, direction: int, topics: Sequence[str]) -> None:
-        """Pause, and go to the next (1) or previous (-1) message on `topics`; by default, on any topic."""
+        """Pause, and go to the next (1) or previous (-1) message on `topics`; if empty, on any topic."""
         wanted = [each for each in self._reader.connections if not topics or each.topic in topics]
         with self._changed:
             self._is_playing = False
@@ -277,11 +280,11 @@ class BagPlayback:
         return True
 
     def _is_over(self, epoch: int) -> bool:
-        """Whether the playback was closed, or has jumped since `epoch`, so that no more need be read."""
+        """Return whether the playback was closed or has jumped since `epoch`."""
         return self._is_closed or self._epoch != epoch
 
     def _lead(self, watch: TopicWatch, moment_ns: int, is_over: IsOver) -> None:
-        """Pass on the messages of a topic that were current at the moment."""
+        """Deliver to a watch the messages of its topic that were current at the moment."""
         connections = self._connections(watch.topic)
         if watch.topic == CLOCK_TOPIC:
             self._tick([watch], moment_ns)

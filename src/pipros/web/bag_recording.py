@@ -1,4 +1,4 @@
-"""Record topics for the page, into its folder of bags: one recording at a time, which all browsers see."""
+"""Record topics into the page's folder of bags: one recording at a time, which all browsers see."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from pipros.web.bag_folder import BagFolder
 
 ENDINGS: Final = (".bag", ".mcap")
 ENDING_S: Final = 5.0
-"""Maximum time in which a recording is completed when the page ends."""
+"""Maximum time (s) to wait until the file of a stopped recording is complete."""
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 _WARNINGS: Final = 3
 
@@ -35,7 +35,7 @@ class RecordingRefused(BagError):
 
 @dataclass(frozen=True, slots=True)
 class RecordingPlan:
-    """What a browser wants to record.
+    """A browser's request for a recording.
 
     Attributes:
         name: file name; `.bag` is appended unless it ends in `.bag` or `.mcap`. By default, the date.
@@ -54,9 +54,10 @@ class RecordingState:
     """What browsers see of the current or the last recording.
 
     Attributes:
-        topics: number of topics to which it has subscribed.
+        topics: number of topics to which the recorder has subscribed.
+        size: size of the file in bytes.
         seconds: duration so far.
-        problem: the last warnings, or why it could not be completed.
+        problem: the last warnings, and the reason if the recording failed; empty if there are none.
     """
 
     name: str
@@ -85,7 +86,7 @@ class _Recording:
         return self._thread.is_alive()
 
     def stop(self, timeout_s: float) -> None:
-        """End the recording, and wait until its file is complete."""
+        """End the recording, and wait at most `timeout_s` until its file is complete."""
         self._node.shutdown("the recording ends")
         self._thread.join(timeout_s)
 
@@ -109,7 +110,7 @@ class _Recording:
     def _run(self) -> None:
         try:
             with self._node:
-                with contextlib.suppress(PiprosError):  # no master yet: the time is the machine's
+                with contextlib.suppress(PiprosError):  # without a master, use the machine's time
                     if self._node.params.get("/use_sim_time") is True:
                         self._node.use_simulated_time()
                 self._recorder.run()
@@ -154,7 +155,7 @@ class BagRecording:
             self._recording = _Recording(path, options, environment)
 
     def stop(self) -> None:
-        """End the recording, if one is running, and wait until its file is complete."""
+        """End the recording, if one is running, and wait at most `ENDING_S` until its file is complete."""
         with self._lock:
             recording = self._recording
         if recording is not None:
@@ -166,7 +167,7 @@ class BagRecording:
         return None if recording is None else recording.state()
 
     def spare_bytes(self) -> int:
-        """Return how much may be recorded until the disk is as full as `page_record_spare_bytes` allows."""
+        """Return the free disk space in bytes beyond `page_record_spare_bytes`; negative if there is less."""
         return shutil.disk_usage(self._folder.path).free - process_limits().page_record_spare_bytes
 
     def _path(self, name: str) -> Path:

@@ -1,4 +1,4 @@
-"""Compute the tracks of a timeline: the density of each topic's messages, read only from the bag's index."""
+"""Compute the tracks of a timeline: the distribution of each topic's messages, from the bag's index alone."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from pipros.bag.records import parse_entries
 
 BINS: Final = 240
 EXACT_CHUNKS: Final = 40
-"""Maximum number of chunks whose indexes are read, for the times of all messages."""
+"""Maximum number of chunks in a bag for which all chunk indexes are read. They contain all message times."""
 
 _Span = tuple[int, int, Mapping[int, int]]
-"""First and last time (ns) of some messages, and their numbers by connection."""
+"""First and last time (ns) of some messages, and the number of messages by connection id."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +24,8 @@ class Track:
     """The distribution of a topic's messages over time.
 
     Attributes:
-        bins: estimated number of messages in each of `BINS` equal parts of the bag's duration.
+        bins: estimated number of messages in each of `BINS` equal parts of the bag's duration. In an MCAP
+            file, each chunk counts as one message of each topic in it.
     """
 
     topic: str

@@ -50,9 +50,10 @@ class Columns:
 
 
 def thinning_step(count: int, limit: int) -> int:
-    """Return the smallest odd k such that every k-th of `count` points makes at most `limit` points.
+    """Return the smallest odd k such that taking every k-th of `count` points yields at most `limit` points.
 
-    With an even k, clouds with an even number of rows would lose every second row.
+    With an even k, whole rings would be missing in the clouds of a lidar that stores the points of an even
+    number of rings in turn.
 
     >>> thinning_step(100, 100), thinning_step(200, 100), thinning_step(1000, 90)
     (1, 3, 13)
@@ -62,7 +63,9 @@ def thinning_step(count: int, limit: int) -> int:
 
 
 def cloud_columns(cloud: Any, wanted: Sequence[str], limit: int, turn: int = 0) -> Columns:
-    """Return the columns x, y, z and those in `wanted`, if the cloud has them.
+    """Return the columns x, y and z, and the columns in `wanted` that the cloud has.
+
+    If the cloud cannot be shown, return no columns, but the `problem`.
 
     Args:
         limit: maximum number of points.
@@ -112,9 +115,9 @@ def point_columns(cloud: Any, wanted: Sequence[str], limit: int, turn: int = 0) 
 
 
 def strided(data: bytes | memoryview, offset: int, step: int, width: int) -> bytes:
-    """Return `width` bytes at `offset`, `offset + step`, ….
+    """Return the `width` bytes at each of `offset`, `offset + step`, …, joined.
 
-    Each byte of the values is copied by one slice, whatever the alignment.
+    The n-th bytes of all values are copied by one slice, so that alignment does not matter.
 
     >>> strided(b"0123456789ab", 1, 4, 2)
     b'12569a'

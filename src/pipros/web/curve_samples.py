@@ -63,7 +63,9 @@ def expand(text: str) -> Iterator[str]:
 
 
 def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
-    """Return the field that `text` denotes, for the longest topic name with which it begins, or None.
+    """Return the field that `text` denotes, or None if `text` does not begin with the name of a topic.
+
+    If it begins with several names, the longest one is chosen.
 
     `/cmd_vel=hypot(m.linear.x, m.linear.y)` is an expression over the message `m` of the topic before `=`.
 
@@ -98,13 +100,17 @@ def sample_of(message: Any, field: Field, axis: Axis, received_s: float, ros_s: 
     """Return the time and the value of a sample.
 
     Raises:
-        ValueError: as `number_in`, or the message has no stamp.
+        ValueError: the axis shows stamps, and the message has none; or `number_in` raised it.
     """
     return [time_of(message, field.topic, axis, received_s, ros_s), number_in(message, field)]
 
 
 def time_of(message: Any, topic: str, axis: Axis, received_s: float, ros_s: float) -> float:
-    """Return where a message is on a time axis, in seconds. Raise `ValueError` if it has no stamp."""
+    """Return a message's time on an axis, in seconds.
+
+    Raises:
+        ValueError: the axis shows stamps, and the message has none.
+    """
     if axis is Axis.STAMP:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         if not isinstance(stamp, Time):

@@ -11,7 +11,7 @@ from pipros.web.access import Access
 
 
 def open_in_browser(access: Access, host: str, tab: str = "") -> None:
-    """Open the page in a browser if there is a display. Does not wait for it."""
+    """Open the page in a browser if there is a display. Does not wait for the browser."""
     if _has_display():
         # Other users can read the browser's command line, so it must not contain the token.
         once = access.one_time_url(host, tab)

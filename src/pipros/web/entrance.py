@@ -1,9 +1,9 @@
 """Accept connections from browsers, and limit connections that have not been authenticated yet.
 
 Theory of operation. The listening socket counts each connection when it is accepted, before the TLS
-handshake, in a connection table as used by a node's servers. Until `Visitor.admit` is called, a connection is
-closed after `login_s` without a request, and if there are too many connections, a new one replaces the one
-that has been silent for longest. Admitted connections are not closed.
+handshake, in a `ConnectionTable`, like the servers of nodes. Until `Visitor.admit` is called, a connection is
+closed after `login_s` without a request. If there are too many connections, a new one replaces the one that
+has been silent for longest among those that have not been admitted.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 
 SHARE: Final = 1 / 8
-"""Share of the process's file descriptors. The rest is reserved for the page's own node."""
+"""Share of the process's file descriptors that connections may use. The page's node needs the rest."""
 
 ACCEPTED_AT_A_TIME: Final = 4
 _BACKLOG: Final = 128

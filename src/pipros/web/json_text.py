@@ -27,7 +27,7 @@ async def json_text(value: Any) -> str:
 
 
 def encoded(value: Any) -> str:
-    """Return a value as JSON at once, as `json_text` does for small values."""
+    """Return a value as JSON like `json_text`, but always encode it in the calling thread."""
     try:
         return _ENCODER.encode(value)
     except ValueError:

@@ -41,7 +41,7 @@ class KnownTopic:
 
     @property
     def problem(self) -> str:
-        """Why messages were skipped in the last seconds; empty if none was skipped."""
+        """Why messages were skipped in the last `SHOWN_S` seconds; empty if none was skipped."""
         text, last_s = self._problem
         return text if time.time() - last_s < SHOWN_S else ""
 

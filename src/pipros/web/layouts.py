@@ -1,7 +1,7 @@
 """Store layouts of panels by name, read them from files, and derive them from rqt perspectives.
 
-A file is JSON: `{"pipros_layout": 1, "panels": "row(plot//imu/x~console)"}`. The value of `panels` also
-occurs in the page's address. Only the page interprets it.
+A file is JSON: `{"pipros_layout": 1, "panels": "row(plot//imu/x~console)"}`. The page's address contains the
+same text for `panels`, which only the page interprets.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ PLUGIN_TABS: Final[Mapping[str, str]] = {
     "rqt_top": "nodes",
     "rqt_topic": "topics",
 }
-"""The page's tabs that replace rqt plugins."""
+"""The page's tabs by the rqt plugins that they replace."""
 
 
 class BadLayout(PiprosError, ValueError):

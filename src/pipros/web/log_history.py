@@ -1,4 +1,4 @@
-"""Read the log entries from before the page subscribed, at the end of the run's `rosout.log`."""
+"""Read the log entries from before the page subscribed, from the end of the run's `rosout.log`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.basics.input_file import read_end
 from pipros.launch.run_id import is_run_id
 
 FILE_BYTES = 1_000_000
-"""Size of the part of the file that is read."""
+"""Number of bytes that are read from the end of the file."""
 
 Entry = list[Any]
 """Level, node, text, time, file, line, function."""

@@ -8,7 +8,7 @@ from pipros.safe.expr import Expression
 
 
 class MessagePattern:
-    """A YAML value in which strings that begin with "=" are expressions of `i` and `t`.
+    """A YAML value in which strings that begin with "=" are expressions of `i` (count) and `t` (seconds).
 
     Strings that begin with "==" are not evaluated. See `pipros.safe.expr` for the functions, such as `sin`.
 
@@ -21,7 +21,7 @@ class MessagePattern:
         self._value = _parsed(value)
 
     def value(self, number: int, seconds: float) -> Any:
-        """Evaluate the expressions for a count and a time. Raise `ExpressionError` if one fails."""
+        """Return the value with the results of the expressions. Raise `ExpressionError` if one fails."""
         return _evaluated(self._value, {"i": number, "t": seconds})
 
 

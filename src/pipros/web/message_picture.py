@@ -27,8 +27,9 @@ Picture = Mapping[str, Any]
 def message_picture(message: Any) -> Picture | None:
     """Return a picture of a message, as JSON values; None if it has none.
 
-    There are three kinds: `points` (metres, x and y in turn, `joined` if they are a line), `grid` (cells from
-    0 to 100 or `UNKNOWN`, in base64, from the lower left corner), and `image` (as `packed`, in base64).
+    There are three kinds: `points` (x and y of each point in metres; `joined` if they form a line), `grid`
+    (cells from 0 to 100 or `UNKNOWN`, in base64, from the lower left corner), and `image` (the result of
+    `packed`, in base64).
     """
     kind = getattr(message, "_type", "")
     draw = _PICTURES.get(kind)

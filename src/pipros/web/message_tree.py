@@ -25,7 +25,7 @@ def message_tree(message: object) -> Any:
     """Return the fields of a message as dictionaries, lists, strings and numbers.
 
     NaN and infinity become the strings `nan` and `inf`.
-    A shortened array is `{"…": length, "items": first}`.
+    A shortened array is `{"…": length, "items": […]}` with the first elements.
 
     Args:
         message: a message, or the value of a field.

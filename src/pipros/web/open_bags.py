@@ -14,7 +14,11 @@ from pipros.web.watched_system import WatchedSystem
 
 @dataclass(slots=True)
 class _OpenBag:
-    """Attributes: the system that the playback showed last, and the services that show it."""
+    """A browser's bag.
+
+    Attributes:
+        shown: the playback's system for which services were last made, and these services.
+    """
 
     playback: BagPlayback
     shown: tuple[WatchedSystem, Services] | None = None
@@ -54,7 +58,10 @@ class OpenBags:
             playback.close()
 
     def services(self, make: Callable[[WatchedSystem], Services]) -> Services | None:
-        """Return the services that show the browser's bag, made once per jump; None if none is open."""
+        """Return the services that show the browser's bag, or None if it has not opened a bag.
+
+        `make` is called again after each jump.
+        """
         bag = self._bags.get(current_browser())
         if bag is None:
             return None

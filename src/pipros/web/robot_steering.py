@@ -22,7 +22,7 @@ FASTEST: Final = 3.0
 
 
 class Steering:
-    """Publishes the velocities ten times a second while one of them is not 0, and once when both become 0.
+    """Velocities set with sliders. `publish`, which must be called periodically, publishes them.
 
     The robot stops when a browser leaves the page, and when the node ends.
     """

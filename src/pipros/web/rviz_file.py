@@ -21,11 +21,11 @@ class RvizFileError(PiprosError, ValueError):
 
 
 class _TextDumper(yaml.Dumper):
-    """Writes strings without quotes where a reader that keeps scalars as strings can read them back."""
+    """Writes strings without quotes if a reader that keeps scalars as strings can read them back."""
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 # declared so by PyYAML
 
-    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 # rviz writes none
+    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 # rviz writes no aliases
         return True
 
 

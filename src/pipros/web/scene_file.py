@@ -28,7 +28,7 @@ class SceneFile:
             self.load(path)
 
     def load(self, path: Path) -> None:
-        """Read a file, to which `save` then writes.
+        """Read a file, and make it the one to which `save` writes.
 
         Raises:
             RvizFileError: the file is not an rviz configuration.

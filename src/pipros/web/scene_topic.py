@@ -1,4 +1,4 @@
-"""Serialized messages of a topic for the browsers that draw it: kept, queued, and joined to batches."""
+"""Serialized messages of a topic for the browsers that draw it: kept, queued, and joined into batches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LONGEST_QUEUE: Final = 10_000
 MOST_LATCHED: Final = 1000
 """Maximum number of latching publishers of a topic whose newest messages are kept."""
 MOST_SENDERS: Final = 200
-"""Maximum number of publishers of a topic whose names one browser learns."""
+"""Maximum number of publishers of a topic whose names are sent to one browser."""
 LONGEST_SENDER: Final = 300
 _MESSAGE: Final = struct.Struct("<dIH")
 
@@ -27,8 +27,8 @@ _MESSAGE: Final = struct.Struct("<dIH")
 class SceneTopic:
     """A topic that browsers show.
 
-    A new browser first receives the newest message of each latching publisher, and on `/tf` also the
-    other messages of the last seconds. Messages are added by the threads that receive them.
+    A new browser first receives the newest message of each latching publisher, and the other messages of the
+    last `history_s` seconds. Messages are added by the threads that receive them.
 
     Attributes:
         layout: the layout of the publishers' type, or `{"error": text}`; None before the first message.
@@ -129,7 +129,7 @@ class PendingMessages:
 
 
 def add_senders(known: dict[str, int], messages: list[tuple[AnyMsg, float]]) -> bool:
-    """Number the senders that are not known yet. Return whether there were any."""
+    """Add new senders of messages to `known`, numbered from 1. Return whether any was added."""
     before = len(known)
     for message, _ in messages:
         sender = sender_of(message)

@@ -1,10 +1,10 @@
-"""Authenticate clients of a pipros server with a shared secret instead of cookies. No sockets.
+"""Authenticate clients of a pipros server with a shared secret instead of cookies. Performs no I/O.
 
 Browsers send cookies to every server on the same host name, regardless of its port. So clients present the
 secret explicitly: in the first message of a WebSocket, or in the header `Authorization: Bearer` of a request.
-They read it from the fragment of the printed address, which browsers do not send. If the client can send only
-a URL (for a download, or on a browser's command line, which other users can read), the URL contains a
-one-time code instead.
+They read the secret from the fragment of the printed address, which browsers do not send. If a client can
+send only a URL (for a download, or on a browser's command line, which other users can read), the URL contains
+a one-time code instead.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Secret:
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic, tokens: Sequence[str] = ()) -> None:
-        """Create a secret with a random token, or with these tokens. The first is the one that is printed."""
+        """Create a secret with a random token, or with the given tokens. `token` is the first of them."""
         self._tokens = tuple(tokens) or (secrets.token_urlsafe(24),)
         self.token: Final = self._tokens[0]
         self._clock = clock

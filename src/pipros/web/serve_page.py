@@ -73,7 +73,7 @@ CHANGING = frozenset(_KINDS)
 
 CLOSING_S = 0.4
 ENDING_S = 0.1
-"""Maximum time that connections, and then the remaining tasks, can delay the end of the process."""
+"""Maximum times (s) to wait at exit: `CLOSING_S` for connections, then `ENDING_S` for remaining tasks."""
 
 EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
 
@@ -199,7 +199,7 @@ def services(
 ) -> Services:
     """Return all views and actions of the page.
 
-    `saves_layouts`, `bags`: see `PageOptions`. `recording` makes recordings in `bags`.
+    For `permitted`, `saves_layouts` and `bags`, see `PageOptions`. `recording` makes recordings in `bags`.
     """
     scene = SceneViews(system, scene_file)
     frames = FrameViews(system)

@@ -167,7 +167,7 @@ class PageServer:
             first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
             self.access.secret.check_first_message(first)
         except asyncio.TimeoutError:
-            # The page tries again; it forgets a token that is refused.
+            # With this code, the page tries again. With POLICY_VIOLATION, it would forget its token.
             await connection.close(CloseCode.TRY_AGAIN_LATER, "The token must be the first message.")
             return
         except Denied as error:
@@ -199,9 +199,11 @@ class _Browser:
     def __init__(
         self, connection: ServerConnection, services: Services, logged: set[tuple[str, type[BaseException]]]
     ) -> None:
-        """`logged`: the errors that were logged for any browser, by view or action and type.
+        """Create the state of a browser.
 
-        Updated in place.
+        Args:
+            logged: the errors that have been logged for any browser, each as the name of the view or action,
+                and the type of the exception. Updated in place.
         """
         self._connection = connection
         self._services = services
@@ -313,7 +315,7 @@ class _Browser:
 
 
 def only_header(headers: Headers, name: str) -> str | None:
-    """Return the value of a header that may occur at most once."""
+    """Return the value of a header, or None if it is missing or occurs more than once."""
     values = headers.get_all(name)
     return values[0] if len(values) == 1 else None
 
@@ -321,8 +323,8 @@ def only_header(headers: Headers, name: str) -> str | None:
 def _file_response(path: str, packages: Sequence[str], request: Headers) -> Response:
     """Return a file of the page.
 
-    Only file names in its folders are looked up, so no other file can be read. Third-party files are large,
-    so they are sent compressed, and browsers cache and revalidate them.
+    Each part of the path is looked up among the entries of a folder, so no other file can be read.
+    Third-party files are large, so they are sent compressed, and browsers cache and revalidate them.
     """
     name = "index.html" if path == "/" else path[1:]
     files = (_find(resources.files(package) / "page", name) for package in packages)
@@ -363,7 +365,7 @@ def _find(folder: Traversable, name: str) -> Traversable | None:
 
 
 def plain_response(status: HTTPStatus, text: str, kind: str = "text/plain") -> Response:
-    """Return a plain-text response."""
+    """Return a response that contains `text`, with the media type `kind`."""
     return _response(status, text.encode(), f"{kind}; charset=utf-8")
 
 

@@ -18,11 +18,10 @@ from pipros.basics.limits import Limits
 from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
 
 CLOSING_S: Final = 0.2
-"""Time for clients to acknowledge the closing of their connections, and again for the server's tasks to end.
-"""
+"""Time (s) for clients to acknowledge the end of connections, and again for the server's tasks to end."""
 
 UNSENT_BYTES: Final = 131_072
-"""Bytes that wait in the kernel: with more, a browser on a slow link would get views that are seconds old."""
+"""Maximum number of unsent bytes in the kernel. With more, a browser on a slow link would get old views."""
 
 # At level DEBUG, websockets logs messages and paths, including tokens.
 _SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)

@@ -1,4 +1,4 @@
-"""Limit, repeat and time out the velocity commands of one person who steers a robot. No sockets."""
+"""Limit, repeat and time out the velocity commands of one person who steers a robot. Performs no I/O."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 WINDOW = 200
 """Number of messages over which rates and bandwidths are computed."""
 QUIET_S = 3.0
-"""A topic has no rate if no message has arrived for this long, and for three of its intervals."""
+"""A topic has no rate if no message has arrived for this time (s) and for three times the mean interval."""
 
 SHORTEST_S = 0.1
 """If fewer than `WINDOW` messages have arrived, they must span at least this time to yield a rate."""
@@ -97,7 +97,11 @@ class TopicWatch:
             listener(message, wall_s)
 
     def figures(self) -> Mapping[str, float | int | None]:
-        """Return messages and bytes per second, mean size in bytes, and total number of messages."""
+        """Return messages and bytes per second, mean size in bytes, and total number of messages.
+
+        The rates are None if the topic is quiet, or too few messages have arrived. The size is None before
+        the second message.
+        """
         now_s = self._clock()
         with self._lock:
             rate, bandwidth = self._rate.figures(), self._bandwidth.figures(now_s)

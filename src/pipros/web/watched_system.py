@@ -86,7 +86,7 @@ class WatchedSystem:
         return time.time()
 
     async def observations(self) -> AsyncIterator[Observation]:
-        """Yield the newest observation, at most once per interval."""
+        """Yield the newest observation, at most once per `LOOK_INTERVAL_S`."""
         while True:
             future: asyncio.Future[Observation] = asyncio.get_running_loop().create_future()
             self._waiting.add(future)

@@ -59,7 +59,7 @@ AnyOffer = TypeVar("AnyOffer", bound=Offer)
 
 @dataclass(frozen=True, slots=True)
 class Change(Generic[AnyOffer]):
-    """Additions and removals to announce to the clients."""
+    """Added channels or services, and the ids of removed ones, to announce to the clients."""
 
     added: Sequence[AnyOffer]
     removed: Sequence[int]
@@ -74,7 +74,7 @@ class Catalog:
         self._ids = itertools.count(1)
 
     def update_channels(self, found: Mapping[str, Definition]) -> Change[Channel]:
-        """Offer these topics and no others."""
+        """Offer these topics and no others. Return the changes."""
         kept = {channel.topic: channel.id for channel in self.channels.values()}
         removed = [
             number for number, each in self.channels.items() if found.get(each.topic) != each.definition
@@ -90,7 +90,7 @@ class Catalog:
         return Change(added, removed)
 
     def update_services(self, found: Mapping[str, ServiceDefinition]) -> Change[Service]:
-        """Offer these services and no others."""
+        """Offer these services and no others. Return the changes."""
         kept = {service.name: service.id for service in self.services.values()}
         removed = [
             number for number, each in self.services.items() if found.get(each.name) != each.definition

@@ -23,7 +23,7 @@ from pipros.wire.handshake import ANY, WireType, request_topic_link
 HEADER_S: Final = 5.0
 """Timeout for the connection header of a publisher."""
 LATCHING_PUBLISHERS: Final = 20
-"""Maximum number of a topic's publishers that are queried for whether they latch messages."""
+"""Maximum number of a topic's publishers that are queried to find out whether they latch messages."""
 RETRY_S: Final = 10.0
 """Time after which a peer that did not send its definition is queried again."""
 CORRECTION_S: Final = 10.0
@@ -69,7 +69,10 @@ class Definitions:
         return found
 
     def correct(self, topic: str, header: Mapping[str, str]) -> bool:
-        """Use a publisher's definition for a topic from now on. Return False if it cannot be used."""
+        """Use a publisher's definition for a topic from now on.
+
+        Return False if the definition is invalid, or if the last correction was less than `CORRECTION_S` ago.
+        """
         kind, md5sum, text = (header.get(name, "") for name in ("type", "md5sum", "message_definition"))
         now_s = time.monotonic()
         with self._lock:
@@ -83,7 +86,7 @@ class Definitions:
         return True
 
     def forget_all_but(self, keys: set[str]) -> None:
-        """Forget the topics and services that have disappeared."""
+        """Forget all topics and services whose names are not in `keys`."""
         with self._lock:
             self._corrected = {name: kept for name, kept in self._corrected.items() if name in keys}
         self._asked = {key: kept for key, kept in list(self._asked.items()) if key[0] in keys}

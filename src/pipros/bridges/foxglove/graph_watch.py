@@ -83,7 +83,7 @@ class GraphWatch:
             self._changed.notify()
 
     def set_needed(self, is_needed: bool) -> None:
-        """Start or stop watching. When watching starts, the thread queries the graph at once."""
+        """Start or stop watching. If `is_needed`, the thread queries the graph immediately."""
         with self._changed:
             self._is_needed = self._is_urgent = is_needed
             self._changed.notify()

@@ -39,7 +39,7 @@ _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
 CHANGING = ("clientPublish", "services")
-"""Capabilities of the protocol: for every server, and only for servers that allow control."""
+"""Capabilities of the protocol: those of every server, and those that require control."""
 CAPABILITIES: Final = (*READING, *CHANGING)
 
 

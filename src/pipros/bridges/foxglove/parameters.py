@@ -37,7 +37,7 @@ def selected(found: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:
 
 
 def to_client(name: str, value: Any) -> dict[str, Any]:
-    """Return a parameter as JSON. Bytes become base64; the `type` marks floats that have no fraction."""
+    """Return a parameter as JSON. Bytes become base64. `type` marks bytes and floats, even whole ones."""
     if isinstance(value, Binary | bytes):
         data = value.data if isinstance(value, Binary) else value
         return {"name": name, "value": base64.b64encode(data).decode(), "type": _BYTES}

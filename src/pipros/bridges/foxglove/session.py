@@ -1,4 +1,7 @@
-"""Handle the requests of one Foxglove client, and forward its subscribed topics. Performs no I/O."""
+"""Handle the requests of one Foxglove client, and forward its subscribed topics.
+
+Work that may block runs in the threads of the bridge.
+"""
 
 from __future__ import annotations
 
@@ -179,7 +182,7 @@ class ClientSession:
 
     async def _handle(self, request: ClientRequest) -> None:
         capability = _CAPABILITIES.get(type(request))
-        if capability is not None and not isinstance(request, CallService):  # the response reports errors
+        if capability is not None and not isinstance(request, CallService):  # its response reports errors
             self._check_offered(capability)
         match request:
             case Publish():

@@ -110,7 +110,10 @@ def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> F
 
 
 def fragment_frames(whole: Frame, size: int) -> Sequence[Frame]:
-    """Split an encoded operation into fragments if it is longer than `size`. If `size` is 0, never split."""
+    """Split a text frame into fragments of `size` characters of data, if it is longer.
+
+    If `size` is 0, or the frame is binary, it is not split.
+    """
     if not size or not whole.is_text or whole.size <= size:
         return (whole,)
     text = b"".join(whole.parts).decode()

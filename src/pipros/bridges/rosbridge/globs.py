@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 
 class Globs:
-    """The set of names that match at least one pattern. As in rosbridge, no patterns means all names."""
+    """The names that match at least one pattern; all names if there are no patterns, as in rosbridge."""
 
     def __init__(self, patterns: Iterable[str] = ()) -> None:
         self.patterns = tuple(patterns)

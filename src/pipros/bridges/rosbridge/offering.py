@@ -17,7 +17,7 @@ from pipros.node import Node
 from pipros.node.service_server import HandlerError, ServiceServer
 
 REPLIES_S: Final = 0.5
-"""Time for the callers of a withdrawn service to receive the error."""
+"""Time (s) for the callers of a withdrawn service to receive the error."""
 _LONGEST_REASON: Final = 2000
 
 
@@ -39,7 +39,7 @@ class OfferedServices:
     """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
-        """`answer_s`: maximum time to wait for the answer to a call."""
+        """`answer_s` is the maximum time to wait for the answer to a call, in seconds."""
         self._node = node
         self._filler = filler
         self._answer_s = answer_s
@@ -47,7 +47,7 @@ class OfferedServices:
         self._lock = threading.Lock()
 
     def offer(self, client: Offerer, service: str, kind: str, name: str) -> None:
-        """Offer a service on behalf of a client, under the name `name`.
+        """Offer a service on behalf of a client. `name` is the service's name as the client wrote it.
 
         Raises:
             PiprosError: the type is unknown, or the node itself has a service with this name.

@@ -50,7 +50,7 @@ class PlainValues:
     """Converters to one format, for any message class."""
 
     def __init__(self, format: Format, cbor_tag: Callable[[int, bytes], Any] | None = None) -> None:  # noqa: A002
-        """Convert to `format`. CBOR requires a class for tagged values."""
+        """Create converters to `format`. For CBOR, `cbor_tag` is the class of tagged values."""
         self._format = format
         self._cbor_tag = cbor_tag
         self._converters: WeakKeyDictionary[type[Message], Convert] = WeakKeyDictionary()

@@ -154,8 +154,8 @@ class ClientProtocol:
     def receive(self, data: str | bytes) -> Iterator[Effect]:
         """Process a frame, and yield the effects of its operations. The frame may be a part of a JSON text.
 
-        If a text is incomplete and the next frame is a whole operation, the incomplete text is discarded as
-        an error.
+        If a text is incomplete and the next frame is a whole operation, the incomplete text is discarded, and
+        an error is reported.
         """
         if isinstance(data, bytes) and self._settings.is_bson:
             yield from self._receive_bson(data)

@@ -18,10 +18,10 @@ from pipros.msg import load_message_class
 from pipros.node import Node
 
 EARLY_S: Final = 1.0
-"""Maximum time that the first messages of a publisher wait for a subscriber."""
+"""Maximum time (s) that the first messages of a publisher wait for a subscriber."""
 EARLY_BYTES: Final = 8 * 1024 * 1024
 GATHERING_S: Final = 0.1
-"""Time that these messages wait for more subscribers after the first has connected."""
+"""Time (s) that the first messages wait for more subscribers after the first one has connected."""
 
 CallLater = Callable[[float, Callable[[], object]], object]
 """Calls a function in another thread after a delay in seconds. The function may block."""
@@ -38,7 +38,7 @@ class SharedPublishers:
     def __init__(
         self, node: Node, filler: Filler, type_of: TypeOf, call_later: CallLater, unregister_s: float
     ) -> None:
-        """`unregister_s`: how long a publisher without clients is kept."""
+        """`unregister_s` is how long a publisher without clients is kept, in seconds."""
         self._node = node
         self._filler = filler
         self._type_of = type_of
@@ -90,7 +90,10 @@ class SharedPublishers:
         found.publish(message)
 
     def release(self, user: Hashable, topic: str) -> None:
-        """Remove a client from the users of a publisher."""
+        """Remove a client from the users of a publisher.
+
+        A publisher without users is unregistered after `unregister_s`.
+        """
         with self._lock:
             found = self._shared.get(topic)
             if found is None or user not in found.users:

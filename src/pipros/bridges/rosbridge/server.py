@@ -28,9 +28,9 @@ from pipros.web.daemon_pool import DaemonPool
 from pipros.web.secret import Secret
 
 CLOSING_S: Final = 0.4
-"""Maximum time that clients may delay the shutdown of a server."""
+"""Maximum time (s) that clients may delay the shutdown of a server."""
 ENDING_S: Final = 0.05
-"""Maximum time for the remaining tasks if the clients have used up that time."""
+"""Maximum time (s) for the remaining tasks if the clients have used up `CLOSING_S`."""
 
 T = TypeVar("T")
 
@@ -114,7 +114,8 @@ class ServerOptions:
         origins: origins of pages that may connect, in addition to pages of this machine.
         allows_null_origin: whether pages without an origin, such as files, may connect.
         authenticator: checks the operation `auth` of each client; None without authentication.
-        ping_s: interval of pings, and timeout for their answers; None disables pings.
+        ping_s: interval of pings; None disables them.
+        pong_s: timeout for the answer to a ping; None waits forever.
         message_bytes: maximum size of a message from a client; None uses the process-wide limit.
     """
 

@@ -1,7 +1,7 @@
 """Carries out the operations of clients on a ROS node.
 
-Performs no I/O: servers pass in the data that they receive. `Bridge` holds the state shared by all clients,
-`ClientSession` the state of one client.
+Servers pass in the data that they receive, and send the content of each client's outbox. `Bridge` holds the
+state shared by all clients, `ClientSession` the state of one client.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class TopicStream:
             is_new, is_first[0] = is_first[0], False
             self._on_message(message, is_new=is_new)
 
-        with self._lock:  # the first message may arrive before `take` returns, and is delivered as requested
+        with self._lock:  # a message that arrives before `take` returns waits for the new options
             taken = self._topics.take(self._topic, kind, on_message, lambda error: self._report(str(error)))
             self._delivery = delivery
             self._taken.append(taken)

@@ -21,8 +21,9 @@ class Grouping:
     """Options for grouping.
 
     Attributes:
-        actions: whether to draw the five topics of an action as one box. images: whether to draw an image
-            topic and its compressed topics as one box. tf: whether to draw `/tf` and `/tf_static` as one box.
+        actions: whether to draw the five topics of an action as one box.
+        images: whether to draw an image topic and its compressed topics as one box.
+        tf: whether to draw `/tf` and `/tf_static` as one box.
         opened: comma-separated namespaces that stay open in a large graph.
     """
 

@@ -27,7 +27,7 @@ BAND_GAP = 34.0
 _SWEEPS = 6
 _FITTINGS = 6
 _MAX_BENDS = 20_000
-"""If there are more vertices than this, long arrows are drawn straight."""
+"""If long arrows cross more layers than this in total, they are drawn straight."""
 _GRID_ASPECT = 1.8
 """Width of the grid of isolated vertices divided by its height, if no arrows make the drawing wider."""
 _LAYERS_PER_ROOT = 3
@@ -335,7 +335,7 @@ class _LayeredLayout(Generic[Key]):
         return heights, bands
 
     def _fit(self, rows: Sequence[Sequence[int]], heights: list[float]) -> None:
-        """Move the vertices of a group towards their neighbours, keeping their order and distances."""
+        """Move a group's vertices towards their neighbours, keeping their order and minimum distances."""
         for row in rows:
             below = 0.0
             for vertex in row:

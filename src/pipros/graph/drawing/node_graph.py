@@ -58,7 +58,7 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Vertex:
-    """A vertex: a node, a topic or a coordinate frame.
+    """A vertex of one of the kinds in `Kind`.
 
     Attributes:
         group: the namespace in which the vertex is drawn; empty for none.

@@ -2,7 +2,7 @@
 
 `view_frames` uses it to write `frames.pdf`, which tutorials and scripts expect, even if Graphviz is not
 installed. The libraries reportlab and fpdf2 are not used, because they do far more than is needed here and
-require Pillow. They take up 31 and 55 MB, and 60 and 290 ms to import.
+require Pillow. They take up 31 and 55 MB, and importing them takes 60 and 290 ms.
 """
 
 from __future__ import annotations

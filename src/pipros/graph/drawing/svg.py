@@ -51,7 +51,7 @@ def to_svg(scene: Scene) -> str:
 
 
 def path(route: Sequence[tuple[float, float]]) -> str:
-    """Return a smooth line through the points, horizontal at each of them."""
+    """Return the SVG path data of a smooth line through the points, horizontal at each of them."""
     (x, y), *rest = route
     commands = [f"M{x:.1f},{y:.1f}"]
     for next_x, next_y in rest:

@@ -42,7 +42,7 @@ const links = [];
 const toPanels = /** @type {HTMLAnchorElement} */ (document.getElementById("to-panels"));
 const system = document.getElementById("system");
 const locked = document.getElementById("locked");
-const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs keep what they show
+const opened = new Map(); // name to {element, context, handle, argument}; hidden tabs stay open
 let about = null;
 let masterError = ""; // why the master does not answer
 let resolveKnown;
@@ -57,7 +57,7 @@ const place = () => {
 
 async function show() {
   const [name, argument] = place();
-  if (location.hash && currentPlace()[0] !== name) history.replaceState(null, "", placeOf(name, argument)); // there is no such view
+  if (location.hash && currentPlace()[0] !== name) history.replaceState(null, "", placeOf(name, argument)); // the address names no view
   const tab = tabOf(name);
   for (const link of links) {
     const isSelected = link.dataset.tab === tab;
@@ -77,14 +77,14 @@ async function show() {
     if (other !== name) context.hide();
   }
   const before = opened.get(name);
-  const shown = before ?? open(name, argument, module); // a new one has its argument, and may have replaced it
+  const shown = before ?? open(name, argument, module); // open() has passed the argument on; the tab may have replaced it
   shown.context.show();
   if (!before || shown.argument === argument) return;
   shown.argument = argument;
   shown.handle.go?.(argument);
 }
 
-// Lets the button in the head put what a tab shows beside what the panels show.
+// Makes the button in the head add what a tab shows to the panels.
 async function linkToPanels(name, argument) {
   const { layoutText, leaf } = await import("./panels/layout.js");
   toPanels.href = placeOf("panels", `+${layoutText(leaf(name, argument))}`);
@@ -119,7 +119,7 @@ function permit() {
   return about.may.map((name) => PERMITS[name] ?? name).join(", ") || "read-only";
 }
 
-// Takes the token, or an address that contains it, and keeps the place that was asked for.
+// Asks for the token, or an address that contains it, and keeps the requested place.
 function tokenForm() {
   const token = h("input", { size: 40, placeholder: "or the token alone", "aria-label": "Token or printed address", spellcheck: "false", autocomplete: "off" });
   return h("form", { class: "choices", onsubmit: (event) => {

@@ -33,7 +33,7 @@ export function copyButton(title, textOf, onError) {
   return button;
 }
 
-// Lets the names of fields in a tree copy their values: see `entry` in message_values.js.
+// Makes a click on the name of a field in a tree copy the field's value: see `entry` in message_values.js.
 export function copiesValues(element, onError) {
   element.addEventListener("click", async (event) => {
     const name = event.target.closest("button.key");
@@ -41,7 +41,7 @@ export function copiesValues(element, onError) {
     try {
       let value = name.nextElementSibling;
       if (value instanceof HTMLDetailsElement) {
-        value.open = true; // the text of what is not shown has no lines
+        value.open = true; // innerText has line breaks only for visible elements
         value = value.lastElementChild;
       }
       await copyText(value.dataset.text ?? value.innerText.trim());

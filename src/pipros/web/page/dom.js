@@ -24,7 +24,7 @@ export function replace(element, ...children) {
   element.replaceChildren(...children.flat(Infinity).filter((child) => child !== null && child !== undefined));
 }
 
-// Makes an element equal to a fresh one, and keeps what is equal already, so that a selected text, the focus and open
+// Makes an element equal to a fresh one, and leaves equal parts unchanged, so that a selected text, the focus and open
 // details survive. Only for content without its own listeners. Children with the same `data-key` are the same, wherever
 // they are; others are compared in their order.
 export function morph(old, fresh) {
@@ -51,7 +51,7 @@ function morphChildren(old, after) {
   for (const child of after) {
     const key = keyOf(child);
     const same = key ? known.get(key) : next && !keyOf(next) ? next : null;
-    known.delete(key); // a further one with the same key is another one
+    known.delete(key); // further children with the same key are new elements
     if (!same) {
       old.insertBefore(child, next);
       continue;

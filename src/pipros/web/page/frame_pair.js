@@ -49,5 +49,5 @@ function contents(data) {
 
 const field = (title, values) => [h("dt", {}, title), h("dd", { class: "mono" }, values.join("  "))];
 
-// The links of a frame up to its root, with the senders, so that a broken chain names who ended.
+// The links of a frame up to its root, with the senders, so that a broken chain names the node that ended.
 const chain = (links) => links.map((link, index) => `${index ? "" : `${link.frame}`} ← ${link.parent} (${link.from || "unknown"}, ${link.age === null ? "static" : `${link.age} s ago`})`).join("");

@@ -1,4 +1,4 @@
-// Menus in the head of the page: all views, where the tabs do not fit, and the publishers that run.
+// Menus in the head of the page: all views (if the tabs do not fit), and the running publishers.
 
 import { h, replace } from "./dom.js";
 import { placeOf } from "./place.js";
@@ -26,6 +26,6 @@ export function publishersMenu() {
   onPublishers((number) => {
     replace(button, `publishing ${number}`);
     button.hidden = number === 0;
-    if (!number) menu.hidePopover?.(); // which older browsers lack
+    if (!number) menu.hidePopover?.(); // older browsers lack it
   });
 }

@@ -16,7 +16,7 @@ class Live extends EventTarget {
     this.isOpen = false;
     this.isRefused = false; // the token is missing or wrong
     this.node = ""; // the name of the server's own node
-    this.isRestarted = false; // the token was right once
+    this.isRestarted = false; // the server rejects a token that it once accepted
     this.trouble = ""; // the server's reason for closing the connection
     this.connect();
     addEventListener("hashchange", () => {
@@ -109,7 +109,7 @@ class Live extends EventTarget {
     };
   }
 
-  // Subscribes anew to the views that show messages: they come from another source now.
+  // Subscribes again to the views that show messages, because the messages now come from another source.
   restart() {
     const before = [...this.requests];
     this.dispatchEvent(new Event("source"));

@@ -6,7 +6,7 @@ const MOST_CHARACTERS = 100e6;
 
 export const asLines = (entries) => entries.map((entry) => `${JSON.stringify(Object.fromEntries(NAMES.map((name, index) => [name, entry[index]])))}\n`).join("");
 
-// Returns the entries of a file. Throws an Error that names the first wrong line.
+// Returns the entries of a file. Throws an Error that names the first invalid line.
 export function fromLines(text) {
   if (text.length > MOST_CHARACTERS) throw new Error(`it has ${text.length} characters, the limit is ${MOST_CHARACTERS}`);
   const entries = [];

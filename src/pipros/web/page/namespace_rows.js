@@ -1,7 +1,7 @@
 // Rows of a table as a tree of namespaces.
 
-// Returns the rows by name, with a row {name: "/robot/", depth, count, isOpen} before those of each namespace with
-// several of them. `isClosed(name)` tells which namespaces hide theirs. Rows get their depth.
+// Returns the rows sorted by name, with a row {name: "/robot/", depth, count, isOpen} before the rows of each
+// namespace that has several. If `isClosed(name)`, the namespace's rows are left out. All rows have a `depth`.
 export function namespaceRows(rows, isClosed) {
   const sorted = [...rows].sort((one, other) => (one.name < other.name ? -1 : 1));
   return below(sorted, "/", 0, isClosed);

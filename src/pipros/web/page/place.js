@@ -2,7 +2,7 @@
 
 export const placeOf = (tab, argument = "") => `#${tab}${argument ? `/${encoded(argument)}` : ""}`;
 
-// Keeps the slashes, colons and moments of names readable.
+// Leaves slashes, colons and the @ before moments unencoded, so that addresses are readable.
 const encoded = (text) => encodeURIComponent(text).replaceAll("%2F", "/").replaceAll("%3A", ":").replaceAll("%40", "@");
 
 // Returns the tab and the argument of the current address.
@@ -15,6 +15,6 @@ export function placeIn(address) {
   try {
     return [tab, decodeURIComponent(argument)];
   } catch {
-    return [tab, argument]; // not encoded: somebody typed it
+    return [tab, argument]; // a user typed it without encoding
   }
 }

@@ -1,4 +1,4 @@
-// Holds updates back while a button of the mouse or a finger is pressed, so that what was pressed is still in its place at
+// Holds updates back while a mouse button or a finger is pressed, so that the pressed element is still in its place at
 // the release, and the browser reports a click. A drag does not hold them back.
 
 const DRAG_PX = 5;
@@ -7,7 +7,7 @@ const LONGEST_MS = 30000;
 
 let start = null; // {x, y} of the press; null while nothing is pressed
 let timer = 0;
-let held = []; // in the order in which they came
+let held = []; // in order of arrival
 
 function release() {
   clearTimeout(timer);
@@ -23,7 +23,7 @@ function releaseAfter(milliseconds) {
 }
 
 addEventListener("pointerdown", ({ button, clientX, clientY, target }) => {
-  if (button !== 0 || (target instanceof Element && target.closest(".stick"))) return; // who steers a robot needs all values
+  if (button !== 0 || (target instanceof Element && target.closest(".stick"))) return; // a person who steers a robot needs all values
   start = { x: clientX, y: clientY };
   releaseAfter(LONGEST_MS);
 }, { capture: true });

@@ -7,7 +7,7 @@ const running = new Set(); // {args, count, stop}
 const changes = new EventTarget();
 
 // Publishes until `stop()`, or until the server refuses: then calls `onError(text)`. A message that is published once is
-// not published again when a lost connection returns: it may be an old goal.
+// not published again when a lost connection is restored: it may be an old goal.
 export function startPublisher(args, onError) {
   const publisher = { args, count: 0, stop: () => end() };
   const lost = new AbortController();

@@ -35,7 +35,7 @@ export function takeFromAddress() {
 
 export const currentProof = () => proof;
 
-// Whether the server accepted the present token before, in this tab: then it was restarted when it rejects the token.
+// Whether the server has accepted this token before, in this tab. If it now rejects the token, the server was restarted.
 export const wasAccepted = () => proof?.token !== undefined && proof.token === kept();
 
 // The server accepted the proof, and sent the token.

@@ -1,4 +1,4 @@
-// Tabs that have several sections, with their own addresses.
+// Tabs with several sections, each of which has an address.
 
 import { h } from "./dom.js";
 import { placeOf } from "./place.js";
@@ -11,7 +11,7 @@ const SECTIONS = {
 // The tab of a section: reconfigure to params.
 export const tabOf = (name) => Object.keys(SECTIONS).find((tab) => SECTIONS[tab].parts.some(([part]) => part === name)) ?? name;
 
-// The sections that are not named as their tabs: [name, title].
+// The sections whose names differ from their tabs': [name, title].
 export const OTHER_SECTIONS = Object.entries(SECTIONS).flatMap(([tab, { parts }]) => parts.filter(([name]) => name !== tab));
 
 export function sections(open) {

@@ -5,7 +5,7 @@ import { numbersIn } from "./message_values.js";
 
 const POINTS = 300;
 const MOST_FIELDS = 200;
-const DIGITS = 6; // of the range; the message below has the exact number
+const DIGITS = 6; // of the numbers at the ends of the range; the message below shows exact values
 const [WIDTH, HEIGHT, EDGE] = [300, 60, 3];
 
 // Returns {element, take(message)}.
@@ -28,7 +28,7 @@ export function smallCurve() {
     picture.setAttribute("aria-label", `Curve of ${name}`);
   }
 
-  // `special` is the value of a gauge, or null: then it is what the curve shows at first.
+  // `special` is the value of the gauge, which the curve shows first, or null if there is no gauge.
   function take(message, special = null) {
     const numbers = new Map(numbersIn(message, MOST_FIELDS));
     if (special !== null) numbers.set("percentage", special);

@@ -1,10 +1,10 @@
-// What a tab is given: its subscriptions, which pause while it is hidden, and its part of the address.
+// The context of a tab: its subscriptions, which pause while the tab is hidden, and its part of the address.
 
 import { live } from "./live.js";
 import { currentPlace, placeOf } from "./place.js";
 import { afterPress } from "./press.js";
 
-const HANDLES = "scene"; // the view whose contents are dragged: it is updated during a press, too
+const HANDLES = "scene"; // the view whose content can be dragged, and which is therefore updated during a press, too
 
 export class TabContext {
   // `onRemember(argument)` is called when the tab changes its address.
@@ -14,7 +14,7 @@ export class TabContext {
     this.onRemember = onRemember;
     this.watches = new Set(); // {begin, stop, isAlways}
     this.isShown = true;
-    this.times = null; // what links the time axis to those of other panels
+    this.times = null; // links the time axis to those of other panels
     this.onShown = (_isShown) => {}; // called when the tab is shown or hidden
     this.ending = new AbortController();
   }
@@ -62,11 +62,11 @@ export class TabContext {
     return live.act(action, args);
   }
 
-  // Puts what the user chose in the tab into the address; Back returns to what it showed before, unless this replaces it.
+  // Puts the user's choice in the tab into the address. Back returns to the previous choice, unless `isReplacing`.
   remember(argument, { isReplacing = false } = {}) {
     this.onRemember(argument);
-    const [shown] = currentPlace(); // another one while the module of the next tab is loaded
-    if (!this.isShown || (shown && shown !== this.name)) return; // data came for a hidden tab
+    const [shown] = currentPlace(); // the next tab, while its module is being loaded
+    if (!this.isShown || (shown && shown !== this.name)) return; // data arrived for a hidden tab
     const place = placeOf(this.name, argument);
     if (isReplacing) history.replaceState(null, "", place);
     else if (location.hash !== place) history.pushState(null, "", place);

@@ -3,7 +3,7 @@
 import { download, h, morph, replace } from "./dom.js";
 
 // Columns: {title, text, kind, order}. `text(row)` returns a string or an element; `kind` is the class of its cells (name,
-// number, long, mono); `order(row)` returns what the column is sorted by, and is missing if it cannot be sorted by.
+// number, long, mono); `order(row)` returns the value by which the column is sorted; without it, the column cannot be sorted.
 // `options`: `label`; `keyOf(row)`; `onChoose(key)` if rows can be chosen;
 // `onSort()` instead of sorting; `most` rows are shown; `sortBy`: a title.
 export function dataTable(columns, options) {

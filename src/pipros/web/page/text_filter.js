@@ -1,7 +1,8 @@
-// Filters of texts as users type them.
+// Text filters that users type.
 
-// Returns a function of a text: whether it contains the typed words as they stand. "-word" excludes, "/…/" is a regular
-// expression, "-/…/" excludes what it matches; one that is malformed is taken as a part of the text. Case is ignored.
+// Returns a function that returns whether a text contains the typed words verbatim. "-word" excludes texts with the word,
+// "/…/" is a regular expression, and "-/…/" excludes the texts that it matches. A malformed expression counts as words.
+// Case is ignored.
 export function textFilter(typed) {
   const conditions = split(typed).map(condition);
   return (text) => conditions.every((holds) => holds(text));

@@ -50,7 +50,7 @@ export function topicPanel(side, name, context, onClose) {
     if (percent === null) replace(gauge); // the gauge of an older message would be wrong
     else drawGauge(gauge, percent);
     picture.take(topic.picture);
-    if (topic.picture) curve.element.hidden = true; // it says more than a curve of the first number
+    if (topic.picture) curve.element.hidden = true; // a picture shows more than a curve of the first number
     else curve.take(topic.message, percent);
   }, showError);
 }

@@ -28,7 +28,7 @@ export function topicPicture() {
 
 const colour = (name) => getComputedStyle(document.body).getPropertyValue(name);
 
-// Draws points in metres with x upwards, as the front of a robot, and the origin as a square.
+// Draws points in metres, with x (a robot's forward direction) upwards, and the origin as a square.
 function drawPoints(drawing, { points, joined }) {
   Object.assign(drawing.canvas, { width: WIDTH, height: HEIGHT });
   const rights = points.filter((_, index) => index % 2 === 1).map((y) => -y);

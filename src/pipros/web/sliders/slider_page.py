@@ -11,7 +11,7 @@ from typing import Any, Final
 from pipros.web.server import RequestRefused, Services
 
 PERIOD_S: Final = 0.1
-"""Interval at which a page checks for values that were changed by other means."""
+"""Interval (s) at which the server checks whether values or ranges have changed."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ from pipros.web.watched_system import WatchedSystem
 
 TOPICS = ("goal", "cancel", "status", "feedback", "result")
 CONNECTING_S = 5.0
-"""How long the server of an action has to connect before a goal is given up."""
+"""Maximum time (s) to wait for an action's server to connect."""
 UPDATE_INTERVAL_S = 0.1
 
 
@@ -42,7 +42,7 @@ class ActionViews:
             yield {"actions": bounded_list(action_rows(observation)), "error": observation.error}
 
     async def action(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the goals of an action, the newest feedback and the newest result."""
+        """Yield the goals of an action, the newest feedback and the newest result, whenever one changes."""
         name = topic_name(arguments)
         with contextlib.ExitStack() as stack:
             status, feedback, result = (
@@ -80,7 +80,10 @@ class ActionViews:
         return {}
 
     async def _publish(self, topic: str, message_class: Any, message: Any) -> None:
-        """Publish one message when all known subscribers have connected, or some at the deadline."""
+        """Publish one message as soon as all known subscribers have connected.
+
+        If only some have connected after `CONNECTING_S`, publish it then; if none, raise `RequestRefused`.
+        """
         system = self._system
         advertising = system.questions.start(system.node.advertise, topic, message_class, queue_size=10)
         try:

@@ -86,9 +86,9 @@ class BagViews:
             await asyncio.sleep(LIST_INTERVAL_S)
 
     async def bag(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Open a bag, and yield its tracks, then the state of its playback until the view is closed.
+        """Open a bag. Yield the progress, then its tracks, and then each change of the playback's state.
 
-        Meanwhile, the browser's other views show the bag at its current moment.
+        Until this view is closed, the browser's other views show the bag at its current moment.
         """
         for _ in range(CLOSING_TURNS):  # the view of the previous bag may still be ending
             if self._open_bags.playback is None:
@@ -171,7 +171,7 @@ class BagViews:
             yield piece
 
     async def bag_marks(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the warnings and errors in the log of the whole bag, as `PlotViews.log_marks`."""
+        """Yield the warnings and errors in the log of the whole bag, like `PlotViews.log_marks`."""
         axis = axis_of(arguments)
         topics = {each for each in LOG_TOPICS if each in self._playback().system.observation.types}
         topics = topics if len(topics) == 1 else topics - {LOG_TOPICS[1]}
@@ -225,7 +225,7 @@ class BagViews:
                 file.seek(0)
                 while piece := await work(file.read, PIECE_BYTES):
                     yield piece
-        except OSError as error:  # also from closing the file; other errors would be retried
+        except OSError as error:  # refuse, because a view is retried after other errors
             raise RequestRefused(f"cannot export: {error}") from None
         finally:
             self._exports -= 1
@@ -303,7 +303,7 @@ def _export(
 
 
 def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:
-    """Return a small image of a topic at a moment, or None if there is none that can be shown."""
+    """Return the newest image of a topic at or before a moment, reduced; None if it cannot be shown."""
     with _reader(path, layout) as reader:
         connections = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
         found = newest_before(reader, connections, moment_ns)

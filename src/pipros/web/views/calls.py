@@ -44,7 +44,7 @@ class CallViews:
             yield {"services": bounded_list(rows)}
 
     async def service(self, arguments: Mapping[str, Any]) -> Any:
-        """Return the type of a service, the names of its arguments, and a request with default values."""
+        """Return a service's type, definition and argument names, and a request with default values."""
         name = topic_name(arguments)
         service_class = await self._system.calls.run(
             lambda master, calls: service_class_of(master, name, calls)
@@ -57,7 +57,7 @@ class CallViews:
         }
 
     async def call_service(self, arguments: Mapping[str, Any]) -> Any:
-        """Call a service with a request in YAML."""
+        """Call a service with a request in YAML. Return the response and the duration (s)."""
         name, value = topic_name(arguments), yaml_in(arguments, "request")
 
         def call(master: MasterClient, calls: OpenCalls) -> Any:
@@ -72,11 +72,13 @@ class CallViews:
         return await self._system.calls.run(call)
 
     async def message(self, arguments: Mapping[str, Any]) -> Any:
-        """Return a message of a type with default values."""
+        """Return a message of the requested type with default values."""
         return message_tree(message_class_in(arguments)())
 
     async def publishing(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Publish a message at a rate (Hz) while the view is open. A rate of 0 publishes once.
+        """Publish a message at a rate (Hz) while the view is open. Yield the number of published messages.
+
+        With a rate of 0, one latched message is published.
 
         Strings that begin with "=" are evaluated as expressions of `i`, the number of the message from 0, and
         `t`, the seconds since the first message.

@@ -46,7 +46,7 @@ class ConsoleViews:
     async def console(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the entries of the run's log file as `history`, then new entries as `entries`."""
         with self._shared.use() as (log, topic):
-            number = log.end if self._system.is_live else 0  # a bag's first entries arrive together
+            number = log.end if self._system.is_live else 0  # for a bag, include earlier entries
             history = await self._system.questions.run(self._history)
             entries, lost, number = log.since(number, MOST_SENT_BYTES)
             written = {_identity(entry) for entry in entries}
@@ -80,7 +80,7 @@ class ConsoleViews:
             if not is_this_machine(split_uri(graph.master_uri)[0]):
                 return []
             run_id = graph.master.get_param("/run_id")
-        except (PiprosError, ValueError):  # there is no master, or roscore did not start it
+        except (PiprosError, ValueError):  # no master answers, or it has no /run_id
             return []
         return log_history(graph.environment.log_dir.expanduser(), run_id, LONGEST_TEXT, LONGEST_NAME)
 

@@ -56,7 +56,7 @@ class Statuses:
     """The status of each component that has reported. Messages are added by the threads that receive them."""
 
     def __init__(self, most_bytes: int) -> None:
-        """Create a table of at most `most_bytes`. When it is full, the values of statuses are omitted."""
+        """Create a table of at most `most_bytes`. When it is full, new statuses are stored without values."""
         self._most_bytes = most_bytes
         self._bytes = 0
         self._count = 0
@@ -91,7 +91,9 @@ class Statuses:
         self._statuses[name] = Status(self._count, level, message, hardware, values, size, wall_s, history)
 
     def news(self, sent: dict[str, int], most_bytes: int) -> list[Mapping[str, Any]]:
-        """Return about `most_bytes` of the statuses that a view has not sent yet, oldest first.
+        """Return the statuses that have changed since a view sent them, up to about `most_bytes`.
+
+        Statuses that the view has never sent are first, then those that it sent longest ago.
 
         Args:
             sent: numbers of the statuses that the view has sent, by component. Updated in place.
@@ -130,7 +132,7 @@ class DiagnosticViews:
         self._shared = {name: Shared(lambda name=name: self._open(name)) for name in TOPICS}  # type: ignore[misc]
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all components, then changed components. An aggregator's statuses are preferred."""
+        """Yield all components, then changed ones. If there is an aggregator, yield only its statuses."""
         observations = self._system.observations()
         observation = await anext(observations)
         names = [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)

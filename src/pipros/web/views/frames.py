@@ -71,7 +71,7 @@ class FrameTree:
         self._clock_s: float | None = None
 
     def set_clock(self, clock_s: float) -> None:
-        """Measure delays in simulated time from now on. If it has jumped back, drop all transforms."""
+        """Set the simulated time, in which delays are measured. If it jumps back, clear `buffer`."""
         if self._clock_s is not None and clock_s < self._clock_s:
             self.buffer.clear()
         self._clock_s = clock_s
@@ -105,7 +105,7 @@ class FrameTree:
                 known.last_s, known.delay_s = wall_s, delay_s
 
     def rows(self, now_s: float) -> list[Mapping[str, Any]]:
-        """Return the name, parent, rate (Hz) and age of the newest transform (s) of each frame, by name."""
+        """Return the state of each frame, sorted by name. Rates are in Hz, ages and delays in seconds."""
         with self._lock:
             return [
                 {
@@ -123,7 +123,7 @@ class FrameTree:
             ]
 
     def ancestors(self, frame: str, now_s: float) -> list[Mapping[str, Any]]:
-        """Return the transforms up to the root: frame, parent, sender, and age (s) if not static."""
+        """Return the links from a frame up to the root. The age is in seconds; None for static transforms."""
         links: list[Mapping[str, Any]] = []
         with self._lock:
             seen: set[str] = set()

@@ -38,7 +38,7 @@ MOST_CHARACTERS = 300_000
 
 
 def options_from(arguments: Mapping[str, Any]) -> tuple[GraphOptions, Grouping]:
-    """Parse the options sent by a browser. Those of `Grouping` have the prefix `group_`.
+    """Parse the options sent by a browser. The names of options of `Grouping` have the prefix `group_`.
 
     Raises:
         RequestRefused: an option is unknown, or a value has the wrong type.
@@ -249,7 +249,7 @@ def traffic_values(observation: Observation, scene: Scene) -> list[list[float] |
         )
         for start, end in ((publisher, topic), (topic, subscriber), (publisher, subscriber)):
             total = sums.setdefault((start, end, connection.topic), [0.0, 0.0])
-            # count each message once per publisher, not per subscriber
+            # A message from a publisher to its topic counts once, but its bytes count once per subscriber.
             if start == publisher and end == topic:
                 total[:] = max(total[0], traffic.rate), total[1] + traffic.bandwidth
             else:

@@ -40,9 +40,11 @@ class ImageViews:
 
 
 def decoded_image(watch: TopicWatch, message: AnyMsg) -> tuple[Mapping[str, Any], bytes]:
-    """Decode the image in a message.
+    """Decode the image in a message, and encode it for the browser.
 
-    Refuse other types, and definitions that differ from the installed one.
+    Raises:
+        RequestRefused: the message is not an image, or the page cannot show it.
+        WrongDefinition: the publisher's definition differs from the installed one.
     """
     kind = message.header.get("type", "")
     if kind not in IMAGE_TYPES:

@@ -1,4 +1,4 @@
-"""The running roslaunch processes of this user on this machine: their nodes, output, stops and restarts."""
+"""Show the nodes and output of this user's roslaunch processes on this machine; stop and restart nodes."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class LaunchViews:
         self._system = system
 
     async def launches(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the nodes of the launches of the current run, as they are about once a second."""
+        """Yield the nodes of the current run's launches, about once a second."""
         while True:
             yield await self._system.questions.run(self._found)
             await asyncio.sleep(LOOK_INTERVAL_S)
 
     async def launch_output(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the ends of the outputs of a node, now and after each change."""
+        """Yield the last part of a node's output, now and after each change."""
         request = {"do": "output", "node": str(arguments["node"])}
         shown: Any = None
         while True:
@@ -78,7 +78,7 @@ class LaunchViews:
             try:
                 answer = ask(launch, {"do": "list"})
             except LaunchUnavailable:
-                continue  # it is ending, or another user's
+                continue  # the launch is ending, or belongs to another user
             if answer.get("run_id") == run_id:
                 files = ", ".join(map(str, answer["files"]))
                 nodes += [{**node, "launch": launch, "files": files} for node in answer["nodes"]]

@@ -102,7 +102,7 @@ class PlotViews:
     @contextlib.contextmanager
     def _ros_time(self, axis: Axis) -> Iterator[_RosTime]:
         ros_time = _RosTime()
-        if axis is not Axis.ROS or not self._system.is_live:  # in a bag, messages have their ROS time
+        if axis is not Axis.ROS or not self._system.is_live:  # a bag stores the ROS time of each message
             yield ros_time
             return
         with (
@@ -113,7 +113,7 @@ class PlotViews:
 
 
 class _RosTime:
-    """The newest time of `/clock`; the time of arrival if there is none."""
+    """The newest time from `/clock`; before the first one, the time of arrival."""
 
     def __init__(self) -> None:
         self._clock_s: float | None = None

@@ -30,7 +30,7 @@ class ProcessViews:
         self._system = system
 
     async def processes(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield each node with its host and, on this machine, its load, memory, threads and connections."""
+        """Yield each node with its host, connections and, on this machine, its load, memory and threads."""
         table = _Table(self._system.node_clients, self._system.graph.caller_id)
         problem = "" if has_proc() else "Processor and memory are shown on Linux only."
         async for observation in self._system.observations():
@@ -98,7 +98,7 @@ class _Table:
 
 
 def _figures(process: _Process) -> Mapping[str, Any]:
-    """Return a process's usage, or nothing if it has ended or its id now belongs to another process."""
+    """Return a process's usage; empty if it has ended, even if its id now belongs to another process."""
     usage, now_s = usage_of(process.pid), time.monotonic()
     if usage is None or usage.start != process.usage.start:
         return {}

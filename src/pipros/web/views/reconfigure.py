@@ -34,7 +34,7 @@ DESCRIPTIONS, UPDATES, SERVICE = "/parameter_descriptions", "/parameter_updates"
 MOST_BYTES = 1_000_000
 """Maximum size of a server's description and of a configuration, in bytes."""
 WHOLE = 2**31 - 1
-"""Bound for int parameters that have no bounds of their own."""
+"""If the bounds of a parameter are at least this far apart, it is shown without bounds."""
 
 
 class ReconfigureViews:
@@ -93,7 +93,7 @@ class ReconfigureViews:
 
 
 def shown_group(group: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Convert a decoded group for the page: its parameters, with their bounds and constants."""
+    """Convert a decoded group for the page: parameters with bounds and constants, and subgroups."""
     return {
         "name": group.get("name", ""),
         "type": group.get("type", ""),
@@ -142,7 +142,7 @@ def _number(watch: TopicWatch) -> int:
 
 
 def _shown(described: TopicWatch, updates: TopicWatch, is_changed: bool) -> Sequence[Mapping[str, Any]]:
-    """Return the update for the page, with the server's description if it has changed."""
+    """Return the updates for the page: the groups if the description has changed, and the values."""
     groups, current = _description(described), _message(updates, "dynamic_reconfigure/Config")
     news = {"values": shown_values(values(current)), "states": _states(current, groups)}
     return ({"groups": shown_group(groups)}, news) if is_changed else (news,)

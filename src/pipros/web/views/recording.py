@@ -30,9 +30,9 @@ class RecordingViews:
         self._recording = recording
 
     async def recording(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the topics of the running system, the space for a recording, and the current or last one.
+        """Yield the running system's topics, the space for a recording, and the current or last recording.
 
-        The space (bytes) is None without a folder of bags.
+        The space (bytes) is None if the page has no folder of bags.
         """
         recording = self._recording
         observations = self._system.observations()
@@ -51,7 +51,7 @@ class RecordingViews:
                 }
 
     async def record(self, arguments: Mapping[str, Any]) -> Any:
-        """Start a recording of `topics`, or of all if there are none."""
+        """Start a recording of `topics`, or of all topics if the list is empty."""
         recording = self._existing()
         topics = arguments.get("topics", [])
         if not isinstance(topics, list) or len(topics) > MOST_TOPICS:
@@ -69,7 +69,7 @@ class RecordingViews:
         return True
 
     async def stop_recording(self, _: Mapping[str, Any]) -> Any:
-        """End the recording, and return once its file is complete."""
+        """End the recording; see `BagRecording.stop`."""
         await self._system.questions.run(self._existing().stop)
         return True
 

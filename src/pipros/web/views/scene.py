@@ -47,7 +47,10 @@ FEEDBACK_QUEUE: Final = 100
 MOST_POINTS: Final = 2_000_000
 LEAST_POINTS: Final = 500
 LONGEST_SEND_S: Final = 0.4
-"""Clouds that take longer to send get fewer points, so that a slow link shows at least two a second."""
+"""If sending a cloud takes longer than this (s), the next clouds have fewer points.
+
+So even a slow link shows about two clouds per second.
+"""
 MOST_FIELDS: Final = 8
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
@@ -168,12 +171,12 @@ class SceneViews:
                         _packed_cloud, watch, newest.message, list(map(str, wanted)), points, number
                     )
                     begin_s = time.monotonic()
-                    yield packed  # returns when the connection has taken most of it
+                    yield packed  # resumes when the connection has accepted most of it
                     points = fitting_points(points, limit, time.monotonic() - begin_s)
                 await asyncio.sleep(CLOUD_INTERVAL_S)
 
     async def robot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the links of a robot description with their shapes, or the error that prevents this."""
+        """Yield errors until the robot description can be read, then its links with their shapes, once."""
         name = arguments.get("name", "")
         if not isinstance(name, str) or not names.is_legal(name):
             raise RequestRefused(f"name must be that of a parameter, got {name!r:.100}")
@@ -206,7 +209,7 @@ class SceneViews:
         if uri.startswith(FILE):
             return read_named_file(uri, self._files, most)
         if uri.startswith(PREFIX):
-            # Mesh files are often exported on Windows: drop . and .. before the strict check.
+            # Paths in mesh files often contain . and ..: resolve them before the strict check.
             package, _, path_text = uri.removeprefix(PREFIX).partition("/")
             uri = f"{PREFIX}{package}/{os.path.normpath(path_text)}"
         return read_asset(uri, self._folders_of, most)

@@ -28,14 +28,14 @@ LONGEST_SESSION = 64
 
 
 class TeleopViews:
-    """The view and the action of the Teleop tab. The name of a session links them."""
+    """The view and the action of the Teleop tab. The action refers to a view by the name of its session."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
         self._sessions: dict[str, VelocityCommands] = {}
 
     async def teleop(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Publish `geometry_msgs/Twist` while the view is open, and yield the published velocity."""
+        """Publish `geometry_msgs/Twist` while the view is open. Yield the number of connected subscribers."""
         topic = topic_name(arguments)
         most = Velocity(_number(arguments, "linear"), _number(arguments, "angular"))
         system, twist = self._system, load_message_class("geometry_msgs/Twist")

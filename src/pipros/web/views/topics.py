@@ -28,14 +28,14 @@ from pipros.web.watched_system import WatchedSystem
 LONGEST_REQUESTED = 1000
 """Maximum length of a requested name, in characters."""
 LARGEST_COPIED_BYTES = 1_000_000
-"""Size of the largest serialized message that is sent as text."""
+"""Maximum size of a serialized message that is sent as text."""
 LONGEST_DEFINITION = 200_000
-"""Maximum length of the text of a definition, in characters."""
+"""Maximum length of a definition, in characters."""
 MOST_MEASURED = 50
 """Maximum number of topics that a browser can measure at a time."""
 MEASURED_INTERVAL_S = 1.0
 UPDATE_INTERVAL_S = 0.1
-"""Interval at which the newest message is sent to a browser."""
+"""Minimum interval (s) between messages sent to a browser."""
 
 _PERCENTAGE = re.compile(r"\s*%\s*(\d{1,3}(?:\.\d+)?)\s*|\s*(\d{1,3}(?:\.\d+)?)\s*%\s*")
 
@@ -47,7 +47,7 @@ class TopicViews:
         self._system = system
 
     async def topics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all topics with types, nodes and, if the publishers report it, traffic."""
+        """Yield all topics with types, nodes and, if the publishers report them, rates (Hz)."""
         async for observation in self._system.observations():
             yield {"topics": bounded_list(topic_rows(observation)), "error": observation.error}
 
@@ -86,7 +86,7 @@ class TopicViews:
                 await asyncio.sleep(MEASURED_INTERVAL_S)
 
     async def message_text(self, arguments: Mapping[str, Any]) -> str:
-        """Return the complete newest message of a displayed topic, as YAML or JSON, for the clipboard.
+        """Return the complete newest message of a topic that a browser watches, as YAML or JSON.
 
         Raises:
             RequestRefused: no message has been received, or it is too large.

@@ -10,7 +10,7 @@ class Playback extends EventTarget {
     this.name = "";
     this.bag = null; // {begin, end, tracks, …}, once it is open
     this.state = null; // {epoch, moment, playing, speed, loop, error}
-    this.opening = null; // the part of a bag without index that was read, from 0 to 1
+    this.opening = null; // while a bag without an index is being read: the part that has been read, from 0 to 1
     this.error = "";
     this.stop = () => {};
   }
@@ -37,7 +37,7 @@ class Playback extends EventTarget {
   take(data) {
     if ("opening" in data) this.opening = data.opening;
     if (data.bag) {
-      const before = this.state; // of a connection that was lost
+      const before = this.state; // from before the connection was lost, if it was
       Object.assign(this, { bag: data.bag, opening: null, error: "", state: null });
       live.restart();
       if (before) this.control({ jump: before.moment, speed: before.speed, loop: before.loop, play: before.playing });
@@ -81,7 +81,7 @@ export function elapsed(seconds) {
 const toggle = h("button", { class: "plain", onclick: () => playback.control({ play: !playback.state?.playing }) });
 const link = h("a", {});
 
-// The head says that the tabs show a bag, and pauses it from every tab.
+// Shows in the head that the tabs show a bag, with a button to pause it from every tab.
 function showInHead({ name, bag, state }) {
   const place = document.getElementById("shown-bag");
   place.hidden = !bag;

@@ -1,4 +1,4 @@
-// The topics of a bag as tracks on a timeline: how dense their messages are, images as thumbnails, the moment, a selection.
+// The topics of a bag as tracks on a timeline, with message density, thumbnails of images, the moment, and a selection.
 
 import { h, replace } from "../dom.js";
 import { live } from "../live.js";
@@ -10,19 +10,19 @@ const THUMBNAIL_WIDTH = 84;
 const MOST_THUMBNAILS = 30;
 const MOST_TICKS = 6;
 const STEPS_S = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400];
-const STEP = 0.01; // of what is visible, by an arrow key
+const STEP = 0.01; // part of the visible time by which an arrow key moves the moment
 const ZOOMS = { "+": 1 / 1.5, "=": 1 / 1.5, "-": 1.5, 0: Infinity };
-const SHORTEST = 0.5; // seconds that are visible
-const THUMBNAILS_MS = 300; // after the last change of what is visible
+const SHORTEST = 0.5; // minimum visible time in seconds
+const THUMBNAILS_MS = 300; // delay after the last change of the visible time
 
-// Round times between two times, at most six.
+// Returns at most six round times between two times.
 function roundTimes(begin, end) {
   const step = STEPS_S.find((each) => (end - begin) / each < MOST_TICKS) ?? (end - begin) / MOST_TICKS;
   const first = Math.ceil(begin / step);
   return Array.from({ length: Math.max(0, Math.ceil(end / step) - first) }, (_, index) => (first + index) * step);
 }
 
-// `on.jump(seconds)`, `on.toggle()`, `on.select([from, to] or null)` and `on.choose()` are called with what the user does.
+// `on.jump(seconds)`, `on.toggle()`, `on.select([from, to] or null)` and `on.choose()` are called for the user's actions.
 export function timeline(on) {
   const cursor = h("div", { class: "cursor" });
   const chosen = h("div", { class: "selection", hidden: true });
@@ -48,7 +48,7 @@ export function timeline(on) {
     return visible[0] + part * span();
   }
 
-  // Shows this part of the time, as far as the bag has it.
+  // Shows a part of the time, shifted or shortened to fit into the bag's.
   function look(begin, length) {
     const wanted = Math.min(duration(), Math.max(Math.min(SHORTEST, duration()), length));
     const first = Math.min(bag.begin + duration() - wanted, Math.max(bag.begin, begin));
@@ -57,7 +57,7 @@ export function timeline(on) {
     draw();
   }
 
-  // Zooms, and keeps this time where it is.
+  // Zooms so that `time` stays at its place.
   const zoom = (factor, time) => look(time - (time - visible[0]) * Math.min(factor, duration() / span()), span() * factor);
 
   // Draws what depends on the visible times.

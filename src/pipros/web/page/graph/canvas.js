@@ -3,7 +3,7 @@
 
 import { h, s } from "../dom.js";
 
-const FAR_SCALE = 3; // units per pixel beyond which labels are unreadable, and most of the work of drawing
+const FAR_SCALE = 3; // units per pixel beyond which labels are hidden: they are unreadable, and slow to draw
 const LARGEST_SCALE = 1.6; // pixels per unit after `fit`
 const ZOOM_STEP = 1.25;
 const PAN_STEP = 0.1;
@@ -23,7 +23,7 @@ export function graphCanvas(label, onSelect) {
   const element = s("svg", { class: "canvas", tabindex: 0, role: "application", "aria-label": label }, s("defs", {}, marker), layer);
   let scene = null;
   let box = { x: 0, y: 0, w: 100, h: 100 };
-  let isMoved = false; // by the user, so that changes of the graph and of the window's size keep the view
+  let isMoved = false; // by the user; then changes of the graph and of the window's size keep the view
   let vertices = new Map(); // key text to {vertex, group}
   let links = []; // {arrow, text, parts}
 
@@ -66,7 +66,7 @@ export function graphCanvas(label, onSelect) {
     s("title", {}, [vertex.name, ...vertex.members].join("\n")), vertex.gone ? s("text", { class: "age", y: vertex.h / 2 + 9, "text-anchor": "middle" }) : null);
   }
 
-  // Shows for how long removed vertices are gone: [{kind, name, age}] with ages in seconds.
+  // Shows how long ago vertices were removed: [{kind, name, age}] with ages in seconds.
   function showAges(removed) {
     for (const { kind, name, age } of removed) {
       const text = vertices.get(keyText({ kind, name }))?.group.querySelector("text.age");
@@ -190,7 +190,7 @@ export function graphCanvas(label, onSelect) {
   });
   for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, (event) => pointers.delete(event.pointerId));
 
-  // Returns whether the key meant the drawing.
+  // Handles a key. Returns whether the drawing uses it.
   function onKey(event) {
     const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
     if (steps && element.contains(event.target)) {

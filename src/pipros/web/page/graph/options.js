@@ -1,4 +1,4 @@
-// What the graph shows: the toolbar, and the choices that are kept in the browser.
+// The options of the graph, which the browser stores, and the toolbar that changes them.
 
 import { h } from "../dom.js";
 
@@ -30,7 +30,7 @@ export function keptOptions() {
   }
 }
 
-// The selection and the options that differ from the usual ones, for addresses: node:/talker;mode=all;hide_debug=false.
+// The selection and the options that differ from the defaults, for addresses: node:/talker;mode=all;hide_debug=false.
 export function graphText(selected, options) {
   const changed = Object.entries(INITIAL).filter(([name, usual]) => options[name] !== usual);
   return [selected, ...changed.map(([name]) => `${name}=${options[name]}`)].join(";");
@@ -54,7 +54,7 @@ export function hideNothing(options) {
   keep(options);
 }
 
-// Opens or closes a collapsed namespace in `options`, and keeps them.
+// Opens or closes a collapsed namespace in `options`, and stores them.
 export function toggleNamespace(options, name) {
   const opened = options.group_opened.split(",").filter(Boolean);
   const rest = opened.filter((each) => each !== name && !each.startsWith(`${name}/`));
@@ -69,7 +69,7 @@ export function closeNamespaces(options) {
 
 const keep = (options) => localStorage.setItem(KEEP, JSON.stringify(options));
 
-// Returns controls that change `options`, keep them, and call `onChange`.
+// Returns controls that change `options`, store them, and call `onChange`.
 export function optionControls(options, onChange) {
   const change = (name, value) => {
     options[name] = value;

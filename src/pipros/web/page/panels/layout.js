@@ -1,12 +1,12 @@
 // Layouts of panels: trees of views, as values and as text for addresses and files.
 //
 // A leaf is {id, tab, argument}; a split is {direction: "row" | "column", parts, sizes}, whose sizes add up to 100.
-// In text: row(plot//imu/x*60~column(images//camera~console)*40). The numbers are sizes; parts without one share the rest.
+// In text: row(plot//imu/x*60~column(images//camera~console)*40). The numbers are sizes; parts without one get the average.
 
 const DEEPEST = 20;
 export const MOST_PANELS = 16;
 const SMALLEST = 5; // percent of a split
-const SIGNS = /[!()~*]/g; // what separates parts; in arguments they are escaped
+const SIGNS = /[!()~*]/g; // the syntax of layouts; in arguments, these are escaped
 
 let nextId = 1;
 export const leaf = (tab, argument = "") => ({ id: nextId++, tab, argument });
@@ -23,7 +23,7 @@ export function layoutText(layout) {
   return `${layout.direction}(${layout.parts.map((part, index) => `${layoutText(part)}*${Math.round(layout.sizes[index] * 10) / 10}`).join("~")})`;
 }
 
-// Returns the layout of a text, or null for an empty one. Throws an Error if the text is malformed or names none of `tabs`.
+// Returns the layout of a text, or null for an empty one. Throws an Error if the text is malformed or names unknown views.
 export function parsedLayout(text, tabs) {
   let at = 0;
   const take = (expression) => {
@@ -63,7 +63,7 @@ export function parsedLayout(text, tabs) {
   return tidy(layout);
 }
 
-// Makes splits of one part that part, merges a split in one of the same direction, and makes sizes add up to 100.
+// Replaces splits with one part by that part, merges nested splits of the same direction, and makes sizes add up to 100.
 function tidy(layout) {
   if (!layout?.parts) return layout;
   const [parts, sizes] = [[], []];
@@ -91,7 +91,7 @@ function changed(layout, change) {
 export const withLeaf = (layout, added) => changed(layout, (each) => (each.id === added.id ? added : each));
 export const without = (layout, id) => tidy(changed(layout, (each) => (each.id === id ? null : each)));
 
-// Puts a leaf on a side ("left", "right", "above", "below") of the leaf `id`, which gives it half of its place.
+// Puts a leaf on a side ("left", "right", "above", "below") of the leaf `id`, which gives up half of its space.
 export function beside(layout, id, side, added) {
   const direction = side === "left" || side === "right" ? "row" : "column";
   const isFirst = side === "left" || side === "above";
@@ -131,7 +131,7 @@ export function resized(layout, path, index, percent) {
 }
 
 // Where panels and borders are, in percent of the whole: {panels: [{leaf, box}], borders: [{path, index, direction, box, share}]}.
-// The box of a border has no width or height; `share` is the part of the whole, in percent, that its split has.
+// The box of a border has no width or height; `share` is the length of its split in percent of the whole.
 export function placesOf(layout, box = { x: 0, y: 0, w: 100, h: 100 }, path = []) {
   if (!layout) return { panels: [], borders: [] };
   if (!layout.parts) return { panels: [{ leaf: layout, box }], borders: [] };

@@ -5,7 +5,7 @@ import { placeIn } from "../place.js";
 import { TabContext } from "../tab_context.js";
 
 const ARROWS = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "above", ArrowDown: "below" };
-const CENTRE = 0.28; // of a panel; a panel that is dropped nearer to an edge is put there
+const CENTRE = 0.28; // part of a panel's size; a panel dropped nearer than this to an edge is placed at that edge
 
 class PanelContext extends TabContext {
   constructor(element, name, control, times, onRemember) {
@@ -23,7 +23,7 @@ class PanelContext extends TabContext {
   }
 }
 
-// `tabs` are names and titles. `board` has what the panel asks of the whole: `change(leaf, options)`, `split(id, side)`, `close(id)`,
+// `tabs` are names and titles. `board` has functions for the whole layout: `change(leaf, options)`, `split(id, side)`, `close(id)`,
 // `enlarge(id)`, `move(id, target, side)`, `step(id, side)`, `follow(tab, argument)`, `mayControl(tab)` and `times`.
 export function panel(first, tabs, board) {
   let leaf = first;
@@ -50,7 +50,7 @@ export function panel(first, tabs, board) {
   let view = h("div", { class: "tab" });
   const element = h("section", { class: "panel" }, bar, view);
 
-  // A link to a view that is shown beside leads there; other links open their tab.
+  // A link to a view that another panel shows goes to that panel; other links open their tab.
   element.addEventListener("click", (event) => {
     const link = event.target instanceof Element ? event.target.closest("a[href^='#']") : null;
     if (!link || event.ctrlKey || event.metaKey || event.shiftKey) return;
@@ -76,7 +76,7 @@ export function panel(first, tabs, board) {
     show(leaf); // the address may have changed in the meantime
   }
 
-  // Shows what a leaf says.
+  // Shows the view of a leaf.
   function show(next) {
     leaf = next;
     const title = tabs.find(([name]) => name === leaf.tab)?.[1] ?? leaf.tab;

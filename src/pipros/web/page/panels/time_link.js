@@ -7,12 +7,12 @@ export class TimeLink extends EventTarget {
     this.ends = new Map(); // view to the time of its newest sample
   }
 
-  // Tells all plots what the user did in one of them: {range: [from, to] or null} or {time: seconds or null}.
+  // Notifies all plots of the user's action in one of them: {range: [from, to] or null} or {time: seconds or null}.
   tell(plot, change) {
     if (this.isOn) this.dispatchEvent(new CustomEvent("change", { detail: { plot, ...change } }));
   }
 
-  // Calls `onChange({plot, range} or {plot, time})` when a plot tells something, until the signal is aborted.
+  // Calls `onChange({plot, range} or {plot, time})` when a plot calls `tell`, until the signal is aborted.
   listen(view, onChange, signal) {
     this.addEventListener("change", (event) => onChange(/** @type {CustomEvent} */ (event).detail), { signal });
     signal.addEventListener("abort", () => this.ends.delete(view));
@@ -23,7 +23,7 @@ export class TimeLink extends EventTarget {
     this.ends.delete(view);
   }
 
-  // Notes the time of a view's newest sample, and returns where its axis ends: at the newest sample of all.
+  // Stores the time of a view's newest sample, and returns the end of its axis: the time of the newest sample of all.
   end(view, time) {
     this.ends.set(view, time);
     return this.isOn ? Math.max(...this.ends.values()) : time;

@@ -3,7 +3,7 @@
 import uPlot from "../vendor/uPlot.js";
 import { pairs } from "./curve.js";
 
-const JOINED = [0, 2]; // of times and values: a missing number is a gap, also beside the samples of another curve
+const JOINED = [0, 2]; // uPlot.join's null modes of times and values: a missing number is a gap, also among other samples
 const EPOCH = 1e8; // smaller times are simulated, and shown in seconds
 const MARGIN = 0.05;
 const LEVELS = { 4: "--warn", 8: "--bad", 16: "--bad" };
@@ -62,7 +62,7 @@ export function createChart(place, size, settings, on) {
   }, dataOf(settings), place);
 }
 
-// What uPlot draws; of x-y curves only their extent, because it would sort them by x.
+// The data for uPlot. For x-y curves, only their extent, because uPlot would sort the points by x.
 export function dataOf(settings) {
   const { curves, isXy } = settings;
   if (isXy) return [xExtent(settings), ...curves.map(() => [0, 1])];

@@ -33,7 +33,7 @@ export class Curve {
     this.last = null; // the last time and number, from which the derivative is computed
   }
 
-  // Adds samples as the server sends them.
+  // Adds samples in the server's format.
   take({ samples = [], lost = 0, error = "" }) {
     this.problem = error;
     this.lost += lost;
@@ -59,7 +59,7 @@ export class Curve {
     return last.number === null || number === null ? null : (number - last.number) / (time - last.time);
   }
 
-  // The newest value at a time or before; null without a time: the newest of all.
+  // The newest value at a time or before; if the time is null, the newest of all.
   at(time) {
     return this.values[time === null ? this.values.length - 1 : indexAt(this.times, time)];
   }
@@ -86,7 +86,7 @@ function between({ times, values }, time) {
   return values[index] + part * (values[index + 1] - values[index]);
 }
 
-// The values of a curve over those of another, between two times: [[x, y], …] with null at gaps.
+// The values of one curve over the values of another, between two times: [[x, y], …] with null at gaps.
 export function pairs(over, curve, [begin, end]) {
   const found = [];
   for (let index = Math.max(0, indexAt(curve.times, begin)); index < curve.times.length && curve.times[index] <= end; index += 1) {

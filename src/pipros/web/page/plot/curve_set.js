@@ -7,7 +7,8 @@ import { curveText } from "./curve_text.js";
 const MOST_MARKS = 2000;
 
 export class CurveSet {
-  // `on.change()` is called when there are new samples, `on.fields(curve, fields)` if a curve is not a number but has numbers.
+  // `on.change()` is called when there are new samples, `on.fields(curve, fields)` if a curve's field is not a number but
+  // contains numbers.
   constructor(context, on) {
     this.context = context;
     this.on = on;
@@ -27,7 +28,7 @@ export class CurveSet {
     return this.axis === "xy";
   }
 
-  // Which times the samples have.
+  // The kind of time that the samples have.
   get times() {
     return this.isXy ? "received" : this.axis;
   }

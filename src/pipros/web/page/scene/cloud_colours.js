@@ -1,4 +1,4 @@
-// The colour transformers of rviz for point clouds. Pure: columns of numbers in, colours out.
+// The colour transformers of rviz for point clouds: they turn columns of numbers into colours.
 
 import { rainbow } from "./colours.js";
 
@@ -25,7 +25,7 @@ export function usableTransformer(chosen, columns, channel) {
   return has(channel, "intensities") ? "Intensity" : "AxisColor";
 }
 
-// Returns the values of columns by name. `data` has them one after the other.
+// Returns the values of columns by name. In `data`, columns follow one another.
 export function columnsOf(head, data) {
   const found = new Map();
   let at = data.byteOffset;
@@ -95,7 +95,7 @@ function bounds(values) {
   return low <= high ? [low, high] : [0, 0];
 }
 
-// Keeps the points with finite positions, in place of all columns.
+// Returns columns without the points whose positions are not finite.
 export function finiteOnly(columns) {
   const [xs, ys, zs] = ["x", "y", "z"].map((name) => columns.get(name));
   const keep = [];

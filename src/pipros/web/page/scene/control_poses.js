@@ -17,7 +17,7 @@ function axisOf({ orientation: { x, y, z, w } }) {
   return new THREE.Vector3(1, 0, 0).applyQuaternion(new THREE.Quaternion(x, y, z, w));
 }
 
-// Returns the orientation of a control's group in the marker's frame. `own` is that of the marker.
+// Returns the orientation of a control's group in the marker's frame. `own` is the orientation of the marker.
 export function groupOrientation(control, own, camera) {
   const { orientation_mode: mode, entry, independent_marker_orientation: isIndependent } = control;
   if (mode === ORIENTATION.fixed) return new THREE.Quaternion().setFromAxisAngle(axisOf(control), control.turned);

@@ -7,7 +7,7 @@ const DARK = 0.6;
 const NONE = { x: 0, y: 0, z: 0 };
 const UPRIGHT = { x: 0, y: 0, z: 0, w: 1 };
 
-// Returns the markers of a control: its own, or those for its mode. `alpha` is that of default shapes.
+// Returns the markers of a control: its own, or those for its mode. `alpha` applies to default shapes.
 export function markersOf(control, scale, alpha) {
   if (control.markers.length) return control.markers;
   const orientation = unit(control.orientation);
@@ -35,7 +35,7 @@ export function unit({ x, y, z, w }) {
   return norm > 0 && Number.isFinite(norm) ? { x: x / norm, y: y / norm, z: z / norm, w: w / norm } : UPRIGHT;
 }
 
-// The colour of a control is its x axis.
+// The colour of a control shows the direction of its x axis.
 function colourOf({ x, y, z, w }) {
   const axis = [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)].map(Math.abs);
   const most = Math.max(...axis);
@@ -43,7 +43,7 @@ function colourOf({ x, y, z, w }) {
   return { r, g, b };
 }
 
-// A ring in the plane of y and z. It shows what it does: plain ones move, segments turn, teeth do both.
+// A ring in the plane of y and z. Its pattern shows its effect: plain rings move, segments turn, teeth do both.
 function disc(kind, color) {
   const at = (radius, step) => {
     const angle = (step * 2 * Math.PI) / STEPS;

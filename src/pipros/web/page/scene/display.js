@@ -8,8 +8,8 @@ import { Properties, truth } from "./properties.js";
 const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
 const MOST_SENDERS = 20; // with a status each
 const LONGEST_TEXT = 1000; // of a status
-const REGULAR = 5; // messages, after which a topic is one of regular messages
-const STALE = { intervals: 10, ms: 3000 }; // without a message, at least
+const REGULAR = 5; // number of messages from which a topic's interval is computed
+const STALE = { intervals: 10, ms: 3000 }; // a topic is stale after this many intervals, but at least this time, without a message
 export const LEVELS = ["ok", "warning", "error"];
 
 export class Display {
@@ -85,7 +85,7 @@ export class Display {
   // Called when the display is turned off.
   end() {}
 
-  // Called when a property has changed. Displays that can do better than to begin anew override it.
+  // Called when a property has changed. Displays override it if they need not begin again.
   changed() {
     if (!this.isOn) return;
     this.turnOff();
@@ -98,19 +98,19 @@ export class Display {
     this.waiting = [];
   }
 
-  // Begins anew: messages come from another source.
+  // Begins again, because messages now come from another source.
   restart() {
     if (!this.isOn) return;
     this.turnOff();
     this.turnOn();
   }
 
-  // Returns the names that can be switched one by one (frames, links, namespaces), and the key of their map in the file.
+  // Returns the names of the parts that can be switched (frames, links, namespaces), and the key of their map in the file.
   parts() {
     return { key: "", names: [] };
   }
 
-  // Returns whether a part is shown. `fallback` is that of parts which the file does not mention.
+  // Returns whether a part is shown. `fallback` applies to parts that the file does not mention.
   isPartShown(name, fallback) {
     const all = this.config[this.parts().key];
     const own = typeof all === "object" && all ? all[name] : undefined;
@@ -135,7 +135,7 @@ export class Display {
   // Called before each picture.
   frame() {}
 
-  // Returns whether the property Update Interval lets the display follow its frames again.
+  // Returns whether the Update Interval has passed since the last update; if so, begins the next interval.
   isDue() {
     const now = performance.now();
     if (now - this.updatedAt < this.get("Update Interval") * 1000) return false;
@@ -178,7 +178,7 @@ export class Display {
     this.setStatus("Topic", "ok", isCounted ? `${this.received} messages received` : "OK");
   }
 
-  // Reports a topic whose regular messages have ended. In simulated time, whatever sends them may pause.
+  // Reports a topic whose regular messages have ended. Not in simulated time, in which publishers may pause.
   noteAge() {
     if (this.arrivals.length < REGULAR || this.scene.simulatedNs !== null) return;
     const interval = (this.arrivals.at(-1) - this.arrivals[0]) / (REGULAR - 1);
@@ -235,7 +235,7 @@ export class Display {
     this.waiting = left;
   }
 
-  // Says what keeps a frame from having a pose in the fixed frame.
+  // Shows in the status Link what keeps a frame from having a pose in the fixed frame.
   explain(frame) {
     const text = this.scene.explanation(frame);
     if (text) this.setStatus("Link", "warning", text);
@@ -252,8 +252,8 @@ export class Display {
     }
   }
 
-  // Moves the display to the newest pose of a frame; if that is unknown, it stays where it is. `textOf(name, error)` returns
-  // the text of the status then.
+  // Moves the display to the newest pose of a frame. If the pose is unknown, the display stays where it is, and
+  // `textOf(name, error)` returns the text of its status.
   follow(frame, textOf = (name, _error) => `No transform from [${name}] to [${this.scene.fixedFrame}]`) {
     const name = frame === "<Fixed Frame>" ? this.scene.fixedFrame : withoutSlash(frame);
     try {

@@ -20,7 +20,7 @@ export class Drag {
     this.grip = grip;
     this.pixel = pixel;
     this.firstPixel = pixel;
-    // How far the mouse has moved while it turned or pushed. rviz moves the cursor back then; a page cannot.
+    // How far the mouse has moved while turning or pushing the marker. rviz then moves the cursor back; a page cannot.
     this.moved = [0, 0];
     this.start = { position: position.clone(), orientation: orientation.clone() };
     this.position = position.clone();
@@ -53,7 +53,7 @@ export class Drag {
     return [x - this.moved[0], y - this.moved[1]];
   }
 
-  // The mouse is projected onto the picture of the axis first.
+  // First projects the mouse onto the axis as it appears in the picture.
   alongAxis(pixel, camera, width, height) {
     const [from, to] = [this.grip, this.grip.clone().add(this.axis)].map((point) => {
       const seen = point.clone().project(camera);
@@ -112,7 +112,7 @@ export class Drag {
     this.grip = there;
   }
 
-  // Along the ray of the first pixel, as far as the mouse moves in the plane of the picture at the grip.
+  // Moves along the ray of the first pixel, as far as the mouse moves in the plane of the picture at the grip.
   inDepth(dy, camera, width, height) {
     const [x, y] = this.firstPixel;
     const [ray, beside] = [0, PROBE_PIXELS].map((more) => rayAt([x, y + more], camera, width, height));

@@ -1,7 +1,7 @@
-// The client side of the interactive markers' protocol: which markers each server has. Pure.
+// The client side of the interactive markers' protocol: which markers each server has. Performs no I/O.
 //
-// A server publishes its whole state on `update_full` (latched), and each change on `update`, numbered one after the
-// other. A client is ready as soon as it has a state and all changes since; after a gap it waits for another state.
+// A server publishes its whole state on `update_full` (latched), and each change on `update`, numbered
+// consecutively. A client is ready as soon as it has a state and all changes since; after a gap, it waits for another state.
 
 const MOST_QUEUED = 100;
 const MOST_SERVERS = 100;
@@ -24,14 +24,14 @@ export class InteractiveClient {
     return this.servers.get(id);
   }
 
-  // Takes a whole state.
+  // Processes a whole state.
   initialize({ server_id: id, seq_num: number, markers }, nowMs) {
     const server = this.server(id);
     server.seenAt = nowMs;
     const seq = BigInt(number);
     if (server.isReady) return;
     const later = server.queue.filter((update) => BigInt(update.seq_num) > seq);
-    if (later.length && BigInt(later[0].seq_num) !== seq + 1n) return; // an old state
+    if (later.length && BigInt(later[0].seq_num) !== seq + 1n) return; // the state is too old
     Object.assign(server, { seq, isReady: true, queue: [] });
     this.sink.clear(id);
     for (const marker of markers) this.sink.add(id, marker);
@@ -39,7 +39,7 @@ export class InteractiveClient {
     for (const update of later) this.update(update, nowMs);
   }
 
-  // Takes a change, or a sign of life.
+  // Processes a change or a keep-alive message.
   update(update, nowMs) {
     const { server_id: id } = update;
     const server = this.server(id);
@@ -73,7 +73,7 @@ export class InteractiveClient {
     this.sink.resubscribe();
   }
 
-  // Reports servers without a sign of life.
+  // Reports servers that send no keep-alive messages.
   check(nowMs) {
     for (const [id, server] of this.servers) {
       const silence = nowMs - server.seenAt;

@@ -1,9 +1,9 @@
-// The feedback on an interactive marker, as rviz sends it. Pure.
+// The feedback on an interactive marker, as rviz sends it.
 
 import { withoutSlash } from "./display.js";
 import { composed, inverted } from "./pose.js";
 
-// Returns feedback on a control, in the fixed frame; if that is null, in the marker's.
+// Returns feedback on a control, in `fixedFrame`, or in the marker's frame if `fixedFrame` is null.
 export function feedbackOf(event, entry, control, fixedFrame, point, menuEntry) {
   const isLocked = fixedFrame === null;
   const shown = isLocked ? entry.pose : composed(entry.frame, entry.pose);

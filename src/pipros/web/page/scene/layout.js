@@ -21,9 +21,9 @@ const SCALARS = {
 };
 
 const NONE = -1; // not an array
-const EMPTY_ELEMENTS = 65536; // elements without bytes in one array
+const EMPTY_ELEMENTS = 65536; // maximum number of elements without bytes in one array
 
-// Where a decoder reads.
+// The data that a decoder reads, and its position.
 class Reader {
   constructor(view) {
     this.view = view;

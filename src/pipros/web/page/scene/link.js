@@ -58,7 +58,7 @@ async function unpackedState(text) {
 
 const map = (value) => (typeof value === "object" && value && !Array.isArray(value) ? value : {});
 
-// Returns a value with texts in place of numbers and the like, as in a file that was read.
+// Returns a value with strings in place of numbers and booleans, as in a file that was read.
 function texts(value, depth = 0) {
   if (depth > DEEPEST) return "";
   if (Array.isArray(value)) return value.map((each) => texts(each, depth + 1));

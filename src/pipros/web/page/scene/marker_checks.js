@@ -1,4 +1,4 @@
-// What is wrong with a marker: rviz's errors and warnings. Pure.
+// Checks of markers, with rviz's errors and warnings.
 
 const [ARROW, LINE_STRIP, LINE_LIST, CUBES, SPHERES, POINTS, TEXT, MESH, TRIANGLES] = [0, 4, 5, 6, 7, 8, 9, 10, 11];
 const LISTS = [LINE_STRIP, LINE_LIST, CUBES, SPHERES, POINTS, TRIANGLES];

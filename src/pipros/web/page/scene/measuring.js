@@ -10,7 +10,7 @@ export class Measuring {
     this.points = [];
   }
 
-  // Adds a point. The third begins anew, and none clears the measurement.
+  // Adds a point. A third point begins a new measurement; null clears the measurement.
   add(point) {
     if (!point || this.points.length > 1) this.points = [];
     if (point) this.points.push(point);

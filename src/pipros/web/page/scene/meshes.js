@@ -7,7 +7,7 @@ import { MTLLoader } from "three/addons/loaders/MTLLoader.js";
 import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
 import { STLLoader } from "three/addons/loaders/STLLoader.js";
 
-const MOST_BYTES = 400e6; // of all meshes that are kept
+const MOST_BYTES = 400e6; // total size of the cached meshes
 const TEXT = new TextDecoder();
 
 export class Meshes {
@@ -82,7 +82,7 @@ export class Meshes {
         manager.setURLModifier((url) => blobs.get(url.split("/").at(-1)) ?? "data:,");
         loader.setMaterials(new MTLLoader(manager).parse(materials, ""));
       } catch {
-        // without its materials, the mesh is drawn as one that has none
+        // if its materials cannot be loaded, the mesh is drawn like a mesh without materials
       }
     }
     const object = loader.parse(text);
@@ -102,7 +102,7 @@ export class Meshes {
         const bytes = await this.fetchBytes(name.includes("://") ? name : beside(uri, name));
         found.set(name.split(/[\\/]/).at(-1), URL.createObjectURL(new Blob([bytes])));
       } catch {
-        // a missing texture leaves the colour
+        // without the texture, the material keeps its colour
       }
     }));
     return found;
@@ -147,7 +147,7 @@ const beside = (uri, name) => `${uri.slice(0, uri.lastIndexOf("/") + 1)}${name.r
 // The material of meshes without their own.
 const plain = () => new THREE.MeshLambertMaterial({ color: 0xffffff });
 
-// Keeps what rviz draws of a material: its diffuse colour, texture and transparency.
+// Returns a material with the properties that rviz draws: diffuse colour, texture and transparency.
 function lambert(from) {
   const { color = 0xffffff, map = null, opacity = 1, side } = from;
   const material = new THREE.MeshLambertMaterial({ color, map, opacity, side });

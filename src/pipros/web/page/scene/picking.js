@@ -8,7 +8,7 @@ const FRAGMENT = `
 uniform sampler2D depth;
 void main() { gl_FragColor = packDepthToRGBA(texture2D(depth, vec2(0.5)).r); }`;
 
-export const MARGIN = 64; // pixels drawn around what is read: points are clipped by their middles
+export const MARGIN = 64; // pixels drawn around the pixel that is read, because points whose centres are outside are not drawn
 
 const SIZE = 2 * MARGIN + 1;
 

@@ -71,5 +71,5 @@ export const ofYaw = (yaw) => [0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2)];
 /** @type {(values: number[]) => string} */
 export const vectorText = (values) => values.map((value) => String(Number(value.toFixed(4)))).join("; ");
 
-// Returns the two parts of a pose of seven numbers, named and as texts.
+// Returns the names and texts of a pose's position and orientation.
 export const poseTexts = (pose) => [["Position", vectorText(pose.slice(0, 3))], ["Orientation", vectorText(pose.slice(3))]];

@@ -2,7 +2,7 @@
 
 const SENT_MS = 3000; // how long a topic stays advertised, for subscribers that connect later
 
-// Returns the header of a message of now, in the fixed frame.
+// Returns a header with the current time and the fixed frame.
 export function headerOf(scene) {
   const now = scene.now();
   return { seq: 0, stamp: { secs: Number(now / 1000000000n), nsecs: Number(now % 1000000000n) }, frame_id: scene.fixedFrame };

@@ -5,7 +5,7 @@ import { h } from "../dom.js";
 export class Rectangle {
   constructor(canvas) {
     this.canvas = canvas;
-    this.corner = null; // the pixel where it begins, while it is drawn
+    this.corner = null; // the pixel at which the user began; null while no rectangle is drawn
     this.element = h("div", { class: "scene-rectangle", hidden: true });
   }
 
@@ -19,7 +19,7 @@ export class Rectangle {
     this.element.hidden = false;
   }
 
-  // Returns left, top, width and height of the rectangle to its last pixel.
+  // Ends the rectangle at a pixel, and returns its left, top, width and height.
   end(pixel) {
     const found = this.to(pixel);
     this.drop();

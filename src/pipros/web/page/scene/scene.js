@@ -17,8 +17,8 @@ import { explanation, fixedFrameStatus, otherRoots, whyNot } from "./transform_t
 THREE.ColorManagement.enabled = false;
 
 const TF_QUEUE = 1000;
-const SETTLING_MS = 5000; // after time has jumped back
-const AHEAD_NS = 1000000000n; // of simulated time
+const SETTLING_MS = 5000; // how long late messages are recognised after time has jumped back
+const AHEAD_NS = 1000000000n; // how far a late message is at least ahead of simulated time
 
 export class Scene {
   // `context` is the tab's; `onStatus()` is called when a status has changed.
@@ -47,8 +47,8 @@ export class Scene {
     this.figures = { pictures: 0, ms: 0, bytes: 0 };
     this.isLost = false;
     this.settledAt = 0;
-    this.frameProblem = ""; // why the newest refused transform was
-    this.hasNewClouds = false; // whether the points must be divided anew
+    this.frameProblem = ""; // why the newest refused transform was refused
+    this.hasNewClouds = false; // whether the points must be divided again
     this.mostPoints = innerWidth < 700 ? 50000 : 200000; // of all clouds together
     this.isInteracting = false; // whether the tool Interact is chosen
     /** @type {HTMLElement | null} */
@@ -91,7 +91,7 @@ export class Scene {
     this.invalidate();
   }
 
-  // Returns all displays, with those in groups.
+  // Returns all displays, including those in groups.
   all() {
     const found = [];
     const visit = (display) => {
@@ -117,14 +117,14 @@ export class Scene {
     this.reset();
   }
 
-  // Removes everything that came from messages: for another fixed frame, after a jump of time, and by the button.
+  // Removes everything that came from messages: for another fixed frame, after a jump in time, and for the button Reset.
   reset() {
     this.frameProblem = "";
     for (const display of this.all()) display.reset();
     this.invalidate();
   }
 
-  // Forgets everything that came from messages: they come from a bag now, from another moment of it, or no longer.
+  // Removes everything that came from messages, because a bag was opened or closed, or its playback has jumped.
   restart() {
     this.frames = new Frames();
     this.frameProblem = "";
@@ -142,7 +142,7 @@ export class Scene {
 
   // -- time and transforms ------------------------------------------------------------------------------------------------
 
-  // Takes the time from `/clock`, if it is simulated or that of a bag.
+  // Follows `/clock` if time is simulated or a bag is open.
   followClock() {
     const isFollowing = Boolean(this.isSimulated || playback.bag);
     this.simulatedNs = isFollowing ? 0n : null;
@@ -163,7 +163,7 @@ export class Scene {
     this.simulatedNs = clock;
   }
 
-  // Returns whether a message is of the time before a jump back, and only arrives after it.
+  // Returns whether a message is from before a jump back in time, and arrived after the jump.
   isLate({ header }) {
     return this.simulatedNs !== null && performance.now() < this.settledAt && header?.stamp > this.simulatedNs + AHEAD_NS;
   }
@@ -206,7 +206,7 @@ export class Scene {
   }
 
   // Calls `take(message, arrival, sender)` with each message of a topic, decoded. Returns a function that ends it.
-  // `onLost(count)` gets the number of messages that this browser was too slow for.
+  // `onLost(count)` gets the number of messages dropped because this browser was too slow.
   subscribe(name, queue, take, onError = (_text) => {}, onLost = (_count) => {}) {
     return new Subscription(this, take, onError, onLost).begin(name, queue);
   }

@@ -1,4 +1,5 @@
-// What the tool Select has selected: found by drawing each object in the colour of a number, and listed with its properties.
+// The objects selected with the tool Select. They are found by drawing each in the colour of a number, and listed with
+// their properties.
 
 import * as THREE from "three";
 import { h, replace } from "../dom.js";
@@ -31,7 +32,7 @@ export class Selection {
     this.refresh();
   }
 
-  // Selects what is visible in a rectangle of pixels: instead of what is selected, or (`change` "add" or "remove") besides it.
+  // Selects the objects visible in a rectangle of pixels. With `change` "add" or "remove", changes the selection by them.
   pick([left, top, width, height], change = "") {
     if (!change) this.selected.clear();
     for (const found of this.visible(left, top, width, height)) {
@@ -91,7 +92,7 @@ export class Selection {
     });
   }
 
-  // Shows what is still there.
+  // Lists the selected objects that still exist.
   refresh() {
     const left = [...this.selected.values()].map((each) => this.renewed(each)).filter((each) => each !== null);
     this.selected = new Map(left.map((each) => [keyOf(each), each]));
@@ -108,7 +109,7 @@ export class Selection {
     this.scene.invalidate();
   }
 
-  // Returns a selected object with what a newer message has replaced it by; null if it is gone. Clouds are not replaced.
+  // Returns a selected object, or the object of a newer message that replaces it; null if it is gone. Clouds are not replaced.
   renewed(each) {
     const { display, unit } = each;
     if (isWithin(unit.object, this.scene.objects)) return each;
@@ -124,7 +125,8 @@ export class Selection {
   }
 }
 
-// Draws a unit in the colour of a number, or of as many as it has points. `undo` gets functions that end that; texts are hidden.
+// Draws a unit in the colour of a number, or its points in the colours of successive numbers, and hides texts. Functions
+// that undo this are added to `undo`.
 function number({ object, count }, first, undo, hide) {
   object.traverse((each) => {
     const { material } = each;

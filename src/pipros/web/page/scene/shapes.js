@@ -88,8 +88,8 @@ void main() {
   gl_Position = projectionMatrix * vec4(here + side * position.y * width, 1.0);
 }`;
 
-// The colour of a number, with which Selection finds out what is drawn at a pixel. Where the uniform `number` is not 0, it is
-// drawn instead of the object: if it is positive, it is that of the first point; if negative, that of all points together.
+// The colour of a number, by which Selection recognises what is drawn at a pixel. If the uniform `number` is not 0, its
+// colour replaces the object's: a positive number is the first point's; a negative number stands for the whole object.
 export const NUMBER_TINT = "vec4 tintOf(float value) { return vec4(mod(floor(value / vec3(65536.0, 256.0, 1.0)), 256.0) / 255.0, 1.0); }";
 
 const TINT_FRAGMENT = `
@@ -135,7 +135,7 @@ export function segments(strip) {
   return out;
 }
 
-// A text that faces the camera; `height` is that of a line, in metres. `centre` is [0.5, 1] for a text below its place.
+// A text that faces the camera; `height` is the height of a line in metres. `centre` is [0.5, 1] for a text below its position.
 export function textSprite(text, height, rgb = [255, 255, 255], alpha = 1, centre = [0.5, 0.5]) {
   const lines = text.split("\n").slice(0, 100).map((line) => line.slice(0, 300));
   const size = 48;
@@ -159,7 +159,7 @@ export function textSprite(text, height, rgb = [255, 255, 255], alpha = 1, centr
   return sprite;
 }
 
-// Removes all children, and frees what they hold on the graphics card.
+// Removes all children, and frees their memory on the graphics card.
 export function clear(group) {
   for (const child of [...group.children]) {
     group.remove(child);

@@ -1,4 +1,4 @@
-// The messages of a topic: batches from the server, decoded one after the other.
+// The messages of a topic, which the server sends in batches.
 
 import { messagesOf, unpacked } from "./batches.js";
 import { decoderOf } from "./layout.js";
@@ -7,8 +7,8 @@ const LISTS = ["markers", "transforms"]; // whose elements have headers
 const isLocal = ["localhost", "127.0.0.1", "[::1]"].includes(location.hostname);
 
 export class Subscription {
-  // `take(message, arrival, sender)` is called with each message, `onError(text)` with what keeps them from being decoded,
-  // and `onLost(count)` with the number of messages that this browser was too slow for.
+  // `take(message, arrival, sender)` is called with each message, `onError(text)` with the reason if they cannot be decoded,
+  // and `onLost(count)` with the number of messages dropped because this browser was too slow.
   constructor(scene, take, onError, onLost) {
     this.scene = scene;
     this.take = take;
@@ -21,7 +21,7 @@ export class Subscription {
 
   // Subscribes to a topic. Returns a function that ends it.
   begin(name, queue) {
-    // One after the other: a compressed batch must not be passed by the next one.
+    // Batches are processed in turn, because decompression takes time, in which the next batch may arrive.
     let turn = Promise.resolve();
     const receive = (data) => {
       const { frames } = this.scene;

@@ -128,7 +128,7 @@ export function open(view, argument, context) {
   });
 
   context.watch("scene_config", {}, (data) => {
-    if (JSON.stringify(data) === JSON.stringify(file)) return; // the connection was lost meanwhile
+    if (JSON.stringify(data) === JSON.stringify(file)) return; // sent again after a lost connection
     if (file) {
       link = "";
       context.remember("", { isReplacing: true });

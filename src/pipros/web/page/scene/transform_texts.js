@@ -1,4 +1,4 @@
-// Texts on transforms that are missing: rviz's own, what keeps them from being known, and what would help.
+// Texts about missing transforms: rviz's own, the cause, and a remedy.
 
 const LINK_AGE_S = 2;
 
@@ -16,7 +16,7 @@ export function fixedFrameStatus(frames, fixedFrame, problem) {
   return ["error", `Unknown frame ${fixedFrame}`];
 }
 
-// Returns what keeps a frame from having a pose in the fixed frame: it is in another tree, or a link is old. Empty if
+// Returns why a frame has no pose in the fixed frame: the frame is in another tree, or a link is old. Empty if
 // nothing is known.
 export function explanation(frames, fixedFrame, frame, now) {
   if (!frames.has(frame)) return "";

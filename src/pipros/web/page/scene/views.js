@@ -48,13 +48,13 @@ class View {
     this.set(name, this.get(name) + value);
   }
 
-  // Places the camera before a picture.
+  // Places the camera for the next picture.
   update(width, height) {
     const frame = this.get("Target Frame");
     try {
       this.origin = frame === "<Fixed Frame>" || !frame ? [0, 0, 0, 0, 0, 0, 1] : this.scene.poseOf(frame, 0n);
     } catch {
-      // stays at its last place
+      // the camera stays at its last pose
     }
     this.camera.near = Math.max(1e-4, this.get("Near Clip Distance"));
     this.camera.far = FAR;
@@ -62,7 +62,7 @@ class View {
     this.camera.updateMatrixWorld();
   }
 
-  // Shows the point that the camera turns about, for a moment. Overridden by the views that have one.
+  // Briefly shows the point about which the camera turns. Overridden by the views that have such a point.
   showFocus() {}
 
   // Places the camera in the target frame. Overridden by each view.
@@ -163,7 +163,7 @@ class Orbit extends View {
   }
 }
 
-// Stays on the ground of the target frame.
+// Moves the focal point only parallel to the ground.
 class XYOrbit extends Orbit {
   raise(distance) {
     const up = new THREE.Vector3(0, 1, 0).applyQuaternion(this.camera.quaternion);

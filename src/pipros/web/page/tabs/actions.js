@@ -1,4 +1,4 @@
-// Actions: their goals with feedback and results, and goals sent by hand.
+// Actions: their goals with feedback and results, and a form to send goals.
 
 import { copiesValues } from "../copy.js";
 import { h, morph, panelHead, replace, uniqueId } from "../dom.js";
@@ -25,7 +25,7 @@ export function open(view, argument, context) {
     h("div", { class: "scroll" }, table.element)), side);
   let actions = [];
   let selected = "";
-  let shownType = null; // of the selected action; its server may come later
+  let shownType = null; // of the selected action; null until its server is known
   let closePanel = () => {};
 
   function draw() {

@@ -1,5 +1,5 @@
 // Bags: a timeline that plays a bag for all tabs. The address contains the name of the bag and the moment, in seconds
-// from its beginning, at which it stands still: run.bag@14.5.
+// from its beginning, at which it is paused: run.bag@14.5.
 
 import { playback, elapsed } from "../bags/playback.js";
 import { recordingPanel } from "../bags/recording.js";
@@ -9,7 +9,7 @@ import { placeOf } from "../place.js";
 
 const MOST_LISTED = 100;
 const ADDRESS_MS = 300;
-const SHORTEST_S = 0.05; // which the address rounds to 0
+const SHORTEST_S = 0.05; // shorter times count as 0 in the address
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 export function open(view, argument, context) {
@@ -58,7 +58,7 @@ export function open(view, argument, context) {
     show();
   }, (problem) => replace(error, problem));
 
-  // Saves the selected part, whose pieces come one after the other.
+  // Saves the selected part, which arrives in pieces.
   function save() {
     const { bag } = playback;
     const [begin, end] = selection ?? [bag.begin, bag.end];
@@ -73,7 +73,7 @@ export function open(view, argument, context) {
     }, (problem) => problem && finish(problem), { always: true });
   }
 
-  // While a jump is under way, only the newest goal is kept: dragging asks for many.
+  // While a jump is being executed, only the newest further goal is kept, because a drag requests many jumps.
   let isJumping = false;
   let next = null;
   async function jump(time) {

@@ -38,7 +38,7 @@ export function open(view, argument, context) {
     if (!isPaused) take(waiting.splice(0));
   }
 
-  // Shows the entries of a saved file; new ones wait until the user goes on.
+  // Shows the entries of a saved file. New entries wait until the user resumes.
   async function load() {
     try {
       const loaded = fromLines(await file.files[0].text());
@@ -83,7 +83,7 @@ export function open(view, argument, context) {
     if (isAtEnd) scroll.scrollTop = scroll.scrollHeight;
   }
 
-  // Filters as the user says, and notes it in the address.
+  // Applies the user's filters, and puts them into the address.
   function refine() {
     const chosen = levels.size === LEVELS.length ? [] : [`levels=${LEVELS.flatMap(([level]) => (levels.has(level) ? [level] : [])).join(",")}`];
     const typed = Object.entries(filters).filter(([, input]) => input.value).map(([name, input]) => `${name}=${input.value}`);
@@ -128,7 +128,7 @@ export function open(view, argument, context) {
     wanted.forEach((row, index) => { if (rows.children[index] !== row) rows.insertBefore(row, rows.children[index] ?? null); });
   }
 
-  // The row of an entry is kept, so that a text that is selected in it stays selected.
+  // Reuses the row of an entry, so that a selected text stays selected.
   function rowOf(entry) {
     let row = drawn.get(entry);
     if (!row) {

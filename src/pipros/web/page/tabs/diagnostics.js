@@ -5,7 +5,7 @@ import { dataTable } from "../table.js";
 
 const LEVELS = ["OK", "Warning", "Error", "Stale"];
 const STALE = 3;
-const GRAVITY = [0, 1, 3, 2]; // by level: errors, then what is stale, then warnings
+const GRAVITY = [0, 1, 3, 2]; // by level: errors, then stale components, then warnings
 const MOST_PROBLEMS = 200;
 const PROBLEM_COLUMNS = [
   { title: "Level", text: ({ level }) => h("span", {}, dot(level), LEVELS[level] ?? String(level)), order: ({ level, name }) => `${9 - (GRAVITY[level] ?? 9)} ${name}` },

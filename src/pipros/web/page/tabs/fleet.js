@@ -3,7 +3,7 @@
 import { h, replace } from "../dom.js";
 import { dataTable } from "../table.js";
 
-const PREFIX = "/Fleet/"; // then the member that reports, and the one that it receives from; an aggregator puts its groups before
+const PREFIX = "/Fleet/"; // followed by the reporting member and the sending member; an aggregator puts its groups before
 const STALE = 3;
 const NAMES = ["OK", "Warning", "Error", "Stale"];
 const COLUMNS = [

@@ -33,7 +33,7 @@ export function open(view, argument, context) {
       FORMATS.map((format) => h("button", { title: `Save as ${format.toUpperCase()}`, onclick: () => save(format) }, format.toUpperCase()))));
   view.append(h("div", { class: "column graph" }, toolbar, error, empty, h("div", { class: "stage" }, canvas.element, corner)), side);
 
-  let names = []; // of all nodes and topics, also of hidden ones
+  let names = []; // of all nodes and topics, including hidden ones
   let traffic = [];
   let selected = first; // the text of a key; empty for none
   let closePanel = () => {};
@@ -66,7 +66,7 @@ export function open(view, argument, context) {
     replace(counts, `${data.nodes} nodes, ${data.topics} topics`);
   }
 
-  // The rate stands on the arrow from the publisher only: the one from the topic has the same.
+  // The rate is shown only on the arrow from the publisher, because the arrow from the topic has the same rate.
   function label() {
     canvas.label((arrow, index) => {
       const values = arrow.start.kind === "topic" ? null : traffic[index];
@@ -95,7 +95,7 @@ export function open(view, argument, context) {
     changed();
   }
 
-  // The graph of other options.
+  // Shows the graph with changed options.
   function changed() {
     context.remember(graphText(selected, options), { isReplacing: true });
     canvas.fit();

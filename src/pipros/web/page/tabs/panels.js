@@ -56,7 +56,7 @@ export function open(view, argument, context) {
       const near = neighbour(id, side);
       if (near !== null) board.move(id, near, "centre");
     },
-    // Shows a place in the panel of its tab, if there is one: the panel that asks, or the first one.
+    // Shows a place in the panel of its tab, if there is one: the requesting panel, or the first one.
     follow(from, tab, wanted) {
       const target = tabOf(from.tab) === tabOf(tab) ? from : leavesOf(layout).find((each) => each.tab === tab);
       if (!target) return false;
@@ -108,7 +108,7 @@ export function open(view, argument, context) {
     const places = placesOf(layout);
     hint.hidden = layout !== null;
     for (const border of borders.splice(0)) border.remove();
-    let last = null; // in reading order, for the keyboard; only what is out of order moves, as moving loses scroll positions
+    let last = null; // in reading order, for the keyboard; only panels out of order move, because moving loses scroll positions
     for (const { leaf: own, box } of places.panels) {
       const { element, setEnlarged, setShown } = panels.get(own.id);
       element.dataset.id = own.id;
@@ -162,7 +162,7 @@ export function open(view, argument, context) {
     return border;
   }
 
-  // The id of the panel at a side of another one: the nearest whose centre is there.
+  // The id of the neighbour of a panel on one side: the panel with the nearest centre there.
   function neighbour(id, side) {
     const all = placesOf(layout).panels.map(({ leaf: own, box }) => ({ id: own.id, x: box.x + box.w / 2, y: box.y + box.h / 2 }));
     const own = all.find((each) => each.id === id);
@@ -172,7 +172,7 @@ export function open(view, argument, context) {
     return ahead.sort((one, other) => distance(one) - distance(other))[0]?.id ?? null;
   }
 
-  // Shows the layout of an address, in the panels that are open already as far as they fit. "+view" adds to the layout.
+  // Shows the layout of an address, reusing open panels of the same tabs. "+view" adds a view to the layout.
   // Returns whether the text is a layout.
   function go(text) {
     try {

@@ -4,7 +4,7 @@ import { bytes, h, morph, replace } from "../dom.js";
 import { sections } from "../sections.js";
 
 const MARKED_MS = 4000;
-const LONG = 300; // characters of a value, of which the first ones are shown until it is opened
+const LONG = 300; // a longer value (in characters) is shortened until the user opens it
 const SHOWN = 80;
 
 export function open(view, argument, context) {

@@ -10,7 +10,7 @@ import { curveLegend, number } from "../plot/legend.js";
 const LEVELS = { 4: "Warn", 8: "Error", 16: "Fatal" };
 const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros", "ROS time"], ["xy", "first curve (x-y)"]];
 const MOST_OFFERED = 60; // topics
-const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String", "tf2_msgs/TFMessage"]); // which are worth a curve
+const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String", "tf2_msgs/TFMessage"]); // without numbers that are worth a curve
 const SHORTEST = 1; // seconds of the time axis
 const SPANS = [10, 30, 60, 300, 1800];
 const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5], 0: [0, 0] };
@@ -73,7 +73,7 @@ export function open(view, argument, context) {
     needsDraw = true;
   }
 
-  // Requests everything again, as the controls say.
+  // Requests everything again, with the settings of the controls.
   let source = null; // the bag whose whole curves are shown
   const wantedSource = () => (set.isWhole ? playback.bag : null);
   function again() {
@@ -88,7 +88,7 @@ export function open(view, argument, context) {
     rebuild();
   }
 
-  // A topic or a part of a message was given instead of a number: shows its numbers, to choose from.
+  // Offers the numbers in a topic or a part of a message that was given instead of a number.
   function offer(curve, fields) {
     set.drop(curve.text);
     changed();
@@ -97,7 +97,7 @@ export function open(view, argument, context) {
       h("button", { class: "plain", "aria-label": "Close the choice", onclick: () => replace(offered) }, "×"));
   }
 
-  // Shows exactly the curves of an address; a link to one more field adds it.
+  // Shows exactly the curves of an address; a link with one more field adds its curve.
   function go(text) {
     const wanted = parsedPlot(text);
     const isLink = wanted.curves.length === 1 && wanted.curves[0] === text;

@@ -1,4 +1,4 @@
-// Publish messages by hand, once or at a rate, as long as this page is open in the browser.
+// A form to publish messages, once, or at a rate as long as this page is open in the browser.
 
 import { h, replace, uniqueId } from "../dom.js";
 import { publisherList, startPublisher } from "../publishers.js";

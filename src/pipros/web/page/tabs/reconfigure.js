@@ -18,7 +18,7 @@ export function open(view, argument, context) {
   let groups = new Map(); // group to {show}
   let last = { values: {}, states: {} };
   let pending = { changes: {}, states: {} };
-  let sending = { changes: {}, states: {} }; // values of the server from before this call must not undo it on the page
+  let sending = { changes: {}, states: {} }; // meanwhile, older values from the server must not undo these changes on the page
   let isSending = false;
 
   function drawServers() {

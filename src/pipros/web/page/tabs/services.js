@@ -1,4 +1,4 @@
-// Services, and calls by hand.
+// Services, and a form to call them.
 
 import { copiesValues } from "../copy.js";
 import { h, milliseconds, panelHead, replace } from "../dom.js";

@@ -1,4 +1,4 @@
-// Steer a robot with the keys or a touch stick. The server stops it when this page falls silent.
+// Steer a robot with the keys or a touch stick. The server stops the robot if this page sends no commands.
 
 import { h, replace, uniqueId } from "../dom.js";
 import { live } from "../live.js";
@@ -86,7 +86,7 @@ export function open(view, argument, context) {
     const isZero = !wanted[0] && !wanted[1];
     if (!isOn || !live.isOpen || (isZero ? isSent : isWaiting)) return;
     isSent = isZero;
-    isWaiting = true; // no commands pile up on a slow connection, which would move the robot later
+    isWaiting = true; // so that no commands pile up on a slow connection and move the robot later
     try {
       await context.act("steer", { session, ...velocity() });
     } catch (problem) {
@@ -96,7 +96,7 @@ export function open(view, argument, context) {
     }
   }
 
-  // Steering does not begin again by itself: nobody may be at the keys any more.
+  // Steering does not resume by itself, because the user may have left.
   live.addEventListener("state", () => {
     if (live.isOpen || !isOn) return;
     setOn(false);

@@ -53,7 +53,7 @@ export function open(view, argument, context) {
     toggle(button.dataset.topic);
   }, { capture: true });
   table.element.addEventListener("keydown", (event) => {
-    if (event.target.closest("button.measure")) event.stopPropagation(); // Enter means the button, not the row
+    if (event.target.closest("button.measure")) event.stopPropagation(); // Enter presses the button, and does not select the row
   }, { capture: true });
   const inTree = h("input", { type: "checkbox", onchange: () => draw() });
   const all = h("button", { title: `Subscribe to the first ${MOST_MEASURED} topics of the list`, onclick: () => measure(chosen.size ? [] : shown().map((topic) => topic.name)) }, "Measure all");
@@ -61,7 +61,7 @@ export function open(view, argument, context) {
   let topics = [];
   let selected = "";
   let chosen = new Set(); // names of the measured topics
-  let figures = {}; // name to what was measured
+  let figures = {}; // name to the measured values
   let stopMeasuring = () => {};
   const closed = new Set(); // namespaces
   let closePanel = () => {};

@@ -56,7 +56,7 @@ export class Camera extends Image {
     this.scene.invalidate();
   }
 
-  // Draws image and scene. Not more often than needed: it costs a second picture.
+  // Draws the image and the scene, not more often than needed, because the scene is drawn a second time.
   frame() {
     const now = performance.now();
     if (!this.still || !this.model || now - this.drawnAt < INTERVAL_MS) return;
@@ -80,7 +80,7 @@ export class Camera extends Image {
     drawing.globalAlpha = 1;
   }
 
-  // Returns the scene from the camera, on a transparent ground, as a canvas.
+  // Returns a canvas with the scene as the camera sees it, on a transparent background.
   picture(width, height) {
     const { renderer, world, displays, tools } = this.scene;
     const hidden = this.hiddenOf(displays, this.config.Visibility);
@@ -108,7 +108,7 @@ export class Camera extends Image {
     return canvas;
   }
 
-  // Returns the displays that this one does not show, by the property Visibility; a group has a map of its displays there.
+  // Returns the displays that the property Visibility hides in this one; a group has a map of its displays there.
   hiddenOf(displays, switches) {
     const isMap = typeof switches === "object" && switches;
     const isOff = isMap && !truth(switches.Value, true);

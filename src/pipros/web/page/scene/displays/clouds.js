@@ -7,7 +7,7 @@ import { points } from "../points.js";
 import { interpolated, transformed, vectorText } from "../pose.js";
 import { clear, dispose, place } from "../shapes.js";
 
-const MOST_KEPT = 2000000; // of all clouds of a display with a decay time
+const MOST_KEPT = 2000000; // points of all clouds in a display with a decay time
 const TEXT = new TextDecoder();
 
 export class Cloud extends Display {

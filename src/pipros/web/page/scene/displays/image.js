@@ -1,4 +1,4 @@
-// Images: not in the scene, but beside it.
+// Images, which are shown beside the scene.
 
 import { h } from "../../dom.js";
 import { drawImage, extremes } from "../../tabs/images.js";

@@ -14,8 +14,8 @@ import { composed, inverted, isFinitePose, normalized, poseOf } from "../pose.js
 import { axes, dispose, place } from "../shapes.js";
 import { Markers } from "./markers.js";
 
-const MOST = 2000; // interactive markers of a display
-const MOST_CONTROLS = 200; // of one of them
+const MOST = 2000; // interactive markers in a display
+const MOST_CONTROLS = 200; // controls of one marker
 const UPDATE = /\/update$/;
 const QUEUE = 100;
 const KEEP_ALIVE_MS = 250;
@@ -65,7 +65,7 @@ export class InteractiveMarkers extends Markers {
     this.held = null;
   }
 
-  // The state comes once: after a change of the fixed frame or a jump of time it is only placed anew.
+  // The server sends its state once. So after a change of the fixed frame or a jump in time, markers are only placed again.
   reset() {
     if (!this.isOn) {
       super.reset();
@@ -131,7 +131,7 @@ export class InteractiveMarkers extends Markers {
     parent.add(object);
   }
 
-  // Moves a marker; while it is dragged, after that.
+  // Moves a marker; if it is being dragged, after the drag.
   shift(key, { header, pose }) {
     const entry = this.entries.get(key);
     if (!entry) return;
@@ -163,7 +163,7 @@ export class InteractiveMarkers extends Markers {
     return header.stamp === 0n;
   }
 
-  // Places the marker's frame: in each picture if its stamp is 0, else once.
+  // Places a marker's frame: for each picture if its stamp is 0, otherwise once.
   arrange(entry) {
     const frame = withoutSlash(entry.header.frame_id) || this.scene.fixedFrame;
     const { name } = entry.message;

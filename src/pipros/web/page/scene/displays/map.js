@@ -29,7 +29,7 @@ export class MapDisplay extends Display {
     this.stops.push(this.scene.subscribe(`${topic}_updates`, 100, (update) => this.update(update)));
   }
 
-  // Map messages are latched: the shown one stays until the next.
+  // Maps are latched, so the map stays until the next message.
   reset() {}
 
   end() {
@@ -64,7 +64,7 @@ export class MapDisplay extends Display {
       side: THREE.DoubleSide,
       transparent: !isOpaque && !isBehind,
       depthWrite: isOpaque && !isBehind,
-      // Objects without `transparent` are drawn first; custom blending blends them all the same.
+      // Objects without `transparent` are drawn first; with custom blending, they are blended nevertheless.
       blending: isBehind ? THREE.CustomBlending : THREE.NormalBlending,
       polygonOffset: !isBehind,
       polygonOffsetUnits: -1,
@@ -102,7 +102,7 @@ export class MapDisplay extends Display {
         this.setStatus("Transform", "ok", "Transform OK");
         return;
       } catch {
-        // the newest transform, then
+        // use the newest transform instead
       }
     }
     this.follow(this.map.frame);

@@ -89,14 +89,14 @@ export class Markers extends Display {
     return all.map(([key, { holder, message }]) => ({ label: `Marker ${key}`, object: holder, describe: () => describe(message) }));
   }
 
-  // The markers of a hidden namespace are dropped; they come back with the next message.
+  // The markers of a hidden namespace are removed. Later messages show them again.
   switchPart(name, isShown) {
     super.switchPart(name, isShown);
     if (isShown) return;
     for (const [key, { message }] of [...this.shown]) if (message.ns === name) this.remove(key);
   }
 
-  // Places a marker: once, at its stamp, or again and again if it is locked to its frame.
+  // Places a marker: once, at its stamp, or repeatedly if it is locked to its frame.
   locate(key, entry) {
     const { message, holder } = entry;
     const frame = withoutSlash(message.header.frame_id);

@@ -1,4 +1,4 @@
-// Paths, poses, odometry, polygons, points, cells and ranges: drawn once, where they were at the message's stamp.
+// Paths, poses, odometry, polygons, points, cells and ranges: drawn at the pose of their frame at the message's stamp.
 
 import * as THREE from "three";
 import { covarianceShapes } from "../covariance.js";
@@ -57,7 +57,7 @@ export class Placed extends Display {
     else this.dropStatus("Message");
   }
 
-  // Returns an arrow or axes, by the display's properties.
+  // Returns an arrow or axes, as the display's properties specify.
   poseShape(prefix = []) {
     const get = (name) => this.get(...prefix, name);
     const kind = this.get("Shape");

@@ -139,7 +139,7 @@ export class RobotModel extends Display {
       try {
         pose = this.scene.poseOf(frame, 0n);
       } catch {
-        lost ||= frame; // stays where it was
+        lost ||= frame; // the link stays where it was
       }
       if (pose) place(entry.group, pose);
       const hasPose = pose !== null;

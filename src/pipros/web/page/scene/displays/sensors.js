@@ -7,7 +7,7 @@ import { Placed } from "./poses.js";
 
 const X = new THREE.Vector3(1, 0, 0);
 const Z = new THREE.Vector3(0, 0, 1);
-const RING = { parts: 32, from: 4 }; // the ring of a torque is open at its begin
+const RING = { parts: 32, from: 4 }; // the ring of a torque has a gap at its start
 
 const vectorOf = ({ x, y, z }) => new THREE.Vector3(x, y, z);
 const isFinite = (vector) => vector.toArray().every(Number.isFinite);

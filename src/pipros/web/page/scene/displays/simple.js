@@ -1,4 +1,4 @@
-// Displays that draw something constant at a frame: Grid and Axes.
+// Displays that draw a fixed shape at a frame: Grid and Axes.
 
 import * as THREE from "three";
 import { Display } from "../display.js";

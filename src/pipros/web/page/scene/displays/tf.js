@@ -63,7 +63,7 @@ export class Tf extends Display {
     }
   }
 
-  // Shows a frame where it is now, and how old it is.
+  // Draws a frame at its current pose, and shows its age.
   update(entry, name, now, { scale, alpha, timeout }) {
     const { frames, fixedFrame } = this.scene;
     const stamp = this.newestStamp(name, fixedFrame);
@@ -112,7 +112,7 @@ export class Tf extends Display {
     return entry;
   }
 
-  // Lets an old frame turn grey, and then fade.
+  // Draws an old frame in grey, and then fades it out.
   shade(entry, fade, alpha) {
     const shown = `${fade.toFixed(2)} ${alpha.toFixed(2)}`;
     if (entry.shown === shown) return;
