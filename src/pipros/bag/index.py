@@ -21,7 +21,7 @@ from pipros.bag.records import (
 )
 
 INDEX_RECORD_BYTES = 55
-"""Size of an index record without its entries, as all writers produce it."""
+"""Size in bytes of an index record without its entries, in the files of all known writers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class ChunkInfo:
     Attributes:
         position: byte position of the chunk's record in the file.
         start_ns, end_ns: timestamps of the earliest and latest message.
-        counts: number of messages by connection.
+        counts: number of messages by connection number.
     """
 
     position: int

@@ -1,4 +1,4 @@
-"""Keep recent messages in memory, and write them to a file, a snapshot, on request."""
+"""Keep recent messages in memory, and write them to a file (a snapshot) on request."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Snapshots:
         """Write a file, and return its path and the number of messages in it.
 
         Raises:
-            BagError: the queue is empty.
+            BagError: there are no messages.
             OSError: the file cannot be written. The messages are lost.
         """
         with self._lock:

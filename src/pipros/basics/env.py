@@ -104,7 +104,7 @@ class Environment:
         return PortRange.parse(self.ports) if self.ports else None
 
     def advertised_address(self, ports: PortRange | None = None) -> AdvertisedAddress | None:
-        """Return the address at which peers reach this process; None if it is the address that is bound.
+        """Return the address in `PIPROS_ADVERTISE`, at which peers reach this process; None if unset.
 
         `ports` are the ports that nodes may open; defaults to `port_range`.
 

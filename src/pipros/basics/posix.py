@@ -74,7 +74,7 @@ def signal_group(group: int, number: int) -> None:
 
 
 def kill_with_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, which may already have exited. On POSIX, also kill the rest of its group."""
+    """Kill a process, which may already have exited. On POSIX, it must lead a group, which is also killed."""
     if sys.platform != "win32" and hasattr(os, "killpg"):
         import signal
 

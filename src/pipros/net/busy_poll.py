@@ -56,8 +56,8 @@ class PublishCount:
 class AdaptiveBackoff:
     """Decides whether to try an optimization that is only sometimes useful.
 
-    After one that was not useful, the next opportunity is skipped, then the next two, four, and so on up to
-    LONGEST_PAUSE. A useful trial resets this.
+    After a trial that was not useful, the next opportunity is skipped, then the next two, four, and so on up
+    to LONGEST_PAUSE. A useful trial resets this.
     """
 
     __slots__ = ("_passing", "_pause")

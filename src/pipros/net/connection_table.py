@@ -13,7 +13,7 @@ from pipros.net.refusals import Refusals
 
 
 class TableEntry(Protocol):
-    """Interface of a connection that the table requires."""
+    """The attributes and methods of a connection that the table uses."""
 
     @property
     def peer(self) -> str:

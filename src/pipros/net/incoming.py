@@ -59,7 +59,10 @@ _WAITALL: Final = socket.MSG_WAITALL
 
 @dataclass(slots=True)
 class ReceiveStatistics:
-    """Counts of messages received, and dropped because callbacks were too slow or the link broke."""
+    """Numbers of messages and bytes received.
+
+    `dropped` counts the messages that were lost because callbacks were too slow or the link broke.
+    """
 
     frames: int = 0
     bytes: int = 0

@@ -32,8 +32,8 @@ SLICE_S: Final = 0.1
 """Interval at which a wait for an answer checks whether it was cancelled."""
 
 Address = tuple[int, int, int, str, tuple[Any, ...]]
-Resolve = Callable[..., list[Any]]
 """Family, kind, protocol, canonical name, and socket address."""
+Resolve = Callable[..., list[Any]]
 
 
 class Answer:

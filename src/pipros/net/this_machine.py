@@ -21,10 +21,10 @@ from pipros.net.address import ANY, ANY_IPV6, LOOPBACK, is_loopback, plain_addre
 from pipros.net.lookup import Lookups, process_lookups
 
 _DOCUMENTATION_ADDRESSES: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
-_DISCARD_PORT: Final = 9
 """Addresses for documentation (RFC 5737, RFC 3849). If the system lets a socket bind to even these, a
 successful bind proves nothing.
 """
+_DISCARD_PORT: Final = 9
 
 _SOCKET_TABLES: Final = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 _ESTABLISHED: Final = "01"
@@ -120,7 +120,7 @@ def has_address(host: str) -> bool:
     except (OSError, ValueError):  # the host is a name, not an address
         return False
     # The source address on the route to one of this machine's addresses is the same address, except for
-    # # secondary addresses of an interface.
+    # secondary addresses of an interface.
     return _source_towards(family, host) == host or (
         _can_bind(family, host) and not _can_bind(family, _DOCUMENTATION_ADDRESSES[family])
     )

@@ -15,7 +15,7 @@ from pipros.node.attempts import Attempts
 
 @dataclass(frozen=True, slots=True)
 class NodeContext:
-    """Interface of a node for its topics and services.
+    """The parts of a node that its topics and services use.
 
     Attributes:
         node_name: the node's full name, the `callerid` of connection headers.

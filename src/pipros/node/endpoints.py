@@ -62,7 +62,7 @@ class Endpoints:
 
     Attributes:
         port: the TCPROS port.
-        address: the host and port at which peers reach it.
+        address: the host and port at which peers reach the TCPROS port.
     """
 
     def __init__(
@@ -318,8 +318,8 @@ class Endpoints:
     def close(self) -> None:
         """Close all links and connections.
 
-        Endpoints that another thread adds in the meantime are not registered, and their ports are closed soon
-        after.
+        Endpoints that another thread adds in the meantime are not registered. The node's ports are closed
+        soon after.
         """
         end = time.monotonic() + CLOSE_FLUSH_S  # all topics share one deadline
         for publication in self.publications:

@@ -348,6 +348,9 @@ class Node:
         """Advertise a topic. See `pipros.net.outgoing` for `queue_size`.
 
         A latched topic sends its newest message to every later subscriber.
+
+        Raises:
+            TypeConflict: this node already publishes the topic with another type.
         """
         return self.endpoints.advertise(
             self.resolve(topic), message_class, queue_size=queue_size, latch=latch
@@ -366,7 +369,10 @@ class Node:
         """Subscribe to a topic; call `callback` with each message, in the thread that received it.
 
         If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
-        loop, if there is no callback, the subscriber is an asynchronous iterator:
+        loop, if there is no callback, the subscriber is an asynchronous iterator.
+
+        Raises:
+            TypeConflict: this node already subscribes to the topic with another type.
 
         Examples:
             >>> async for message in node.subscribe("/chatter", String):  # doctest: +SKIP
@@ -390,7 +396,11 @@ class Node:
         handler: Callable[[Any], Any],
         on_error: Callable[[BaseException], object] | None = None,
     ) -> ServiceServer:
-        """Offer a service; see `ServiceServer`. A coroutine function runs in the caller's asyncio loop."""
+        """Offer a service; see `ServiceServer`. A coroutine function runs in the caller's asyncio loop.
+
+        Raises:
+            NameInUse: this node already provides a service with this name.
+        """
         if inspect.iscoroutinefunction(handler):
             handler = asyncio_support.run_in_loop(handler, asyncio.get_running_loop())
         return self.endpoints.serve(self.resolve(service), service_class, handler, on_error)

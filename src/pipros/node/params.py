@@ -84,7 +84,7 @@ class CachedParameter:
         self.state = _INVALIDATED[self.state]
 
     def refreshed(self, value: Any, changes: int) -> None:
-        """Store a value that was requested from the master when `changes` had the given value."""
+        """Store a value that was requested when `changes` had the given value, unless it may be outdated."""
         if self.state is CacheState.STALE and changes == self.changes:
             self.state, self.value = CacheState.CURRENT, value
 

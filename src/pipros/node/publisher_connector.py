@@ -113,7 +113,7 @@ class PublisherConnector:
                 del self._tasks[uri]
 
     async def _wait_for_end(self, uri: str, ended: LinkEnd) -> bool:
-        """Wait until a link ends; return True if it lasted for a while."""
+        """Wait until a link ends; return True if it lasted longer than RETRY_LONGEST_S."""
         loop = asyncio.get_running_loop()
         self._linked.add(uri)
         began = loop.time()

@@ -13,7 +13,7 @@ from pipros.node.clock import Clock, TimeMovedBackwards
 class Rate:
     """Keeps a loop at a rate: `sleep` waits for the rest of the current cycle.
 
-    A loop that is two or more cycles late does not catch up.
+    A loop that is several cycles late does not catch up.
     """
 
     def __init__(self, clock: Clock, period_ns: int, *, reset: bool = False) -> None:
@@ -70,7 +70,7 @@ class Tick:
 
 
 class Timer(threading.Thread):
-    """A daemon thread that calls a function periodically until it or the node is shut down."""
+    """A daemon thread that calls a function periodically until the timer or the node is shut down."""
 
     def __init__(
         self,

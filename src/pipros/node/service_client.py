@@ -155,7 +155,8 @@ class ServiceClient:
 
         Raises:
             CallTimeout: there was no response within `timeout_s`.
-            ServiceFailed: no node offers the service, or it replied with an error.
+            ErrorReply: the server replied with an error.
+            ServiceFailed: no server was found, the server refused the call, or the connection broke.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         number(request, next(self._numbers))
@@ -230,7 +231,7 @@ class ServiceClient:
         return self._kept
 
     def close(self) -> None:
-        """Close the connection of a persistent client; later calls raise."""
+        """Close the connection of a persistent client. A later call connects again."""
         kept, self._kept = self._kept, None
         if kept is not None:
             kept.close()
@@ -292,7 +293,7 @@ class ServiceLink:
             probe: whether to tell the server that no call will follow.
             extra: further fields for the connection header.
             poller: decides whether to busy-poll, and adapts to the observed response times.
-            calls: the set of pending calls that includes the link until it is closed.
+            calls: the group of running calls that includes the link until it is closed.
             limits: limits on the resources that the server can use; defaults to the process-wide limits.
 
         Raises:

@@ -104,7 +104,7 @@ class Signals:
     def listen(self, node: Node) -> None:
         """From now on, let signals end the node, including signals received since `install`.
 
-        They are read in the node's event loop.
+        The node's event loop reads the signals.
         """
         node.add_reader(self._sockets[0], self._read)
         if self._insist:
@@ -217,9 +217,9 @@ def ended_by_signals(
 ) -> Iterator[None]:
     """Enter the context `life`, which starts the node. SIGINT and SIGTERM shut the node down.
 
-    A signal raises nothing in the block unless the block continues after the shutdown, which ends all waits
-    for the node. If a signal ended the block, any exception that the block raises becomes KeyboardInterrupt.
-    Outside the main thread, signal handlers are left unchanged.
+    A signal raises nothing in the block unless the block continues after the shutdown. The shutdown ends all
+    of the node's waits. If a signal ended the block, any exception that the block raises becomes
+    KeyboardInterrupt. Outside the main thread, signal handlers are left unchanged.
 
     Args:
         insist: whether to interrupt a block that continues after any shutdown. If false, only a second signal

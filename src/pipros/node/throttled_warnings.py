@@ -15,7 +15,7 @@ counted.
 
 
 class ThrottledWarnings:
-    """Lets the first warnings be logged in full, and summarizes later ones by their number and the last one.
+    """Decides which warnings are logged in full, and summarizes the others by their number and the last one.
 
     For the event loop only.
     """

@@ -28,8 +28,7 @@ class CallerVerification:
         """Schedule a call to `question` in another thread. Must be called from the event loop.
 
         Args:
-            about: the subject of the question. A question is not queued if one with the same subject is
-                already queued.
+            about: the subject of the question, which replaces a queued question with the same subject.
         """
         self._waiting[about] = question
         if not self._is_busy:

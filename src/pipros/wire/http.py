@@ -120,7 +120,7 @@ them.
 """
 _TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+").fullmatch
 _STATUS_LINE = re.compile(r"HTTP/(\d)\.(\d) (\d{3})(?: ([^\r\n]*))?").fullmatch
-# compiled on first use, which only servers need
+# compiled on first use, because only servers need it
 _REQUEST_LINE = r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)"
 _LENGTH_DIGITS: Final = 15
 
