@@ -47,7 +47,7 @@ def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
 def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
     """Return a chunk's decompressed data, which must have `size` bytes.
 
-    Decompression stops if the data exceed `size`, which limits the memory.
+    Decompression stops once the data exceed `size`, so that memory is bounded.
 
     Raises:
         BagError: the compression is zstd, and the zstandard library is not installed.

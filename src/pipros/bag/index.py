@@ -78,7 +78,8 @@ def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
     """Return a connection's number and its entries in one chunk, packed as `ENTRY`.
 
     Raises:
-        BagFormatError: the version is not 1, or the size does not match the number of entries.
+        BagFormatError: a field is missing, the version is not 1, or the size does not match the number of
+            entries.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:
@@ -104,7 +105,8 @@ def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
     """Parse a chunk info record.
 
     Raises:
-        BagFormatError: the version is not 1, or the size does not match the number of connections.
+        BagFormatError: a field is missing, the version is not 1, or the size does not match the number of
+            connections.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:

@@ -259,7 +259,7 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """The size of the file, including messages of the open chunk."""
+        """The size of the file in bytes, without the open chunk."""
         return int(self._file.tell())
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:

@@ -53,7 +53,7 @@ class McapMessages:
         as_views: whether to yield large messages as views of their chunk; see `BagReader.stored_fields`.
 
     Raises:
-        BagFormatError: the iteration has reached damage in the file.
+        BagFormatError: the iteration reaches a damaged part of the file.
     """
 
     def __init__(

@@ -144,7 +144,7 @@ def read_summary(source: Source) -> Summary | None:
 
 
 def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
-    """Yield the kind, content position and content size of each record from a position on.
+    """Yield the kind, content position and content size of each record, starting at `position`.
 
     The caller must stop at the last record.
 

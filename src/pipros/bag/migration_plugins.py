@@ -28,7 +28,7 @@ _EXPORTS = {
 
 
 def installed_rules(index: PackageIndex, warn: Say) -> list[Rule]:
-    """Return the rules from all packages. Invalid rules are skipped and reported with `warn`."""
+    """Return the rules from all packages. Invalid rules and unreadable files are reported with `warn`."""
     found: list[Rule] = []
     for package, file in _files(index, warn):
         try:

@@ -105,7 +105,10 @@ class Player:
         self._clock = PlaybackClock(self._start_ns, time.monotonic_ns(), options.rate)
 
     def run(self) -> None:
-        """Play to the end, or until the node shuts down."""
+        """Play to the end, or until the node shuts down.
+
+        With `loop` or `keep_alive`, return only when the node shuts down.
+        """
         self._advertise()
         is_first = True
         while (is_first or self._options.loop) and not self._node.is_shutdown:

@@ -227,7 +227,7 @@ class BagReader:
     def class_of(self, connection: Connection) -> Any:
         """Return the class for a connection's messages.
 
-        Raise `BagError` if it does not have a valid definition.
+        Raise `BagError` if the connection does not have a valid definition.
         """
         kind, topic = connection.type, connection.topic
         try:

@@ -21,8 +21,8 @@ class Snapshots:
 
     Args:
         options: options for the files. If `repeat_latched` is true, a file starts with the latched messages
-            that the queue has dropped. Existing files are never replaced; instead, a number is appended to
-            the name.
+            that are no longer in the queue. Existing files are never replaced; instead, a number is appended
+            to the name.
         say: called with a line of text when a file is opened or closed.
     """
 

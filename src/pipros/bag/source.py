@@ -52,7 +52,7 @@ class Source:
         return data
 
     def read_into(self, buffer: bytearray, position: int) -> None:
-        """Fill `buffer` from a position on; see `read` for errors."""
+        """Fill `buffer` with the bytes that start at `position`; see `read` for errors."""
         self._seek(position, len(buffer))
         readinto = getattr(self._file, "readinto", None)
         if readinto is None or readinto(buffer) != len(buffer):

@@ -140,7 +140,7 @@ class Limits(NamedTuple):
         fleet_history_files: files of a router's history, for all members.
         fleet_calls: calls from other members that a member handles at a time.
         message_values: values in a new message.
-        empty_elements: values in one message beyond the budget of eight values per byte.
+        empty_elements: values in one message beyond eight values for each of its bytes.
         turtles: turtles in one turtlesim.
         simulated_robots: robots of one simulation.
         teleports: teleports of one turtle that are queued for the next tick.

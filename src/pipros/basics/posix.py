@@ -45,7 +45,7 @@ def require_sockets() -> None:
 def user_id() -> int:
     """Return the process's effective user id.
 
-    On systems without file owners, return 0, which is also their `st_uid`.
+    On systems without file owners, return 0, which is the `st_uid` of all files there.
     """
     if sys.platform != "win32" and HAS_OWNERS:
         return os.geteuid()

@@ -39,7 +39,7 @@ LONGEST_PAUSE: Final = 1024
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
 _MAY_POLL: Final = bool(_DONTWAIT) and (os.cpu_count() or 1) > 1
-"""On a single processor, the sender makes no progress while this process polls."""
+"""Whether polling is useful. On a single processor, the sender makes no progress while this process polls."""
 
 _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
 

@@ -43,7 +43,7 @@ DRAIN_LIMIT_S = 0.1
 
 FULL_WINDOW_BYTES = 64 * 1024
 QUIET_S = 0.002
-"""If a socket held this many bytes, its TCP window was closed, so the peer has more data to send.
+"""If a socket held FULL_WINDOW_BYTES, its TCP window was closed, so the peer has more data to send.
 Reading continues until nothing has arrived for QUIET_S.
 """
 

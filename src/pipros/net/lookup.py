@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 FOUND_S: Final = 10.0
 FAILED_S: Final = 2.0
-"""How long results are cached: addresses, and failures."""
+"""How long addresses (FOUND_S) and failures (FAILED_S) are cached."""
 
 KNOWN_LIMIT: Final = 1000
 """Maximum number of cached results."""

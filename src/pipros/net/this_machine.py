@@ -127,7 +127,7 @@ def has_address(host: str) -> bool:
 
 
 def is_this_machine(host: str) -> bool:
-    """Return True if a configured host name or address means this machine. Blocks like `addresses_of`."""
+    """Return True if a configured host name or address refers to this machine. Blocks like `addresses_of`."""
     return is_loopback(host) or any(has_address(found) for found in addresses_of(host))
 
 

@@ -43,7 +43,7 @@ class Workers:
         self._lock = threading.Lock()
 
     def run(self, job: Callable[..., object], *args: Any) -> None:
-        """Start `job` in a thread and return at once.
+        """Start `job` in a thread, or queue it if the limit is reached, and return at once.
 
         Raises:
             RuntimeError: the system cannot start another thread.

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 
 
 JOIN_LIMIT_BYTES = 32 * 1024
-"""Messages up to this size are joined and written with one plain send. Larger messages are never copied."""
+"""Messages up to this size are joined with their length and written with one plain send. The buffers of
+larger messages are not joined.
+"""
 
 CLOSE_FLUSH_S = 0.2
 """How long closing waits in total for the last messages to be sent, so that a slow subscriber does not block

@@ -95,7 +95,7 @@ class PublisherConnector:
                 try:
                     ended = await self._context.attempts.make(lambda: self._attempt(uri), is_first=is_first)
                 except (PiprosError, ValueError) as error:
-                    # the publisher registered an invalid URI (ValueError)
+                    # ValueError: the publisher registered an invalid URI
                     is_first = False
                     if str(error) != explained:  # each problem is logged once
                         explained = str(error)

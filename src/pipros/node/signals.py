@@ -78,7 +78,7 @@ class Signals:
 
     @property
     def have_come(self) -> bool:
-        """Whether a signal (or, if `insist` is true, another thread) has ended the node."""
+        """Whether a signal (or, if `insist` is true, another thread) has begun the shutdown."""
         return self._ending is not None
 
     def install(self) -> None:

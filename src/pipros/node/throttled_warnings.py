@@ -9,8 +9,8 @@ from pipros.net.loop import BackgroundLoop
 
 FULL: Final = 3
 REPORT_S: Final = 10.0
-"""Number of warnings that are logged in full, initially and after each report. Further warnings are only
-counted.
+"""FULL warnings are logged in full, initially and after each report. Further warnings are only counted until
+the next report, at most REPORT_S later.
 """
 
 

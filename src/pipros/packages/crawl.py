@@ -71,7 +71,10 @@ class CrawledPackage:
 
 
 class Crawl:
-    """The packages below `root` in the order of their paths, and all folders that were listed."""
+    """The packages below `root`, in the order of their paths.
+
+    `folders` are all folders that were listed, each with its modification time in ns (0 if not trusted).
+    """
 
     __slots__ = ("folders", "packages", "root")
 
