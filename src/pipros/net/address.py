@@ -69,7 +69,7 @@ def bind_host(environment: Environment) -> str:
     """Return the address to listen on: loopback, or every interface if the environment opens the node.
 
     The node is opened by a `ROS_HOSTNAME` or `ROS_IP` that is not loopback or, if neither is set, by a
-    `ROS_MASTER_URI` on another machine.
+    `ROS_MASTER_URI` whose host is not loopback.
     """
     configured = environment.hostname or environment.ip
     if not (is_loopback(configured) if configured else is_master_local(environment)):

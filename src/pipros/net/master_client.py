@@ -141,7 +141,7 @@ class MasterClient:
         return kinds
 
     def get_topic_types(self) -> list[list[str]]:
-        """Return `[topic, type]` for every topic that has ever been registered with a type."""
+        """Return `[topic, type]` for every topic whose type the master knows, with or without publishers."""
         return self._call_for_types("getTopicTypes")
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:

@@ -118,7 +118,7 @@ class Endpoints:
         return found[0] if found else None
 
     def statistics(self) -> Mapping[str, Any]:
-        """Return, by topic and by peer, the number of messages, bytes and dropped messages."""
+        """Return the statistics of links, by `publications` or `subscriptions`, by topic, and by peer."""
         return {
             "publications": {
                 publication.topic: {peer.caller_id: peer.link.statistics for peer in publication.links}

@@ -92,7 +92,7 @@ class Node:
             limits: limits on the resources that peers can use; defaults to the process-wide limits.
 
         Raises:
-            InvalidName: the name includes a namespace.
+            InvalidName: the name is empty, has no letters, or includes a namespace.
             InvalidEnvironment: `ports`, `PIPROS_PORTS` or `PIPROS_ADVERTISE` has an invalid value.
             ValueError: `ports` is combined with `rpc_port` or `tcpros_port`.
         """
@@ -191,6 +191,7 @@ class Node:
 
         Raises:
             Interrupted: the node was shut down while waiting.
+            Fault, ProtocolError: the server at the master's URI is not a ROS master.
         """
         is_reported = False
         while not self.is_shutdown:

@@ -157,6 +157,7 @@ class ServiceClient:
             CallTimeout: there was no response within `timeout_s`.
             ErrorReply: the server replied with an error.
             ServiceFailed: no server was found, the server refused the call, or the connection broke.
+            SerializationError: a value in the request does not fit its field. The request was not sent.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         number(request, next(self._numbers))

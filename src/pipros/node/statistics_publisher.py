@@ -22,7 +22,7 @@ numbers.
 
 
 class StatisticsPublisher:
-    """Measures every link of a node's subscriptions after `Node.enable_statistics`."""
+    """Measures the links of a node's subscriptions, and publishes the results."""
 
     def __init__(
         self,

@@ -60,7 +60,7 @@ class ImportablePackages:
 
 
 def cache_folder(name: str) -> str:
-    """Return a cache folder below `ROS_HOME`, without the slow import of `pipros.basics.env`."""
+    """Return the path of a cache folder below `ROS_HOME`, without the slow import of `pipros.basics.env`."""
     home = os.path.expanduser(os.environ.get("ROS_HOME") or "~/.ros")
     if home.startswith("~"):
         from pipros.basics.home import expanded
