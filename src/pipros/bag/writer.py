@@ -29,7 +29,7 @@ CHUNK_BYTES = 768 * 1024
 _TIME_AND_SIZE = Struct("<III")
 _LARGEST = 0xFFFFFFFF
 _RECORDS_AT_ONCE = 500
-"""Number of index records that are written at once."""
+"""Number of index records that are written in one call."""
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 

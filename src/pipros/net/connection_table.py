@@ -24,7 +24,7 @@ class TableEntry(Protocol):
         """The time at which the connection was last used, on the clock that `close_overdue` uses."""
 
     def abort(self) -> None:
-        """Close the connection at once."""
+        """Close the connection immediately."""
 
 
 @dataclass(slots=True, eq=False)

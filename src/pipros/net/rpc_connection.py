@@ -150,7 +150,7 @@ class RpcConnection(asyncio.Protocol):
     # ---- called by the server
 
     def abort(self) -> None:
-        """Close at once; unsent data is lost."""
+        """Close immediately; unsent data is lost."""
         self._note(Event.ABORTED)
         if self._transport:
             self._transport.abort()

@@ -63,7 +63,7 @@ class Caller:
 
     @property
     def is_here(self) -> bool:
-        """Whether the caller is on this machine, with any of its addresses.
+        """Whether the caller has one of this machine's addresses.
 
         A local connection comes from the address that it connects to, from another address of this machine,
         or from loopback. Never blocks.

@@ -54,7 +54,7 @@ class Node:
     """A node: its names, its registrations with the master, and its publications, subscriptions and services.
 
     Use it as a context manager, or call `start` and `shutdown`. Every method may be called from any thread.
-    The class changes no signal handlers or other state of the process.
+    The class does not change signal handlers.
 
     Examples:
         >>> with Node("listener") as node:  # doctest: +SKIP

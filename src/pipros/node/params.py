@@ -143,7 +143,7 @@ class Parameters:
     def get_cached(self, name: str) -> Any:
         """Like `get`, but query the master only once; changes then arrive as notices.
 
-        Changes made by the node itself take effect at once in all affected cached parameters.
+        Changes made by the node itself take effect immediately in all affected cached parameters.
         """
         key = self._resolve(name)
         registrations = self._registrations()

@@ -72,8 +72,8 @@ class Tick:
 class Timer(threading.Thread):
     """A daemon thread that calls a function periodically until the timer or the node is shut down.
 
-    The thread starts at once. `callback` receives a `Tick`. With `oneshot`, the thread ends after one call.
-    For `reset`, see `Rate`.
+    The constructor starts the thread. `callback` receives a `Tick`. With `oneshot`, the thread ends after one
+    call. For `reset`, see `Rate`.
     """
 
     def __init__(

@@ -130,7 +130,7 @@ class ServiceClient:
             service_class: the service class.
             master: the master that is queried for the service's URI.
             calls: the group of running calls to which this client's calls are added, so that all can be
-                interrupted at once.
+                interrupted together.
             persistent: whether to keep one connection for all calls.
             headers: extra connection header fields, which the service handler can read.
             limits: limits on the resources that the server can use; defaults to the process-wide limits.
@@ -145,7 +145,7 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = headers
         self._numbers = itertools.count(1)
-        # Shared by all connections, because it learns whether servers respond at once.
+        # Shared by all connections, because it learns whether servers respond immediately.
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
         self._kept_lock = threading.Lock()  # held while the kept link is used

@@ -43,11 +43,11 @@ class Signals:
     """Handles SIGINT and SIGTERM; one per process.
 
     Theory of operation. Python calls handlers only when the main thread runs Python code, so a signal that
-    arrives just before the main thread starts to wait would be lost. However, the interpreter at once writes
-    each signal's number to a descriptor, which the node's event loop reads. Other code may replace that
-    descriptor for a while (asyncio, matplotlib), or call our handler from its own. Therefore, the handler
-    writes to the same descriptor, and a signal that is reported both ways counts once. If our handler has
-    been replaced, the new handler alone decides what a signal does.
+    arrives just before the main thread starts to wait would be lost. However, the interpreter immediately
+    writes each signal's number to a descriptor, which the node's event loop reads. Other code may replace
+    that descriptor for a while (asyncio, matplotlib), or call our handler from its own. Therefore, the
+    handler writes to the same descriptor, and a signal that is reported both ways counts once. If our handler
+    has been replaced, the new handler alone decides what a signal does.
 
     The handler raises nothing while the node runs: an exception between any two bytecode instructions of the
     main thread could leave a lock held that the shutdown needs. Once the node has ended, the handler raises
@@ -169,7 +169,7 @@ class Signals:
     def _end_by(self, number: int) -> None:
         """Shut the node down in a separate thread.
 
-        A second signal ends the process, unless it follows at once.
+        A second signal ends the process, unless it follows immediately.
 
         The main thread may be in the middle of a publish, for example, and hold a lock that the shutdown
         needs, so the shutdown does not run in the main thread.

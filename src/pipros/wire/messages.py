@@ -153,7 +153,7 @@ class MessageReader:
             yield view[body : body + length]
 
     def feed(self, data: bytes) -> Iterator[memoryview | bytes]:
-        """Yield the messages completed by `data`, which is copied at once.
+        """Yield the messages completed by `data`, which is copied before the iteration begins.
 
         Raises the same errors as `received`.
         """
