@@ -3,8 +3,8 @@
 The public API: `from pipros import Node`. docs/api.md describes it. The module that defines a name is
 imported when the name is first used.
 
-The next word keeps pytest, which rewrites the asserts of plugins, from warning that this package has already
-been imported (by the import hook of every interpreter): PYTEST_DONT_REWRITE
+PYTEST_DONT_REWRITE keeps pytest, which rewrites the asserts of plugins, from warning that this package has
+already been imported (by the import hook of every interpreter).
 """
 
 __version__ = "0.2.0"

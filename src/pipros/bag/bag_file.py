@@ -22,6 +22,7 @@ class BagFile:
         file: a seekable binary file, readable, and writable unless `mode` is `r`.
         name: the file's name, for error messages.
         mode: `r`, `w` or `a`.
+        compression, chunk_bytes: compression and size of new chunks.
         allow_unindexed: whether to open a bag without an index as an empty bag, for `reindex`.
 
     Raises:
@@ -96,7 +97,7 @@ class BagFile:
 
     @property
     def size(self) -> int:
-        """The size of the file, including bytes not yet written."""
+        """The size of the file in bytes, including bytes not yet written."""
         return self.writer.size if self.writer is not None else self.view().size
 
     def flush(self) -> None:

@@ -111,7 +111,7 @@ class ChunkStore:
     ) -> bytes | bytearray | None:
         """Return the content of a chunk.
 
-        Return None for a large chunk, whose messages must be read from the file.
+        Return None for a large uncompressed chunk, whose messages must be read from the file.
 
         Args:
             upcoming: the numbers of the chunks that will be requested next.

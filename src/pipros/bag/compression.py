@@ -47,9 +47,10 @@ def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
 def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
     """Return a chunk's decompressed data, which must have `size` bytes.
 
-    Never produces more than `size` bytes.
+    Decompression stops once the data exceed `size`, so that memory is bounded.
 
     Raises:
+        BagError: the compression is zstd, and the zstandard library is not installed.
         BagFormatError: the data are damaged, or have a different size.
     """
     if compression == NONE:

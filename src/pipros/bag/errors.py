@@ -23,7 +23,7 @@ class BagFormatError(BagError):
 
 
 class NotIndexed(BagError):
-    """A bag has no index, because its writer was killed. `rosbag reindex` rebuilds it."""
+    """A bag has no readable index, for example because its writer was killed. `rosbag reindex` can help."""
 
 
 class NoMessages(BagError):

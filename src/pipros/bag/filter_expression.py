@@ -1,7 +1,8 @@
-"""Select messages in a bag with an expression of `topic`, `m` and `t`. Expressions cannot change messages.
+"""Select messages in a bag with an expression that uses `topic`, `m` (the message) and `t` (its time).
 
-The idioms in the tutorials are supported: `t.to_sec() < 10`, `topic.startswith("/cam")`, `m._type ==
-"std_msgs/String"`, `any(x.header.frame_id == "map" for x in m.transforms)`.
+Expressions cannot change messages. The idioms in the ROS tutorials are supported: `t.to_sec() < 10`,
+`topic.startswith("/cam")`, `m._type == "std_msgs/String"`, and
+`any(x.header.frame_id == "map" for x in m.transforms)`.
 """
 
 from __future__ import annotations

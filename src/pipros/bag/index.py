@@ -21,7 +21,7 @@ from pipros.bag.records import (
 )
 
 INDEX_RECORD_BYTES = 55
-"""Size of an index record without its entries, as all writers produce it."""
+"""Size in bytes of an index record without its entries, in the files of all known writers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ class ChunkInfo:
     Attributes:
         position: byte position of the chunk's record in the file.
         start_ns, end_ns: timestamps of the earliest and latest message.
-        counts: number of messages by connection.
+        counts: number of messages by connection number.
     """
 
     position: int
@@ -78,7 +78,8 @@ def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
     """Return a connection's number and its entries in one chunk, packed as `ENTRY`.
 
     Raises:
-        BagFormatError: the version is not 1, or the size does not match the number of entries.
+        BagFormatError: a field is missing, the version is not 1, or the size does not match the number of
+            entries.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:
@@ -104,7 +105,8 @@ def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
     """Parse a chunk info record.
 
     Raises:
-        BagFormatError: the version is not 1, or the size does not match the number of connections.
+        BagFormatError: a field is missing, the version is not 1, or the size does not match the number of
+            connections.
     """
     version = number(fields, "ver", 4, where)
     if version != 1:

@@ -1,4 +1,4 @@
-"""The output of `rosbag info` in Noetic's format, as text and as YAML. Only the index is read."""
+"""The output of `rosbag info` in Noetic's format, as text and as YAML. Messages are not read."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PLAIN = re.compile(r"[\w/.*~+-]*")
 
 @dataclass(frozen=True, slots=True)
 class Compression:
-    """Number and total sizes of chunks that use the same compression."""
+    """Number and total sizes (in bytes) of the chunks that use the same compression."""
 
     name: str
     chunks: int
@@ -60,7 +60,7 @@ class Info:
 
     @property
     def compression(self) -> Compression:
-        """The most frequent compression format, with the total sizes of all chunks."""
+        """The most frequent compression format, with the number and total sizes of all chunks."""
         return Compression(
             self.compressions[0].name if self.compressions else "none",
             sum(each.chunks for each in self.compressions),
@@ -111,7 +111,7 @@ def compressions(bag: BagReader) -> list[Compression]:
 def topics(
     bag: BagReader, wanted: Iterable[str] | None = None, *, with_frequencies: bool = False
 ) -> list[Topic]:
-    """Return the selected topics, or all topics, sorted by name."""
+    """Return summaries of the topics in `wanted`, or of all topics if it is None, sorted by name."""
     counts = bag.count_by_connection()
     times = bag.times_ns() if with_frequencies else {}
     chosen = None if wanted is None else set(wanted)

@@ -150,7 +150,7 @@ def read_chunk_index(
     """Return a chunk's index entries by connection.
 
     Args:
-        end: offset at which the next chunk starts.
+        end: byte position of the next chunk; the size of the file for the last chunk.
 
     Raises:
         BagFormatError: the chunk or its entries are damaged, or extend beyond `end`.
@@ -174,7 +174,7 @@ def read_chunk_index(
             found[connection] = entries
         position = data_position + data_size
     if position > end:
-        # Otherwise, nested chunks could share the entries of the last chunk.
+        # Without this check, chunks inside other chunks could all have the same index records.
         raise BagFormatError(
             f"{source.at(chunk.position)}: the chunk must end before the next one, at byte {end}"
         )

@@ -44,7 +44,7 @@ MAX_CONNECTIONS = 65_535
 
 @contextmanager
 def translated(name: str) -> Iterator[None]:
-    """Translate the library's errors about damaged files into `BagFormatError`."""
+    """Context manager that translates the library's errors about damaged files into `BagFormatError`."""
     try:
         yield
     except BagError:
@@ -78,7 +78,7 @@ def connection_of(channel: Any, schema: Any, name: str) -> Connection:
     """Convert a channel into a connection.
 
     Raises:
-        BagError: the channel does not carry ROS 1 messages.
+        BagError: the channel does not carry ROS 1 messages, or their definition is malformed.
     """
     if channel.message_encoding != "ros1" or schema is None or schema.encoding != "ros1msg":
         encoding = "no schema" if schema is None else schema.encoding
@@ -190,7 +190,7 @@ class McapReader(BagReader):
 
 
 def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
-    """Copy the messages of an MCAP file up to the first damage to `file`, and add a summary.
+    """Write to `file` the messages that precede the first damaged record of an MCAP file, and a summary.
 
     Return a list that describes the damage, empty if there is none.
 
@@ -235,6 +235,9 @@ class McapWriter:
 
     Args:
         compression: `none`, `lz4` or `zstd`. MCAP does not support `bz2`, so `bz2` selects `zstd`.
+
+    Raises:
+        BagError: the library is missing, or the compression is unknown.
     """
 
     def __init__(self, file: Any, *, compression: str = "none", chunk_bytes: int = 1024 * 1024) -> None:
@@ -256,7 +259,7 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """The size of the file, including messages of the open chunk."""
+        """The size of the file in bytes, without the open chunk."""
         return int(self._file.tell())
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:

@@ -1,7 +1,7 @@
 """Read the messages in an MCAP file in time order, with few chunks in memory.
 
-The times and offsets of a chunk's messages are kept in memory as long as its time range overlaps that of the
-next messages. As for bags, chunk contents are cached, and decompressed again if necessary (`chunk_data.py`).
+The times and offsets of a chunk's messages are in memory from its first message to its last. As for bags,
+chunk contents are cached, and decompressed again if necessary (`chunk_data.py`).
 """
 
 from __future__ import annotations
@@ -44,14 +44,16 @@ _LOOSE = -1
 
 
 class McapMessages:
-    """Single-use iterator over the messages on some channels between two timestamps (ns), inclusive.
+    """Single-use iterable of the messages on some channels between two timestamps (ns), inclusive.
 
     Args:
         indexes: the summary's chunk indexes, sorted by position.
-        as_views: whether to yield large messages as views of their chunk.
+        wanted: ids of the channels.
+        first, last: timestamps (ns).
+        as_views: whether to yield large messages as views of their chunk; see `BagReader.stored_fields`.
 
     Raises:
-        BagFormatError: the iteration has reached damage in the file.
+        BagFormatError: the iteration reaches a damaged part of the file.
     """
 
     def __init__(

@@ -106,8 +106,8 @@ def read_summary(source: Source) -> Summary | None:
     """Return the summary of a file, or None if it does not have one.
 
     Raises:
-        BagFormatError: the summary is truncated, lists a chunk twice, or contains an unexpected kind of
-            record. Damaged records raise the library's errors.
+        BagFormatError: the file does not end with a footer, or the summary is truncated or lists a chunk
+            twice. Damaged records raise the library's errors.
     """
     from mcap.records import Channel, ChunkIndex, Schema, Statistics
 
@@ -144,10 +144,12 @@ def read_summary(source: Source) -> Summary | None:
 
 
 def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
-    """Yield the kind, content position and content size of each record from a position on.
+    """Yield the kind, content position and content size of each record, starting at `position`.
+
+    The caller must stop at the last record.
 
     Raises:
-        BagFormatError: the file ends within a record.
+        BagFormatError: there are no more records, or the file ends within the start of a record.
     """
     while True:
         op, size = RECORD.unpack(source.read(position, RECORD.size))

@@ -20,13 +20,13 @@ def merged_raw(
     start_ns: int | None = None,
     end_ns: int | None = None,
 ) -> Iterator[tuple[int, tuple[Connection, int, bytes, int, int]]]:
-    """Yield `BagReader.stored_fields` from all bags in time order, each with the index of its bag.
+    """Yield, for each message in time order, the index of its bag and its `BagReader.stored_fields`.
 
     Messages with equal timestamps are yielded in the order of the bags.
 
     Args:
-        where: selects connections; defaults to all connections.
-        start_ns, end_ns: first and last timestamp, inclusive.
+        where: function that selects connections; defaults to all connections.
+        start_ns, end_ns: earliest and latest timestamp, inclusive.
 
     Raises:
         BagFormatError: a bag is damaged.

@@ -72,7 +72,7 @@ class MessageIndex:
         *,
         reverse: bool = False,
     ) -> Iterator[Position]:
-        """Return the positions of messages between two timestamps, inclusive, in time order.
+        """Return an iterator over the positions of messages between two timestamps, inclusive, in time order.
 
         Args:
             connections: numbers of the connections; defaults to all.

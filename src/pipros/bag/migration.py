@@ -31,7 +31,7 @@ class Change:
 
     Attributes:
         old, new: type and md5sum in the bag, and in the installed package.
-        missing: the conversions that have no valid rule.
+        missing: pairs of an old and a new type that have no valid rule.
     """
 
     old: Kind
@@ -158,10 +158,10 @@ class Migrator:
         setattr(owner, name, value)
 
     def fix(self, bag: BagReader, writer: MessageWriter, *, force: bool = False) -> list[Change]:
-        """Write a bag's migrated messages, and return the changes for which rules are missing.
+        """Write a bag's migrated messages, finish the writer, and return an empty list.
 
-        If rules are missing, nothing is written. With `force`, the affected messages are copied unchanged
-        instead.
+        If rules are missing, write nothing, and return the changes that need them. With `force`, copy the
+        affected messages unchanged instead.
         """
         incomplete = [change for change in self.changes(bag) if change.missing]
         if incomplete and not force:

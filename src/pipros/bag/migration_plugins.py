@@ -1,6 +1,7 @@
 """Find the migration rules that installed packages export, as Noetic's `rosbag check` and `fix` do.
 
-A package that depends on one of the packages below can export `<NAME ATTRIBUTE="file.bmr"/>` in its manifest.
+A package that depends on a package NAME in `_EXPORTS` can export `<NAME ATTRIBUTE="file.bmr"/>` in its
+manifest.
 """
 
 from __future__ import annotations
@@ -23,10 +24,11 @@ _EXPORTS = {
     "rosbag": "migration_rule_file",
     "rosbag_migration_rule": "rule_file",
 }
+"""The attribute that names the rule file, by package."""
 
 
 def installed_rules(index: PackageIndex, warn: Say) -> list[Rule]:
-    """Return the rules from all packages. Unreadable rules are skipped and reported with `warn`."""
+    """Return the rules from all packages. Invalid rules and unreadable files are reported with `warn`."""
     found: list[Rule] = []
     for package, file in _files(index, warn):
         try:

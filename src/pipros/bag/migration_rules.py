@@ -20,7 +20,12 @@ _DEPTH_LIMIT = 100
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A migration rule. `is_valid` is False until the rule has been completed by hand."""
+    """A migration rule.
+
+    Attributes:
+        old, new: type and md5sum before and after migration. Both are empty on a side that has no type.
+        is_valid: False until the rule has been completed by hand.
+    """
 
     name: str
     old: tuple[str, str]

@@ -23,7 +23,7 @@ _PART_BYTES = 1024 * 1024
 def scan_old_format(source: Source, version: Version, start: int) -> BagLayout:
     """Return the connections and messages in a bag in format 1.2 whose first record starts at `start`.
 
-    A truncated or damaged file is read up to the damage, which `damage` describes.
+    A truncated or damaged file is read up to the damage, which `BagLayout.damage` describes.
     """
     layout = BagLayout(version, index_position=1)
     definitions: dict[tuple[str, str], bytes] = {}

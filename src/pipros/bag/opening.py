@@ -14,6 +14,8 @@ _MCAP = b"\x89MCAP0\r\n"
 def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> BagReader:
     """Open a file with the reader for its format, which its first bytes determine.
 
+    `rebuild_index` has no effect on MCAP files; see `BagReader`.
+
     Raises:
         BagError: the file is neither a bag nor MCAP, is damaged, or needs a library that is not installed.
         OSError: the file cannot be read.

@@ -40,8 +40,8 @@ class PlayOptions:
         duration_s, skip_empty_s: durations in seconds; None for no limit.
         topics: topics to play; empty for all.
         pause_topics: playback pauses after each message on these topics.
-        rate_control_topic: topic on which to pause while the last message is older than
-            `rate_control_delay_s`.
+        rate_control_topic: playback pauses while the last message on this topic is older than
+            `rate_control_delay_s`; empty for no such topic.
     """
 
     prefix: str = ""
@@ -71,7 +71,7 @@ class Controls(Protocol):
         """Return the next pressed key, or an empty string if there is none. Must not block."""
 
     def show(self, state: str, bag_ns: int, played_ns: int, whole_ns: int) -> None:
-        """Show the current position. This method is called very often."""
+        """Show the current position; times are in ns. This method is called very often."""
 
 
 class Player:
@@ -105,7 +105,10 @@ class Player:
         self._clock = PlaybackClock(self._start_ns, time.monotonic_ns(), options.rate)
 
     def run(self) -> None:
-        """Play to the end, or until the node shuts down."""
+        """Play to the end, or until the node shuts down.
+
+        With `loop` or `keep_alive`, return only when the node shuts down.
+        """
         self._advertise()
         is_first = True
         while (is_first or self._options.loop) and not self._node.is_shutdown:

@@ -36,7 +36,7 @@ Stamp = tuple[int, int]
 """A timestamp: seconds and nanoseconds."""
 
 _MESSAGE_HEADER_BYTES = 38
-"""Layout of the message record header that rosbag and rosbag_storage write."""
+"""Size of the message record header that rosbag and rosbag_storage write."""
 
 
 class BagMessage(NamedTuple):
@@ -133,7 +133,7 @@ class BagReader:
 
     @property
     def source(self) -> Source:
-        """The file."""
+        """The file, for random access."""
         return self._source
 
     @property
@@ -208,7 +208,7 @@ class BagReader:
         return read_chunk_index(self._source, self.layout, chunks[number], self.chunk_header(number), end)
 
     def times(self, connections: Iterable[Connection]) -> list[Stamp]:
-        """Return the timestamps of all messages in the connections, in order."""
+        """Return the timestamps of all messages in the connections, in time order."""
         found = self.times_by_connection()
         return sorted(stamp for connection in connections for stamp in found.get(connection.id, ()))
 
@@ -227,7 +227,7 @@ class BagReader:
     def class_of(self, connection: Connection) -> Any:
         """Return the class for a connection's messages.
 
-        Raise `BagError` if it does not have a valid definition.
+        Raise `BagError` if the connection does not have a valid definition.
         """
         kind, topic = connection.type, connection.topic
         try:
@@ -259,8 +259,7 @@ class BagReader:
 
         Args:
             connections: connections to read; defaults to all.
-            start_ns: timestamp of the first message.
-            end_ns: timestamp of the last message, inclusive.
+            start_ns, end_ns: earliest and latest timestamp, inclusive; None for no limit.
 
         Raises:
             BagFormatError: the file is damaged at the position of the next message.
@@ -355,12 +354,11 @@ class BagReader:
 
         Args:
             topics: the topic or topics to read; defaults to all.
-            start: first timestamp, inclusive; numbers are seconds.
-            end: last timestamp, inclusive.
-            where: selects connections.
+            start, end: earliest and latest timestamp, inclusive; numbers are seconds.
+            where: function that selects connections; defaults to all.
 
         Raises:
-            BagError: the file is damaged, or one of its definitions is malformed.
+            BagError: the file is damaged, or one of its definitions is missing or malformed.
             DeserializationError: a message's bytes do not match its definition.
         """
         connections = [c for c in self.connections_of(topics) if where is None or where(c)]
@@ -448,7 +446,7 @@ def _usual_headers(connection: int) -> tuple[bytes, bytes]:
 
 
 def ns_of(time: Time | Stamp | float | None) -> int | None:
-    """Convert a `Time`, seconds and nanoseconds, or a number of seconds to a timestamp (ns)."""
+    """Convert a `Time`, a `Stamp` or a number of seconds to a timestamp (ns). None stays None."""
     if time is None:
         return None
     if isinstance(time, tuple):

@@ -26,7 +26,7 @@ class FileOptions:
 
     Attributes:
         prefix: prefix of the file name; the date is appended.
-        name: the file name, without a date.
+        name: the file name, used without a date instead of `prefix`.
         split: whether to start a new file when `size_bytes` or `duration_s` is reached. If False, the
             recording ends.
         max_splits: maximum number of files kept; 0 for no limit.
@@ -132,7 +132,9 @@ class RecordFiles:
             self._writer.flush()
 
     def write(self, message: StoredMessage) -> bool:
-        """Add a message, starting a new file if necessary. Return False if the recording is complete.
+        """Add a message, starting a new file if necessary.
+
+        Return False, without adding the message, if the recording is complete.
 
         Raises:
             OSError: the disk is full. The message may be lost; later calls may succeed.

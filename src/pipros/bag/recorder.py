@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _POLL_PERIOD_S = 0.5
 """Interval at which the master is polled for new topics."""
 KEPT_CONNECTIONS = 1000
-"""Maximum number of connections per topic that are kept in case they are needed again."""
+"""Maximum number of cached connections per topic."""
 
 _WAIT_S = 0.2
 _DISK_PERIOD_S = 5.0
@@ -200,7 +200,7 @@ class Recorder:
         if now >= self._next_disk_check:
             ends = self._options.ends_without_space
             self._next_disk_check = now + (_ENDING_DISK_PERIOD_S if ends else _DISK_PERIOD_S)
-            self._report_dropped()  # the reason is that of the time before
+            self._report_dropped()  # before `_check_disk` changes `_has_space`, which decides the reason
             self._check_disk(files)
 
         if now >= self._next_flush and self._has_space:
@@ -256,7 +256,7 @@ class Recorder:
             header = message.header
             known = connections.get(id(header))
             if known is None:
-                # most of the headers belong to publishers that no longer exist
+                # Most of these headers belong to publishers that no longer exist.
                 if len(connections) >= KEPT_CONNECTIONS:
                     connections.clear()
                 known = connections[id(header)] = received_connection(topic, header), header

@@ -158,7 +158,7 @@ def time_of(fields: Fields, name: str, where: str) -> int:
 
 
 def checked_time(time_ns: int, where: str) -> int:
-    """Return a timestamp (ns). Raise `BagFormatError` if it is beyond the range of ROS times."""
+    """Return `time_ns`. Raise `BagFormatError` if it is beyond the range of ROS times."""
     if time_ns >= TIMES_NS:
         raise BagFormatError(f"{where}: timestamps must be below 2^32 s, got {time_ns} ns")
     return time_ns

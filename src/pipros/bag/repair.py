@@ -26,13 +26,13 @@ _IN_MEMORY_BYTES = 64 * 1024 * 1024
 
 
 def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = None) -> BagWriter:
-    """Return a writer that continues after the intact part of a bag. Its `finish` writes the index.
+    """Repair a bag, and return a writer that can add messages. The writer's `finish` writes the index.
 
     Args:
         file: a binary file open for reading and writing.
 
     Raises:
-        BagError: the file is not a bag.
+        BagError: the file is not a bag in format 2.0.
     """
     source = Source(file, name, limits)
     version, start = read_version(source)

@@ -27,7 +27,10 @@ Progress = Callable[[int], None]
 
 @dataclass(slots=True)
 class Contents:
-    """Connections and index entries found in one chunk."""
+    """Connections and index entries found in one chunk.
+
+    `size` is the number of bytes before the first damaged or truncated record.
+    """
 
     connections: list[Connection] = field(default_factory=list)
     entries: dict[int, bytearray] = field(default_factory=dict)

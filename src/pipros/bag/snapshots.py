@@ -1,4 +1,4 @@
-"""Keep recent messages in memory, and write them to a file, a snapshot, on request."""
+"""Keep recent messages in memory, and write them to a file (a snapshot) on request."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Snapshots:
 
     Args:
         options: options for the files. If `repeat_latched` is true, a file starts with the latched messages
-            that the queue has dropped. Existing files are never replaced; instead, a number is appended to
-            the name.
+            that are no longer in the queue. Existing files are never replaced; instead, a number is appended
+            to the name.
         say: called with a line of text when a file is opened or closed.
     """
 
@@ -45,7 +45,7 @@ class Snapshots:
         """Write a file, and return its path and the number of messages in it.
 
         Raises:
-            BagError: the queue is empty.
+            BagError: there are no messages.
             OSError: the file cannot be written. The messages are lost.
         """
         with self._lock:

@@ -52,7 +52,7 @@ class Source:
         return data
 
     def read_into(self, buffer: bytearray, position: int) -> None:
-        """Fill `buffer` from a position on; see `read` for errors."""
+        """Fill `buffer` with the bytes that start at `position`; see `read` for errors."""
         self._seek(position, len(buffer))
         readinto = getattr(self._file, "readinto", None)
         if readinto is None or readinto(buffer) != len(buffer):
@@ -86,7 +86,7 @@ class Source:
         return parse_fields(whole[4 : 4 + size], self.at(position)), position + 8 + size, data_size
 
     def data(self, position: int, size: int) -> bytes:
-        """Return the data of a connection record or an index record.
+        """Return the data of a record that is neither a message nor a chunk.
 
         Raises:
             BagFormatError: the data are truncated, or larger than allowed.

@@ -29,7 +29,7 @@ CHUNK_BYTES = 768 * 1024
 _TIME_AND_SIZE = Struct("<III")
 _LARGEST = 0xFFFFFFFF
 _RECORDS_AT_ONCE = 500
-"""Size of the pieces in which the index is written."""
+"""Number of index records that are written in one call."""
 
 _FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
@@ -59,7 +59,7 @@ class WritableFile(Protocol):
 
 
 class MessageSink(Protocol):
-    """The methods of a writer that copying needs; see `BagWriter`."""
+    """The writer methods that are needed to copy messages; see `BagWriter`."""
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection: ...
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None: ...
@@ -134,7 +134,7 @@ class BagWriter:
 
     @property
     def size(self) -> int:
-        """The size of the file, including the open chunk."""
+        """The size of the file in bytes, including the uncompressed open chunk."""
         return self.layout.end + self._chunk.tell()
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
@@ -193,6 +193,7 @@ class BagWriter:
         """Write the open chunk.
 
         Raises:
+            BagError: the chunk is larger than the format allows.
             OSError: the chunk cannot be written completely. It is kept, and the next call tries again.
         """
         if self._chunk_start_ns is None:

@@ -153,7 +153,7 @@ class CacheFolder:
         if missing and HAS_OWNERS and os.stat(folder).st_uid != user_id():
             raise PermissionError(f"{folder} belongs to another user")
         for path in reversed(missing):
-            try:  # importing contextlib takes time
+            try:  # without contextlib.suppress, because importing contextlib takes time
                 os.mkdir(path, 0o700)
             except FileExistsError:  # another process has just created it
                 continue

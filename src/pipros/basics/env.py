@@ -45,7 +45,8 @@ class Environment:
         ipv6: whether `ROS_IPV6` is `on`.
         namespace: `ROS_NAMESPACE` with a leading and trailing slash; `/` if unset.
         package_path: the folders in `ROS_PACKAGE_PATH`; the first takes precedence.
-        ros_home: `ROS_HOME`, or `~/.ros` if unset. A leading `~` is expanded, as in the next two attributes.
+        ros_home: `ROS_HOME`, or `~/.ros` if unset. A leading `~` is expanded, also in `log_dir`,
+            `test_results_dir` and `python_log_config`.
         log_dir: `ROS_LOG_DIR`, or `<ros_home>/log` if unset.
         test_results_dir: `ROS_TEST_RESULTS_DIR`, or `<ros_home>/test_results` if unset.
         console_format: `ROSCONSOLE_FORMAT`; None if unset.
@@ -104,7 +105,7 @@ class Environment:
         return PortRange.parse(self.ports) if self.ports else None
 
     def advertised_address(self, ports: PortRange | None = None) -> AdvertisedAddress | None:
-        """Return the address at which peers reach this process; None if it is the address that is bound.
+        """Return the address in `PIPROS_ADVERTISE`, at which peers reach this process; None if unset.
 
         `ports` are the ports that nodes may open; defaults to `port_range`.
 

@@ -64,7 +64,7 @@ class Unreachable(PiprosError, ConnectionError):
 
     Attributes:
         peer: the URI or host:port that was tried.
-        reason: the operating system's error.
+        reason: the cause, such as the operating system's error text.
         cure: what to try; may be empty.
     """
 
@@ -92,4 +92,4 @@ class Refused(PiprosError):
 
 
 class Interrupted(PiprosError):
-    """A wait ended because the node is shutting down."""
+    """A wait was interrupted, usually because the node is shutting down."""

@@ -22,7 +22,7 @@ from typing import Any, ParamSpec
 _Arguments = ParamSpec("_Arguments")
 
 _AGAIN_S = 0.02
-"""The delay before SIGINT is sent again; the report is over by then."""
+"""The delay before SIGINT is sent again, so that the hook has finished by then."""
 
 
 def install() -> None:

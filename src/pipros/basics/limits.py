@@ -52,7 +52,7 @@ class Limits(NamedTuple):
         log_bytes: the log file of a node or launcher, `rosout.log` and `master.log`.
         log_files: a log file and its rotated predecessors. `x.log.1` is the most recent of these.
         goals: goals of an action server, including recently ended goals and goals cancelled in advance. Goal
-            ids are limited to `name_characters`. Also the queued cancellations of an action of ROS 2.
+            ids are limited to `name_characters`. Also the queued cancellations of a ROS 2 action.
         launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
         launch_includes: `<include>`s in one launch.
         launch_insert_characters: the text that the substitutions in one attribute or text insert.
@@ -100,7 +100,7 @@ class Limits(NamedTuple):
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
-        launch_answer_bytes: what a roslaunch tells the page about its nodes or the output of one.
+        launch_answer_bytes: the response of a roslaunch to the page, with its nodes or one node's output.
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
             parameters; also the messages of one topic that are kept after a jump in a bag.
@@ -135,12 +135,12 @@ class Limits(NamedTuple):
         fleet_message_bytes: a message, a request or a reply on a fleet link, compressed or decompressed.
         fleet_queue_bytes: messages that wait to be sent over a fleet link.
         fleet_latched_bytes: latched messages that a member keeps for others.
-        fleet_definition_bytes: message definitions of all other members that a member keeps, or a router
-            for its history.
+        fleet_definition_bytes: the other members' message definitions that a member keeps, or that a router
+            keeps for its history.
         fleet_history_files: files of a router's history, for all members.
         fleet_calls: calls from other members that a member handles at a time.
         message_values: values in a new message.
-        empty_elements: values in one message beyond the budget of eight values per byte.
+        empty_elements: values in one message beyond eight values for each of its bytes.
         turtles: turtles in one turtlesim.
         simulated_robots: robots of one simulation.
         teleports: teleports of one turtle that are queued for the next tick.

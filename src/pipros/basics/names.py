@@ -178,8 +178,8 @@ class Arguments(NamedTuple):
     Attributes:
         remappings: `from:=to`, with both sides as written.
         params: `_name:=value`: the name without its underscore, and the value as YAML text.
-        special: `__name:=value`, keys with both underscores: `__name`, `__ns`, `__log`, `__ip`, `__hostname`,
-            `__master`, ….
+        special: `__name:=value`; the keys include the underscores: `__name`, `__ns`, `__log`, `__ip`,
+            `__hostname`, `__master`, ….
         rest: all other arguments in order.
         malformed: arguments with a key and more than one `:=`; they have no effect.
     """

@@ -45,7 +45,7 @@ def require_sockets() -> None:
 def user_id() -> int:
     """Return the process's effective user id.
 
-    On systems without file owners, return 0, which is also their `st_uid`.
+    On systems without file owners, return 0, which is the `st_uid` of all files there.
     """
     if sys.platform != "win32" and HAS_OWNERS:
         return os.geteuid()
@@ -74,7 +74,7 @@ def signal_group(group: int, number: int) -> None:
 
 
 def kill_with_group(process: subprocess.Popen[bytes]) -> None:
-    """Kill a process, which may already have exited. On POSIX, also kill the rest of its group."""
+    """Kill a process, which may already have exited. On POSIX, it must lead a group, which is also killed."""
     if sys.platform != "win32" and hasattr(os, "killpg"):
         import signal
 

@@ -57,7 +57,7 @@ def plain_address(peer: str) -> str:
 
 
 def is_master_local(environment: Environment) -> bool:
-    """Return True if the master URI has a loopback host. This machine's name does not count as loopback."""
+    """Return True if the master URI has a loopback host (not this machine's name), or is malformed."""
     try:
         host, _ = split_master_uri(environment.master_uri)
     except PiprosError:
@@ -69,7 +69,7 @@ def bind_host(environment: Environment) -> str:
     """Return the address to listen on: loopback, or every interface if the environment opens the node.
 
     The node is opened by a `ROS_HOSTNAME` or `ROS_IP` that is not loopback or, if neither is set, by a
-    `ROS_MASTER_URI` on another machine.
+    `ROS_MASTER_URI` whose host is not loopback.
     """
     configured = environment.hostname or environment.ip
     if not (is_loopback(configured) if configured else is_master_local(environment)):
@@ -134,8 +134,8 @@ def address_here(host: str, port: int) -> tuple[str, int]:
     """Return the address to connect to in order to reach an advertised address.
 
     The two differ only if `PIPROS_ADVERTISE` maps the advertised address to a port of this machine: a router
-    or a container's network may not forward such connections from inside. If `PIPROS_ADVERTISE` is a host
-    without ports, only the ports in `PIPROS_PORTS` are mapped.
+    or a container's network may not forward connections from inside to the advertised address. If
+    `PIPROS_ADVERTISE` is a host without ports, only the ports in `PIPROS_PORTS` are mapped.
     """
     if "PIPROS_ADVERTISE" not in os.environ:
         return host, port

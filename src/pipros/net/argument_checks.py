@@ -1,7 +1,7 @@
 """Check the arguments of the Master API and the Slave API.
 
-A check is created for a parameter's name. It takes the value and the caller's id, and returns the value to
-use, with names resolved. Error texts match genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
+A check of a parameter is a function that takes the value and the caller's id, and returns the value to use,
+with names resolved. Error texts match genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
 """
 
 from __future__ import annotations

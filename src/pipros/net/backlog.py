@@ -14,7 +14,7 @@ WireMessage = Sequence[Buffer]
 """A message, preceded by its length, as buffers to be written in order."""
 
 LARGE_BYTES = 64 * 1024
-"""For the rest of a buffer of at least this size, a short wait until the socket is writable is worthwhile."""
+"""If the rest of a buffer has at least this size, a short wait until the socket is writable is worthwhile."""
 
 
 class Backlog:

@@ -39,7 +39,7 @@ LONGEST_PAUSE: Final = 1024
 
 _DONTWAIT: Final[int] = getattr(socket, "MSG_DONTWAIT", 0)
 _MAY_POLL: Final = bool(_DONTWAIT) and (os.cpu_count() or 1) > 1
-"""On a single processor, the sender makes no progress while this process polls."""
+"""Whether polling is useful. On a single processor, the sender makes no progress while this process polls."""
 
 _yield_cpu: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
 
@@ -56,8 +56,8 @@ class PublishCount:
 class AdaptiveBackoff:
     """Decides whether to try an optimization that is only sometimes useful.
 
-    After one that was not useful, the next opportunity is skipped, then the next two, four, and so on up to
-    LONGEST_PAUSE. A useful trial resets this.
+    After a trial that was not useful, the next opportunity is skipped, then the next two, four, and so on up
+    to LONGEST_PAUSE. A useful trial resets this.
     """
 
     __slots__ = ("_passing", "_pause")

@@ -19,7 +19,7 @@ PUBLISHERS = "is_publishers_list"
 def apivalidate(
     error_return_value: Any, validators: Sequence[Check | tuple[str, str] | None] = ()
 ) -> Callable[[Method], Method]:
-    """Return a decorator that checks a method's parameters first, and returns code -1 if one is invalid.
+    """Return a decorator that makes a method check its parameters, and return code -1 if one is invalid.
 
     Args:
         error_return_value: the value in a response with code -1 or 0.

@@ -13,7 +13,7 @@ from pipros.net.refusals import Refusals
 
 
 class TableEntry(Protocol):
-    """Interface of a connection that the table requires."""
+    """The attributes and methods of a connection that the table uses."""
 
     @property
     def peer(self) -> str:
@@ -24,7 +24,7 @@ class TableEntry(Protocol):
         """The time at which the connection was last used, on the clock that `close_overdue` uses."""
 
     def abort(self) -> None:
-        """Close the connection at once."""
+        """Close the connection immediately."""
 
 
 @dataclass(slots=True, eq=False)

@@ -14,7 +14,7 @@ large message. If a subscriber did not read, the publisher does not wait for it 
 """
 
 LARGE_MESSAGES_WAIT_S = 0.02
-"""Maximum duration of such a wait for all subscribers together, while they read. The event loop sends the
+"""Maximum duration of these waits for all subscribers together, while they read. The event loop sends the
 rest.
 """
 

@@ -1,4 +1,4 @@
-"""Call many peers at the same time. Ctrl-C ends all calls at once."""
+"""Call many peers at the same time. Ctrl-C ends the wait immediately."""
 
 from __future__ import annotations
 

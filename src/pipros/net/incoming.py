@@ -43,7 +43,7 @@ DRAIN_LIMIT_S = 0.1
 
 FULL_WINDOW_BYTES = 64 * 1024
 QUIET_S = 0.002
-"""If a socket held this many bytes, its TCP window was closed, so the peer has more data to send.
+"""If a socket held FULL_WINDOW_BYTES, its TCP window was closed, so the peer has more data to send.
 Reading continues until nothing has arrived for QUIET_S.
 """
 
@@ -59,7 +59,10 @@ _WAITALL: Final = socket.MSG_WAITALL
 
 @dataclass(slots=True)
 class ReceiveStatistics:
-    """Counts of messages received, and dropped because callbacks were too slow or the link broke."""
+    """Numbers of messages and bytes received.
+
+    `dropped` counts the messages that were lost because callbacks were too slow or the link broke.
+    """
 
     frames: int = 0
     bytes: int = 0

@@ -1,6 +1,6 @@
 """Unix sockets in a folder of this user, for programs of the same user. Needs Linux.
 
-The paths of sockets are limited to about a hundred bytes, and those of `ROS_HOME` are not, so they are
+The path of a socket is limited to about a hundred bytes, but `ROS_HOME` may be longer. Sockets are therefore
 opened relative to the folder's descriptor, below `/proc/self/fd`.
 """
 
@@ -24,7 +24,9 @@ _BACKLOG: Final = 16
 
 
 def listen(folder: CacheFolder, name: str) -> socket.socket:
-    """Return a listening socket at `name` in a folder, which is created. Replace a socket of that name.
+    """Return a listening socket at `name` in a folder.
+
+    The folder is created if necessary. An existing socket of that name is replaced.
 
     Raises:
         Untrusted: other users could write to the folder.

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 FOUND_S: Final = 10.0
 FAILED_S: Final = 2.0
-"""How long results are cached: addresses, and failures."""
+"""How long addresses (FOUND_S) and failures (FAILED_S) are cached."""
 
 KNOWN_LIMIT: Final = 1000
 """Maximum number of cached results."""
@@ -32,8 +32,8 @@ SLICE_S: Final = 0.1
 """Interval at which a wait for an answer checks whether it was cancelled."""
 
 Address = tuple[int, int, int, str, tuple[Any, ...]]
-Resolve = Callable[..., list[Any]]
 """Family, kind, protocol, canonical name, and socket address."""
+Resolve = Callable[..., list[Any]]
 
 
 class Answer:

@@ -30,9 +30,9 @@ OUT_OF_DESCRIPTORS = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno
 class BackgroundLoop:
     """Runs an event loop in its own thread, on behalf of other threads.
 
-    All methods except `start` and `stop` may be called from any thread other than the loop's. `stop` cancels
-    and awaits running tasks. Host name lookups and the default executor use daemon threads, so neither
-    `stop` nor interpreter exit waits for them.
+    `spawn` and `call` may be called from any thread, `run` from any thread other than the loop's. `stop`
+    cancels and awaits running tasks. Host name lookups and the default executor use daemon threads, so
+    neither `stop` nor interpreter exit waits for them.
     """
 
     def __init__(self, name: str, lookups: Lookups | None = None) -> None:

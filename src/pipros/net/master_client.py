@@ -104,7 +104,7 @@ class MasterClient:
         return self._call_for_names("registerPublisher", topic, type_name, api)
 
     def unregister_publisher(self, topic: str, api: str) -> int:
-        """Return 1, or 0 if the node was not registered."""
+        """Unregister a publisher; return 1, or 0 if it was not registered."""
         return self._call_for_number("unregisterPublisher", topic, api)
 
     def register_subscriber(self, topic: str, type_name: str, api: str) -> list[str]:
@@ -112,14 +112,14 @@ class MasterClient:
         return self._call_for_names("registerSubscriber", topic, type_name, api)
 
     def unregister_subscriber(self, topic: str, api: str) -> int:
-        """Return 1, or 0 if the node was not registered."""
+        """Unregister a subscriber; return 1, or 0 if it was not registered."""
         return self._call_for_number("unregisterSubscriber", topic, api)
 
     def register_service(self, service: str, service_api: str, api: str) -> int:
         return self._call_for_number("registerService", service, service_api, api)
 
     def unregister_service(self, service: str, service_api: str) -> int:
-        """Return 1, or 0 if the node was not registered."""
+        """Unregister a service; return 1, or 0 if it was not registered."""
         return self._call_for_number("unregisterService", service, service_api)
 
     # ---- the graph
@@ -141,7 +141,7 @@ class MasterClient:
         return kinds
 
     def get_topic_types(self) -> list[list[str]]:
-        """Return `[topic, type]` for every topic that has ever been registered with a type."""
+        """Return `[topic, type]` for every topic whose type the master knows, with or without publishers."""
         return self._call_for_types("getTopicTypes")
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:

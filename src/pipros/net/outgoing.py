@@ -51,7 +51,10 @@ _IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # aliases: enum lookups per m
 
 @dataclass(slots=True)
 class SendStatistics:
-    """Numbers of sent messages, and of messages dropped because the peer was too slow or the link ended."""
+    """Numbers of messages and bytes sent.
+
+    `dropped` counts the messages that were lost because the peer was too slow or the link ended.
+    """
 
     frames: int = 0
     bytes: int = 0
@@ -207,7 +210,7 @@ class OutgoingLink:
         before, self.state = self.state, after(self.state, event)
         if self.state in WRITTEN_BY_LOOP and before not in WRITTEN_BY_LOOP:
             self._loop.call(self._start_writer)
-        # the recovering link is still being checked
+        # for a recovering link, the check is still scheduled
         if self.state is State.STALLED and before is not _RECOVERING:
             self._loop.call(self._check_stalled)
 

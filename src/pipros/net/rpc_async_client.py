@@ -119,7 +119,7 @@ class _AsyncConnection(asyncio.Protocol):
         Raises:
             ConnectionError: the connection was closed before or during the exchange.
             TimeoutError: the response did not arrive by the deadline.
-            HttpError: the bytes are not a response.
+            HttpError: the response is malformed or too large.
         """
         self.has_answer_begun = False
         if self._transport is None or self._transport.is_closing():

@@ -34,8 +34,9 @@ _log = logging.getLogger("pipros.rpc")
 
 _LARGE_BODY_BYTES: Final = 64 * 1024
 LARGE_ANSWER: Final = 2_000
-"""Larger responses are encoded, and larger bodies decoded, in a thread, so that the loop can serve others in
-the meantime. Methods must therefore return values that are not changed afterwards.
+"""Bodies of _LARGE_BODY_BYTES or more are decoded, and responses with more than LARGE_ANSWER elements
+encoded, in a thread, so that the loop can serve others in the meantime. Methods must therefore return values
+that are not changed afterwards.
 """
 _SLICE_BYTES: Final = 256 * 1024
 """Number of bytes of a response that are written to the socket in one turn."""
@@ -54,7 +55,7 @@ class UnknownMethod(LookupError):
 
 
 class Answerer(Protocol):
-    """Interface of the server that a connection requires."""
+    """The attributes and methods of the server that a connection uses."""
 
     limits: Limits
     connections: ConnectionTable
@@ -149,7 +150,7 @@ class RpcConnection(asyncio.Protocol):
     # ---- called by the server
 
     def abort(self) -> None:
-        """Close at once; unsent data is lost."""
+        """Close immediately; unsent data is lost."""
         self._note(Event.ABORTED)
         if self._transport:
             self._transport.abort()

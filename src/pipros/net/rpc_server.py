@@ -57,7 +57,7 @@ class RpcServer:
         calls: the number of calls to each method in the table.
         refusals: the connections that were refused, by peer.
         connections: the open connections.
-        bodies: the bytes in incomplete requests and unread responses.
+        bodies: the bytes of requests that are incomplete or not decoded yet.
         large_values: the threads that decode and encode large values, started when needed.
     """
 

@@ -235,7 +235,7 @@ def wait_readable(sock: socket.socket, timeout_s: float) -> bool:
 
 def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
     if sys.platform != "win32" and hasattr(select, "poll"):
-        poll = select.poll()  # select() itself cannot watch descriptors above 1024
+        poll = select.poll()  # select() itself cannot watch descriptors of 1024 or more
         poll.register(sock, select.POLLOUT if is_write else select.POLLIN)
         return bool(poll.poll(timeout_s * 1000))
     reading, writing = ([], [sock]) if is_write else ([sock], [])
@@ -245,7 +245,7 @@ def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
 
 
 def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Sequence[socket.socket]:
-    """Wait until one of the sockets is writable or has failed, and return those sockets.
+    """Wait until at least one socket is writable or has failed, and return all such sockets.
 
     The result is empty if the timeout expires, or if all sockets are closed.
     """

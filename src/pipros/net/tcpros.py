@@ -42,7 +42,9 @@ second.
 """
 
 _ACCEPTED_AT_A_TIME = 4
-"""Number of connections accepted in one turn of the event loop. With 1, a long queue would take long."""
+"""Maximum number of connections accepted in one turn of the event loop. One per turn would be slow if many
+clients connect at the same time.
+"""
 
 _CHUNK_BYTES = 16 * 1024
 

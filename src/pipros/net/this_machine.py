@@ -21,10 +21,10 @@ from pipros.net.address import ANY, ANY_IPV6, LOOPBACK, is_loopback, plain_addre
 from pipros.net.lookup import Lookups, process_lookups
 
 _DOCUMENTATION_ADDRESSES: Final = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
-_DISCARD_PORT: Final = 9
 """Addresses for documentation (RFC 5737, RFC 3849). If the system lets a socket bind to even these, a
 successful bind proves nothing.
 """
+_DISCARD_PORT: Final = 9
 
 _SOCKET_TABLES: Final = (Path("/proc/net/tcp"), Path("/proc/net/tcp6"))
 _ESTABLISHED: Final = "01"
@@ -63,7 +63,7 @@ class Caller:
 
     @property
     def is_here(self) -> bool:
-        """Whether the caller is on this machine, with any of its addresses.
+        """Whether the caller has one of this machine's addresses.
 
         A local connection comes from the address that it connects to, from another address of this machine,
         or from loopback. Never blocks.
@@ -120,14 +120,14 @@ def has_address(host: str) -> bool:
     except (OSError, ValueError):  # the host is a name, not an address
         return False
     # The source address on the route to one of this machine's addresses is the same address, except for
-    # # secondary addresses of an interface.
+    # secondary addresses of an interface.
     return _source_towards(family, host) == host or (
         _can_bind(family, host) and not _can_bind(family, _DOCUMENTATION_ADDRESSES[family])
     )
 
 
 def is_this_machine(host: str) -> bool:
-    """Return True if a configured host name or address means this machine. Blocks like `addresses_of`."""
+    """Return True if a configured host name or address refers to this machine. Blocks like `addresses_of`."""
     return is_loopback(host) or any(has_address(found) for found in addresses_of(host))
 
 

@@ -25,7 +25,7 @@ def interpreter_ends(error: RuntimeError) -> bool:
 
 
 class Workers:
-    """Runs each job at once, in an idle or a new thread, so that a job that blocks does not delay other jobs.
+    """Runs each job immediately, in an idle or a new thread, so that a job that blocks does not delay others.
 
     If the number of threads is limited, excess jobs are queued in order. The threads are daemons: the
     interpreter does not wait for them, because a job may never end.
@@ -43,7 +43,7 @@ class Workers:
         self._lock = threading.Lock()
 
     def run(self, job: Callable[..., object], *args: Any) -> None:
-        """Start `job` in a thread and return at once.
+        """Start `job` in a thread, or queue it if the limit is reached, and return at once.
 
         Raises:
             RuntimeError: the system cannot start another thread.

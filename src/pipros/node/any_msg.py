@@ -43,9 +43,9 @@ class AnyMsg(Message):
 
 
 def taking_raw(callback: Callable[..., object] | None) -> Callable[..., object] | None:
-    """Return a callback for `AnyMsg` that passes the serialized message to `callback`.
+    """Return a callback for decoded messages that passes each message to `callback` as an `AnyMsg`.
 
-    A `MessageStream` is returned unchanged, because its subscription identifies it by identity.
+    None is returned unchanged; so is a `MessageStream`, because its subscription must recognize it.
     """
     if callback is None or isinstance(callback, MessageStream):
         return callback

@@ -43,7 +43,7 @@ def number(message: Message, sequence: int) -> None:
 
 
 def _serialize(message: Message) -> list[Buffer]:
-    """Serialize a message whose class, from a genuine generator, can only write to a file."""
+    """Serialize a message whose class, from a genuine generator, can only write to file objects."""
     file = io.BytesIO()
     message.serialize(file)
     return [file.getvalue()]

@@ -15,7 +15,7 @@ from pipros.node.attempts import Attempts
 
 @dataclass(frozen=True, slots=True)
 class NodeContext:
-    """Interface of a node for its topics and services.
+    """The parts of a node that its topics and services use.
 
     Attributes:
         node_name: the node's full name, the `callerid` of connection headers.
@@ -24,7 +24,7 @@ class NodeContext:
         next_link_number: counter that numbers the node's links for `getBusInfo`.
         limits: the limits on the resources that peers can use.
         connections: the node's TCPROS connections.
-        attempts: the node's attempts to connect to publishers.
+        attempts: limits the node's attempts to connect to publishers.
         published: changes with each message that the node publishes.
     """
 

@@ -62,7 +62,7 @@ class Endpoints:
 
     Attributes:
         port: the TCPROS port.
-        address: the host and port at which peers reach it.
+        address: the host and port at which peers reach the TCPROS port.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class Endpoints:
         return found[0] if found else None
 
     def statistics(self) -> Mapping[str, Any]:
-        """Return, by topic and by peer, the number of messages, bytes and dropped messages."""
+        """Return the statistics of links, by `publications` or `subscriptions`, by topic, and by peer."""
         return {
             "publications": {
                 publication.topic: {peer.caller_id: peer.link.statistics for peer in publication.links}
@@ -292,7 +292,7 @@ class Endpoints:
     # -- connections --------------------------------------------------------------------
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Pass a connection to the topic or service that its header requests."""
+        """Pass a connection to the topic or service that its header requests, or refuse the connection."""
         if not connection.fields:  # the connection is broken, so no reply is possible
             connection.sock.close()
             return
@@ -318,8 +318,8 @@ class Endpoints:
     def close(self) -> None:
         """Close all links and connections.
 
-        Endpoints that another thread adds in the meantime are not registered, and their ports are closed soon
-        after.
+        Endpoints that another thread adds in the meantime are not registered. The node's ports are closed
+        soon after.
         """
         end = time.monotonic() + CLOSE_FLUSH_S  # all topics share one deadline
         for publication in self.publications:

@@ -104,6 +104,9 @@ class Identity:
         return names.resolve_remappings(self.arguments.remappings, self.name).get(resolved, resolved)
 
     def remap(self, name: str, node_name: str) -> str:
-        """Return the target of the remapping argument whose source is literally `name`, or `name` itself."""
+        """Return the target, as a global name, of the remapping argument whose source is literally `name`.
+
+        Without such an argument, return `name` unchanged.
+        """
         new = self.arguments.remappings.get(name)
         return name if new is None else names.resolve(new, node_name)

@@ -18,7 +18,7 @@ class LastMessage:
 
 
 class LatchedFirst:
-    """Stand-in for a new callback, which receives the latched messages first, and newer messages afterwards.
+    """Stand-in for a new callback. The callback gets the latched messages first, and newer ones afterwards.
 
     Messages that arrive in the meantime, in the links' threads, are queued, and `give` passes them on, too.
     """

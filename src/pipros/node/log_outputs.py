@@ -35,7 +35,7 @@ _LOGGING_LEVELS = {
 def open_console_and_file(
     node: Node, logger: logging.Logger, level: int | None, *, is_roscpp: bool = False
 ) -> list[logging.Handler]:
-    """Log `logger` to the console, and all loggers in the process to a file, as in Noetic's configuration.
+    """Show the records of `logger` on the console, and write those of all loggers to a file, as in Noetic.
 
     If a configuration of Python's logging exists (`find_log_config`), it is used instead. `level` is a ROS
     level number; None keeps the configured level. For `is_roscpp`, see `ConsoleHandler`.

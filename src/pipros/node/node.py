@@ -54,7 +54,7 @@ class Node:
     """A node: its names, its registrations with the master, and its publications, subscriptions and services.
 
     Use it as a context manager, or call `start` and `shutdown`. Every method may be called from any thread.
-    The class changes no signal handlers or other state of the process.
+    The class does not change signal handlers.
 
     Examples:
         >>> with Node("listener") as node:  # doctest: +SKIP
@@ -92,7 +92,7 @@ class Node:
             limits: limits on the resources that peers can use; defaults to the process-wide limits.
 
         Raises:
-            InvalidName: the name includes a namespace.
+            InvalidName: the name is empty, has no letters, or includes a namespace.
             InvalidEnvironment: `ports`, `PIPROS_PORTS` or `PIPROS_ADVERTISE` has an invalid value.
             ValueError: `ports` is combined with `rpc_port` or `tcpros_port`.
         """
@@ -191,6 +191,7 @@ class Node:
 
         Raises:
             Interrupted: the node was shut down while waiting.
+            Fault, ProtocolError: the server at the master's URI is not a ROS master.
         """
         is_reported = False
         while not self.is_shutdown:
@@ -348,6 +349,9 @@ class Node:
         """Advertise a topic. See `pipros.net.outgoing` for `queue_size`.
 
         A latched topic sends its newest message to every later subscriber.
+
+        Raises:
+            TypeConflict: this node already publishes the topic with another type.
         """
         return self.endpoints.advertise(
             self.resolve(topic), message_class, queue_size=queue_size, latch=latch
@@ -366,7 +370,10 @@ class Node:
         """Subscribe to a topic; call `callback` with each message, in the thread that received it.
 
         If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
-        loop, if there is no callback, the subscriber is an asynchronous iterator:
+        loop, if there is no callback, the subscriber is an asynchronous iterator.
+
+        Raises:
+            TypeConflict: this node already subscribes to the topic with another type.
 
         Examples:
             >>> async for message in node.subscribe("/chatter", String):  # doctest: +SKIP
@@ -390,7 +397,11 @@ class Node:
         handler: Callable[[Any], Any],
         on_error: Callable[[BaseException], object] | None = None,
     ) -> ServiceServer:
-        """Offer a service; see `ServiceServer`. A coroutine function runs in the caller's asyncio loop."""
+        """Offer a service; see `ServiceServer`. A coroutine function runs in the caller's asyncio loop.
+
+        Raises:
+            NameInUse: this node already provides a service with this name.
+        """
         if inspect.iscoroutinefunction(handler):
             handler = asyncio_support.run_in_loop(handler, asyncio.get_running_loop())
         return self.endpoints.serve(self.resolve(service), service_class, handler, on_error)

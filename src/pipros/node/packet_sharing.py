@@ -22,8 +22,8 @@ CLOSE_S: Final = 200e-6
 
 RUN_LENGTH: Final = 32
 LATE: Final = 8
-"""Number of messages that must follow each other closely to form a burst. A late message, whose publisher had
-to wait for a processor, cancels LATE of them, so a few late messages in a row end the burst.
+"""RUN_LENGTH messages that follow each other closely form a burst. A late message, whose publisher had to
+wait for a processor, cancels LATE of them, so a few late messages in a row end the burst.
 """
 
 SILENCE_S: Final = 1e-3
@@ -109,7 +109,7 @@ class PacketSharing:
         link.share_packets(share=self._detector.in_burst)
 
     def apply(self) -> None:
-        """Make all links share packets, or stop doing so."""
+        """Make all links share packets if a burst is in progress; otherwise, make them stop."""
         in_burst = self._detector.in_burst
         for link in self._links():
             link.share_packets(share=in_burst)

@@ -84,7 +84,7 @@ class CachedParameter:
         self.state = _INVALIDATED[self.state]
 
     def refreshed(self, value: Any, changes: int) -> None:
-        """Store a value that was requested from the master when `changes` had the given value."""
+        """Store a value that was requested when `changes` had the given value, unless it may be outdated."""
         if self.state is CacheState.STALE and changes == self.changes:
             self.state, self.value = CacheState.CURRENT, value
 
@@ -143,7 +143,7 @@ class Parameters:
     def get_cached(self, name: str) -> Any:
         """Like `get`, but query the master only once; changes then arrive as notices.
 
-        Changes made by the node itself take effect at once in all affected cached parameters.
+        Changes made by the node itself take effect immediately in all affected cached parameters.
         """
         key = self._resolve(name)
         registrations = self._registrations()

@@ -25,7 +25,7 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
         The file; None if its folder cannot be created, which is reported on stderr.
 
     Raises:
-        PiprosError: the log folder is a file, or `ROS_PYTHON_LOG_CONFIG_FILE` cannot be used.
+        PiprosError: the log folder is a file, or the log file or the logging configuration cannot be used.
     """
     path = environment.log_dir / (filename or f"{logname or 'unknown'}-{os.getpid()}.log")
     folder = path.parent

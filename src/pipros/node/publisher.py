@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 
 
 JOIN_LIMIT_BYTES = 32 * 1024
-"""Messages up to this size are joined and written with one plain send. Larger messages are never copied."""
+"""Messages up to this size are joined with their length and written with one plain send. The buffers of
+larger messages are not joined.
+"""
 
 CLOSE_FLUSH_S = 0.2
 """How long closing waits in total for the last messages to be sent, so that a slow subscriber does not block
@@ -68,9 +70,8 @@ class Publication:
     event loop never waits for it. `_links_lock` is held only to change `links` and `_joining`, and to queue
     calls to the listeners.
 
-    A new subscriber gets the reply header at once and waits in `_joining`. It is added to `links` with the
-    first message sent to it: the latched message, which a thread encodes, or a message that is being
-    published.
+    A new subscriber gets the reply header and waits in `_joining`. It is added to `links` with the first
+    message sent to it: the latched message, which a thread encodes, or a message that is being published.
     """
 
     def __init__(self, topic: str, message_class: type[Message], context: NodeContext) -> None:

@@ -95,7 +95,7 @@ class PublisherConnector:
                 try:
                     ended = await self._context.attempts.make(lambda: self._attempt(uri), is_first=is_first)
                 except (PiprosError, ValueError) as error:
-                    # the publisher registered an invalid URI (ValueError)
+                    # ValueError: the publisher registered an invalid URI
                     is_first = False
                     if str(error) != explained:  # each problem is logged once
                         explained = str(error)
@@ -113,7 +113,7 @@ class PublisherConnector:
                 del self._tasks[uri]
 
     async def _wait_for_end(self, uri: str, ended: LinkEnd) -> bool:
-        """Wait until a link ends; return True if it lasted for a while."""
+        """Wait until a link ends; return True if it lasted longer than RETRY_LONGEST_S."""
         loop = asyncio.get_running_loop()
         self._linked.add(uri)
         began = loop.time()

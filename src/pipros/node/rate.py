@@ -13,7 +13,7 @@ from pipros.node.clock import Clock, TimeMovedBackwards
 class Rate:
     """Keeps a loop at a rate: `sleep` waits for the rest of the current cycle.
 
-    A loop that is two or more cycles late does not catch up.
+    A loop that is several cycles late does not catch up.
     """
 
     def __init__(self, clock: Clock, period_ns: int, *, reset: bool = False) -> None:
@@ -56,10 +56,10 @@ class Tick:
 
     Attributes:
         last_expected_ns: time when the previous callback was due; None at first.
-        last_real_ns: time when the previous callback was called.
+        last_real_ns: time when the previous callback was called; None at first.
         current_expected_ns: time when this callback was due.
         current_real_ns: time when this callback was called.
-        last_duration_s: duration of the previous callback.
+        last_duration_s: duration of the previous callback; None at first.
     """
 
     last_expected_ns: int | None
@@ -70,7 +70,11 @@ class Tick:
 
 
 class Timer(threading.Thread):
-    """A daemon thread that calls a function periodically until it or the node is shut down."""
+    """A daemon thread that calls a function periodically until the timer or the node is shut down.
+
+    The constructor starts the thread. `callback` receives a `Tick`. With `oneshot`, the thread ends after one
+    call. For `reset`, see `Rate`.
+    """
 
     def __init__(
         self,

@@ -58,7 +58,8 @@ class PublicationEntry:
 class SubscriptionEntry:
     """A subscription.
 
-    `ask` is called before each query of the master, and returns a function that receives the answer.
+    `ask` is called before each registration, and returns a function that takes the master's list of
+    publishers.
     """
 
     topic: str

@@ -27,7 +27,7 @@ def roscpp_program(
 
     Args:
         name: the name of the node.
-        package: the name of the logger: `turtlesim` for `ros.turtlesim`.
+        package: the last part of the logger's name: `turtlesim` for `ros.turtlesim`.
         argv: the command line; defaults to the process's.
 
     Yields:

@@ -130,7 +130,7 @@ class ServiceClient:
             service_class: the service class.
             master: the master that is queried for the service's URI.
             calls: the group of running calls to which this client's calls are added, so that all can be
-                interrupted at once.
+                interrupted together.
             persistent: whether to keep one connection for all calls.
             headers: extra connection header fields, which the service handler can read.
             limits: limits on the resources that the server can use; defaults to the process-wide limits.
@@ -145,7 +145,7 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = headers
         self._numbers = itertools.count(1)
-        # Shared by all connections, because it learns whether servers respond at once.
+        # Shared by all connections, because it learns whether servers respond immediately.
         self._poller = PollingReceiver(REPLY_POLL_S)
         self._kept: ServiceLink | None = None
         self._kept_lock = threading.Lock()  # held while the kept link is used
@@ -155,7 +155,9 @@ class ServiceClient:
 
         Raises:
             CallTimeout: there was no response within `timeout_s`.
-            ServiceFailed: no node offers the service, or it replied with an error.
+            ErrorReply: the server replied with an error.
+            ServiceFailed: no server was found, the server refused the call, or the connection broke.
+            SerializationError: a value in the request does not fit its field. The request was not sent.
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         number(request, next(self._numbers))
@@ -230,7 +232,7 @@ class ServiceClient:
         return self._kept
 
     def close(self) -> None:
-        """Close the connection of a persistent client; later calls raise."""
+        """Close the connection of a persistent client. A later call connects again."""
         kept, self._kept = self._kept, None
         if kept is not None:
             kept.close()
@@ -292,7 +294,7 @@ class ServiceLink:
             probe: whether to tell the server that no call will follow.
             extra: further fields for the connection header.
             poller: decides whether to busy-poll, and adapts to the observed response times.
-            calls: the set of pending calls that includes the link until it is closed.
+            calls: the group of running calls that includes the link until it is closed.
             limits: limits on the resources that the server can use; defaults to the process-wide limits.
 
         Raises:

@@ -48,7 +48,7 @@ _FLOWING_BYTES = 4 * 1024
 """A thread keeps waiting for a client that sends or reads at least this many bytes at a time."""
 
 _PIECES = 8
-"""Maximum number of smaller pieces of a request that a thread waits for."""
+"""Maximum number of pieces smaller than `_FLOWING_BYTES` that a thread waits for, per request."""
 
 _pack_reply = struct.Struct("<BI").pack
 
@@ -75,12 +75,12 @@ class Slots:
 
 
 class Server(Protocol):
-    """Interface of a service for its connections.
+    """The interface of a service that its connections use.
 
     Attributes:
         loop: the event loop in which its connections wait.
         connections: the table of all the node's connections.
-        waiting_threads: semaphore that limits the threads that wait for a request.
+        waiting_threads: slots for the threads that wait for a request.
         unread: the reply bytes that clients have not read.
         request_s, frame_bytes: see `Limits`.
         is_closed: whether the server has stopped answering calls.

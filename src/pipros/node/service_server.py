@@ -37,7 +37,7 @@ class ServiceClass(Protocol):
 
 
 class HandlerError(Exception):
-    """Raised by a handler's adapter. The text is sent to the client and is not logged here."""
+    """Raised by code that wraps a user's handler. The text is sent to the client, but not logged here."""
 
 
 class CallFailed(Exception):

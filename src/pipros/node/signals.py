@@ -43,11 +43,11 @@ class Signals:
     """Handles SIGINT and SIGTERM; one per process.
 
     Theory of operation. Python calls handlers only when the main thread runs Python code, so a signal that
-    arrives just before the main thread starts to wait would be lost. However, the interpreter at once writes
-    each signal's number to a descriptor, which the node's event loop reads. Other code may replace that
-    descriptor for a while (asyncio, matplotlib), or call our handler from its own. Therefore, the handler
-    writes to the same descriptor, and a signal that is reported both ways counts once. If our handler has
-    been replaced, the new handler alone decides what a signal does.
+    arrives just before the main thread starts to wait would be lost. However, the interpreter immediately
+    writes each signal's number to a descriptor, which the node's event loop reads. Other code may replace
+    that descriptor for a while (asyncio, matplotlib), or call our handler from its own. Therefore, the
+    handler writes to the same descriptor, and a signal that is reported both ways counts once. If our handler
+    has been replaced, the new handler alone decides what a signal does.
 
     The handler raises nothing while the node runs: an exception between any two bytecode instructions of the
     main thread could leave a lock held that the shutdown needs. Once the node has ended, the handler raises
@@ -78,7 +78,7 @@ class Signals:
 
     @property
     def have_come(self) -> bool:
-        """Whether a signal (or, if `insist` is true, another thread) has ended the node."""
+        """Whether a signal (or, if `insist` is true, another thread) has begun the shutdown."""
         return self._ending is not None
 
     def install(self) -> None:
@@ -104,7 +104,7 @@ class Signals:
     def listen(self, node: Node) -> None:
         """From now on, let signals end the node, including signals received since `install`.
 
-        They are read in the node's event loop.
+        The node's event loop reads the signals.
         """
         node.add_reader(self._sockets[0], self._read)
         if self._insist:
@@ -169,7 +169,7 @@ class Signals:
     def _end_by(self, number: int) -> None:
         """Shut the node down in a separate thread.
 
-        A second signal ends the process, unless it follows at once.
+        A second signal ends the process, unless it follows immediately.
 
         The main thread may be in the middle of a publish, for example, and hold a lock that the shutdown
         needs, so the shutdown does not run in the main thread.
@@ -217,9 +217,9 @@ def ended_by_signals(
 ) -> Iterator[None]:
     """Enter the context `life`, which starts the node. SIGINT and SIGTERM shut the node down.
 
-    A signal raises nothing in the block unless the block continues after the shutdown, which ends all waits
-    for the node. If a signal ended the block, any exception that the block raises becomes KeyboardInterrupt.
-    Outside the main thread, signal handlers are left unchanged.
+    A signal raises nothing in the block unless the block continues after the shutdown. The shutdown ends all
+    of the node's waits. If a signal ended the block, any exception that the block raises becomes
+    KeyboardInterrupt. Outside the main thread, signal handlers are left unchanged.
 
     Args:
         insist: whether to interrupt a block that continues after any shutdown. If false, only a second signal

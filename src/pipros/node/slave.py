@@ -30,11 +30,11 @@ SHUTDOWN_REFUSED: Final = (
 )
 
 _DOUBTED_LIMIT: Final = 100
-"""Number of untrusted callers that are named in the log."""
+"""Maximum number of untrusted callers that are named in the log."""
 
 
 class SlaveNode(Protocol):
-    """Interface of a node for the slave API."""
+    """The parts of a node that the slave API uses."""
 
     name: str
     log: logging.Logger

@@ -13,7 +13,7 @@ from pipros.node.publisher import Publisher
 from pipros.node.topic_statistics import TrafficMeter, Window, WindowLimits
 
 UNMEASURED = ("/statistics", "/clock")
-"""Topics that are not measured, because measuring them would cause more messages on them."""
+"""Topics that are not measured, as in genuine nodes."""
 
 _INT32_MAX = 2**31 - 1
 """Maximum value of a field. Larger values are reduced to this, because peers choose timestamps and sequence
@@ -22,7 +22,7 @@ numbers.
 
 
 class StatisticsPublisher:
-    """Measures every link of a node's subscriptions after `Node.enable_statistics`."""
+    """Measures the links of a node's subscriptions, and publishes the results."""
 
     def __init__(
         self,

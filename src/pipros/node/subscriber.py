@@ -278,14 +278,14 @@ class Subscription:
                 self._log_bad_callback(listener, error)
 
     def _call_back(self, listener: SubscriberCallback, message: Any) -> None:
-        """Call one callback. The loop above does the same inline, to avoid a function call per message."""
+        """Call one callback. `_deliver` does the same inline, to avoid a function call per message."""
         try:
             listener.callback(*(message, listener.args) if listener.args is not NO_ARGS else (message,))
         except Exception as error:
             self._log_bad_callback(listener, error)
 
     def _log_bad_callback(self, listener: SubscriberCallback, error: Exception) -> None:
-        # every message fails until the user installs the missing package
+        # logged once, because every message fails until the user installs the missing package
         if isinstance(error, MissingExtra):
             if str(error) not in self._missing:
                 self._missing.add(str(error))

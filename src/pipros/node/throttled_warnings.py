@@ -9,13 +9,13 @@ from pipros.net.loop import BackgroundLoop
 
 FULL: Final = 3
 REPORT_S: Final = 10.0
-"""Number of warnings that are logged in full, initially and after each report. Further warnings are only
-counted.
+"""FULL warnings are logged in full, initially and after each report. Further warnings are only counted until
+the next report, at most REPORT_S later.
 """
 
 
 class ThrottledWarnings:
-    """Lets the first warnings be logged in full, and summarizes later ones by their number and the last one.
+    """Decides which warnings are logged in full, and summarizes the others by their number and the last one.
 
     For the event loop only.
     """

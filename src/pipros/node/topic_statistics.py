@@ -58,7 +58,7 @@ class TrafficMeter:
     _last_sequence: int | None = None
 
     def add(self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None) -> Window | None:
-        """Count a received message. Return the statistics of the window once it is full.
+        """Count a received message. Return the statistics of the window if this message ends it.
 
         `sequence` and `stamp_ns` are those in the message's header, or None if it has no header.
         """

@@ -13,10 +13,10 @@ Question = Callable[[], object]
 class CallerVerification:
     """Queries the master about the claims of untrusted callers.
 
-    The first query is sent at once. Queries that are requested while it is running, or within `interval_s`
-    after its response, are sent together afterwards, without duplicates. A peer that calls a thousand times
-    therefore costs the master one call, and a notice from a master with an unexpected address still takes
-    effect, though later. Queries run in a separate thread, so that the event loop never waits.
+    The first query is sent immediately. Queries that are requested while it is running, or within
+    `interval_s` after its response, are sent together afterwards, without duplicates. A peer that calls a
+    thousand times therefore costs the master one call, and a notice from a master with an unexpected address
+    still takes effect, though later. Queries run in a separate thread, so that the event loop never waits.
     """
 
     def __init__(self, interval_s: float) -> None:
@@ -28,8 +28,7 @@ class CallerVerification:
         """Schedule a call to `question` in another thread. Must be called from the event loop.
 
         Args:
-            about: the subject of the question. A question is not queued if one with the same subject is
-                already queued.
+            about: the subject of the question, which replaces a queued question with the same subject.
         """
         self._waiting[about] = question
         if not self._is_busy:

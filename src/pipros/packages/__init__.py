@@ -34,11 +34,11 @@ class ImportablePackages:
         return found
 
     def find_module(self, name: str, package: str | None) -> str | None:
-        """Return the path of a module or Python package that a `setup.py` names, or None.
+        """Return the path of the module or Python package `name`, or None if no `setup.py` declares it.
 
         Args:
             package: the folder of the only package whose `setup.py` is read; None for all packages on
-            `ROS_PACKAGE_PATH`.
+                `ROS_PACKAGE_PATH`.
         """
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         if package is None and not path:
@@ -60,7 +60,7 @@ class ImportablePackages:
 
 
 def cache_folder(name: str) -> str:
-    """Return a cache folder below `ROS_HOME`, without the slow import of `pipros.basics.env`."""
+    """Return the path of a cache folder below `ROS_HOME`, without the slow import of `pipros.basics.env`."""
     home = os.path.expanduser(os.environ.get("ROS_HOME") or "~/.ros")
     if home.startswith("~"):
         from pipros.basics.home import expanded

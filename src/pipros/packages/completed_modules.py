@@ -36,7 +36,7 @@ class _Loader(SourceFileLoader):
 
 
 def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None) -> ModuleSpec | None:
-    """Return a spec for a module in `path` that is completed after loading, or None if it is missing.
+    """Return a spec that loads and completes a module, or None if `path` does not contain the module.
 
     Args:
         name: one of `COMPLETED`.

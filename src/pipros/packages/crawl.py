@@ -2,8 +2,8 @@
 
 A folder with a `package.xml` is a package or a metapackage. A folder with a `manifest.xml` is a dry package,
 which predates catkin. Packages do not nest, so folders below a package are not searched. Hidden folders
-and folders marked with `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are skipped. `rospack_nosubdirs`
-ends the search below a folder. Links are followed; each folder is visited once.
+and folders marked with `CATKIN_IGNORE`, `COLCON_IGNORE` or `AMENT_IGNORE` are skipped. A file
+`rospack_nosubdirs` ends the search below its folder. Links are followed; each folder is visited once.
 
 A crawl records the modification time of each folder that it listed and of each manifest that it read. As long
 as these times are unchanged, no package has been added, removed or renamed. This check takes one `stat` per
@@ -71,7 +71,10 @@ class CrawledPackage:
 
 
 class Crawl:
-    """The packages below `root` in the order of their paths, and all folders that were listed."""
+    """The packages below `root`, in the order of their paths.
+
+    `folders` are all folders that were listed, each with its modification time in ns (0 if not trusted).
+    """
 
     __slots__ = ("folders", "packages", "root")
 

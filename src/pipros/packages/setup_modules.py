@@ -1,7 +1,7 @@
 """Find the Python modules that packages name in their `setup.py`, for imports without a build.
 
-The file is parsed, not run. Only literal arguments to `setup()` or `generate_distutils_setup()` are read,
-which may also be in a dictionary or assigned to its keys (`d["packages"] = […]`). A computed list of
+The file is parsed, not run. Only literal arguments to `setup()` or `generate_distutils_setup()` are read.
+They may also be in a dictionary, or assigned to its keys (`d["packages"] = […]`). A computed list of
 packages, as from `find_packages()`, stands for every package in its folder.
 
 A failed import of any name may search all packages. Therefore, this module imports little, and parses only
@@ -30,7 +30,7 @@ class SetupModules:
         self._texts: dict[str, bytes] = {}
 
     def find(self, name: str, packages: Iterable[str]) -> str | None:
-        """Return the path of a module or of a Python package's folder, or None if not found.
+        """Return the path of the module or Python package `name`, or None if no `setup.py` declares it.
 
         Args:
             name: the name, without dots.
@@ -48,7 +48,7 @@ class SetupModules:
 
 
 def declared_module(text: bytes, folder: str, name: str) -> str | None:
-    """Return the path of the module or package `name`, or None if a `setup.py` declares no such one.
+    """Return the path of the module or package `name`, or None if it is not declared or does not exist.
 
     Args:
         text: the contents of the `setup.py`.

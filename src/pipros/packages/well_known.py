@@ -30,7 +30,7 @@ _STARTING = {
     "turtlebot3_navigation": "amcl and move_base",
     "turtlebot3_slam": "gmapping",
 }
-"""Packages of launch files, and the C++ programs that these start."""
+"""Packages with launch files, and the C++ programs that the launch files start."""
 
 _SIMULATOR = "roslaunch pipros_sim sim.launch simulates robots with cmd_vel, odom and scan in a flat world."
 _KNOWN_POSES = (
@@ -45,7 +45,7 @@ _INSTEAD = {
     ),
     **dict.fromkeys(("turtlebot3_navigation", "turtlebot3_slam"), _KNOWN_POSES),
 }
-"""What pipros has for the exercises of courses that use these packages."""
+"""What pipros offers instead, for the exercises of courses that use these packages."""
 
 _PACKAGE_OF_COMMAND = {
     "gazebo": "gazebo_ros",

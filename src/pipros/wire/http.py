@@ -120,7 +120,7 @@ them.
 """
 _TOKEN = re.compile(r"[!#$%&'*+.^_`|~0-9A-Za-z-]+").fullmatch
 _STATUS_LINE = re.compile(r"HTTP/(\d)\.(\d) (\d{3})(?: ([^\r\n]*))?").fullmatch
-# compiled on first use, which only servers need
+# compiled on first use, because only servers need it
 _REQUEST_LINE = r"([A-Z]{1,20}) ([!-~]{1,2000}) HTTP/(\d)\.(\d)"
 _LENGTH_DIGITS: Final = 15
 
@@ -266,8 +266,9 @@ class RequestReader(_Reader):
         """Remove and return the next request; None if none is complete.
 
         Raises:
-            HttpError: the bytes are not a request, or the request has no length, a compressed body, or a
-                method other than POST. The connection cannot be used afterwards.
+            HttpError: the bytes are not a request, or the request has no length, has a compressed body, uses
+                a method other than POST, comes from a web page, or exceeds a limit. The connection cannot be
+                used afterwards.
         """
         if self._failure:
             raise self._failure
@@ -327,7 +328,11 @@ class ResponseReader(_Reader):
         super().__init__(head_limit=head_limit, body_limit=limit, limit_name="answer_bytes")
 
     def feed(self, data: bytes) -> Response | None:
-        """Return the response once it is complete. Bytes after it are kept for the next call."""
+        """Return the response once it is complete; None until then. Later bytes are kept for the next call.
+
+        Raises:
+            HttpError: the response is malformed, or exceeds a limit.
+        """
         self._buffer += data
         while self._start is not None or (self._buffer and self._read_head()):
             if self._start is not None and self._start[3].startswith("1"):

@@ -27,7 +27,7 @@ _ROUNDS = 100
 """After being emptied this many times, a large buffer is replaced by a smaller one if that is sufficient."""
 
 _REPLY_HEAD_BYTES = 5
-"""Header of a reply: one byte for success, and four bytes for the length of the rest."""
+"""Size of a reply's header: one byte for success, and four bytes for the length of the rest."""
 
 _unpack_length = struct.Struct("<I").unpack_from
 
@@ -118,9 +118,9 @@ class MessageReader:
         return 0
 
     def feed_whole(self, data: bytes) -> int:
-        """Add `whole_bytes` bytes, or fewer, that the next `received` takes without copying them.
+        """Add `whole_bytes` bytes, which the next `received` yields without a copy, or copy fewer bytes.
 
-        Return their number.
+        Return their number, which must be passed to `received`.
         """
         if len(data) == self.whole_bytes:
             self._whole = data
@@ -153,7 +153,7 @@ class MessageReader:
             yield view[body : body + length]
 
     def feed(self, data: bytes) -> Iterator[memoryview | bytes]:
-        """Yield the messages completed by `data`, which is copied at once.
+        """Yield the messages completed by `data`, which is copied before the iteration begins.
 
         Raises the same errors as `received`.
         """

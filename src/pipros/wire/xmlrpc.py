@@ -138,7 +138,7 @@ def _join(parts: list[str]) -> bytes:
 
 
 _NOT_XML: Final = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
-"""A pattern that is compiled on first use, because most processes never need it."""
+"""The characters that XML forbids. The pattern is compiled on first use; most processes never need it."""
 
 
 def _escape(text: str) -> str:

@@ -92,7 +92,7 @@ def _string(text: str) -> str:
     return _ENTITY.sub(_replace_entity, text) if "&" in text else text
 
 
-# In the order of the groups in _VALUE. Integers with up to nine digits are never out of range.
+# The converters for the groups in _VALUE, in order. Integers with up to nine digits are never out of range.
 _CONVERT: tuple[Callable[[str], Any], ...] = (
     int,
     int,
