@@ -46,7 +46,7 @@ class LaserProjection:
 
         Args:
             range_cutoff: the limit in metres, at most the scan's `range_max`; negative for `range_max`.
-            channel_options: sum of flags of `ChannelOption`.
+            channel_options: flags of `ChannelOption`, combined with `|`.
 
         Raises:
             IndexError: the scan has intensities, but too few for the points.

@@ -18,7 +18,7 @@ class TimeSequencer(SimpleFilter):
 
     Args:
         f: the input filter.
-        delay: `rospy.Duration` for which messages are held back.
+        delay: `rospy.Duration` to wait after the timestamp of a message before passing it on.
         update_rate: `rospy.Duration` between checks for messages that are due.
         queue_size: maximum number of waiting messages; 0 for no limit.
     """

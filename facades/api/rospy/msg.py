@@ -118,7 +118,7 @@ def deserialize_messages(
 def args_kwds_to_message(
     data_class: type[MessageClass], args: Sequence[Any], kwds: Mapping[str, Any]
 ) -> MessageClass:
-    """Return the message for `publish(*args, **kwds)` or a service call from a message or its field values.
+    """Return the message for the arguments of `publish` or of a service call: a message, or its field values.
 
     Raises:
         TypeError: the message has another type, the number of fields is wrong, or both positional and keyword

@@ -54,7 +54,7 @@ class Graph:
         bad_nodes_lock: lock held while `bad_nodes` changes.
         master_stale, node_stale: seconds for which responses from the master and from nodes are reused.
         last_master_refresh, last_node_refresh: times of the last query to the master and to each node.
-        node_uri_map, uri_node_map: the addresses of the nodes that were looked up.
+        node_uri_map, uri_node_map: the URIs of the nodes that were looked up, by node, and the nodes by URI.
     """
 
     def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:
