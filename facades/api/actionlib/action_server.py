@@ -259,7 +259,7 @@ class ActionServer:
                 limit_text("goals", process_limits().goals),
             )
 
-    def publish_status_async(self, event: Any) -> None:  # noqa: ARG002 # of the timer
+    def publish_status_async(self, event: Any) -> None:  # noqa: ARG002 # passed by the timer
         """Publish the status of all goals if the server is running. Called by a timer."""
         with self.lock:
             if self.started:

@@ -138,7 +138,10 @@ class Client:
         return self._config_callback
 
     def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set the function to call with each new configuration, and call it with the current one or None."""
+        """Set the function to call with each new configuration.
+
+        It is called at once with the current configuration, or with None before the first one is received.
+        """
         self._config_callback = value
         if value is not None:
             value(self.config)
@@ -150,7 +153,10 @@ class Client:
         return self._description_callback
 
     def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set the function to call with each list of parameters, and call it with the current one or None."""
+        """Set the function to call with each list of parameters.
+
+        It is called at once with the current list, or with None before the first one is received.
+        """
         self._description_callback = value
         if value is not None:
             value(self.param_description)
@@ -159,7 +165,7 @@ class Client:
 
     def _updates_msg(self, msg: Any) -> None:
         with self._cv:
-            if self.group_description is None:  # arrives on another topic, and is needed for decoding
+            if self.group_description is None:  # `msg` can only be decoded after the description arrives
                 self._early = msg
                 return
             self.config = decode_config(msg, self.group_description)

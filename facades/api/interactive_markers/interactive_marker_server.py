@@ -153,7 +153,7 @@ class InteractiveMarkerServer:
         if callback:
             callback(feedback)
 
-    def keepAlive(self, msg: Any) -> None:  # noqa: ARG002 # the event of the timer
+    def keepAlive(self, msg: Any) -> None:  # noqa: ARG002 # passed by the timer
         """Publish a keep-alive message. Called by a timer."""
         self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.KEEP_ALIVE))
 

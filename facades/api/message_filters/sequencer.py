@@ -35,7 +35,7 @@ class TimeSequencer(SimpleFilter):
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
-        """Add a message."""
+        """Add a message. A message without a header is dropped with a warning."""
         stamp = stamp_of(msg, False)
         if stamp is not None:
             with self._lock:

@@ -65,7 +65,9 @@ class AnyMsg(Message):
 
 
 def serialize_message(b: BinaryIO, seq: int, msg: Message) -> None:
-    """Write a message in wire format, preceded by its length. If it has a header, set `header.seq` to `seq`.
+    """Write a message in wire format, preceded by its length.
+
+    If the message has a header, set `header.seq` to `seq`.
 
     Raises:
         SerializationError: a value does not fit the type of its field. Nothing was written.

@@ -27,7 +27,7 @@ class LazyTransport(rospy.SubscribeListener):
             self.subscribe()
             self._connection_status = True
 
-    def _warn_never_subscribed_cb(self, timer_event: object) -> None:  # noqa: ARG002 # the timer's
+    def _warn_never_subscribed_cb(self, timer_event: object) -> None:  # noqa: ARG002 # passed by the timer
         if self._connection_status is None:
             rospy.logwarn(
                 f"[{rospy.get_name()}] has not subscribed to anything yet, because it has no subscribers. "

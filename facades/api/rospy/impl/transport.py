@@ -72,7 +72,7 @@ class Transport:
         Raises:
             Exception: always, in this class.
         """
-        raise Exception("not implemented")  # the class that users of rospy catch
+        raise Exception("not implemented")  # users of rospy catch this class
 
     def get_transport_info(self) -> str:
         """Return a description of the connection. Overridden by derived classes."""
