@@ -206,7 +206,7 @@ class ClientGoalHandle:
     def get_terminal_state(self) -> int:
         """Return the final state, a constant of TerminalState.
 
-        If the goal has not ended, log an error and return LOST.
+        If the goal is not DONE, log an error, and return the last status if it is final, or LOST.
         """
         with self.comm_state_machine.mutex:
             status = self.comm_state_machine.latest_goal_status.status
@@ -260,7 +260,7 @@ class GoalManager:
             machine.update_result(action_result)
 
     def update_feedbacks(self, action_feedback: Any) -> None:
-        """Pass feedback to the goal that it is for."""
+        """Pass a feedback message to its goal."""
         for machine in self._tracked():
             machine.update_feedback(action_feedback)
 

@@ -172,7 +172,7 @@ class ActionServer:
                 self.cancel_callback(handle)
 
     def _cancelled(self, goal_id: Any) -> list[ServerGoalHandle]:
-        """Return the goals that a request cancels and that were not already cancelled."""
+        """Record a cancellation request. Return handles for the goals that it newly cancels."""
         cancelled = []
         with self.lock:
             if not self.started:
@@ -241,7 +241,7 @@ class ActionServer:
             tracker.handle_destruction_time = rospy.Time.now()
 
     def _reject(self, tracker: StatusTracker) -> None:
-        """Reject a goal because the server has too many goals."""
+        """Reject a goal because the server has too many goals or the goal ID is too long."""
         self._warn_of_refusal()
         tracker.status.status = GoalStatus.REJECTED
         tracker.status.text = "this action server has too many goals"
@@ -259,7 +259,7 @@ class ActionServer:
                 limit_text("goals", process_limits().goals),
             )
 
-    def publish_status_async(self, event: Any) -> None:  # noqa: ARG002 # of the timer
+    def publish_status_async(self, event: Any) -> None:  # noqa: ARG002 # passed by the timer
         """Publish the status of all goals if the server is running. Called by a timer."""
         with self.lock:
             if self.started:

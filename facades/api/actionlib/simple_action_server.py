@@ -33,7 +33,8 @@ class SimpleActionServer:
         name: namespace of the action.
         ActionSpec: action class, whose name ends in Action.
         execute_cb: called with each goal message in a dedicated thread. It should return when
-            `is_preempt_requested` is true, and must set the final status. If None, call `accept_new_goal`.
+            `is_preempt_requested` is true, and must set the final status. If None, the program calls
+            `accept_new_goal` instead.
         auto_start: whether to start immediately. True is deprecated: pass False and call `start`.
     """
 

@@ -120,7 +120,7 @@ def main() -> int:
 
 def _run(name: str, action_type: str | None = None) -> int:
     is_terminal = sys.stdin.isatty()
-    goal = "" if is_terminal else sys.stdin.read()  # Read before the node starts.
+    goal = "" if is_terminal else sys.stdin.read()  # The node starts only after the input has arrived.
     # On a terminal, the first Ctrl-C cancels the goal instead of shutting down the node.
     rospy.init_node("axclient", anonymous=True, disable_signals=True)
     if action_type is None:

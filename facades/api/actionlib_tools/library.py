@@ -54,6 +54,7 @@ def yaml_msgs_str(type_: Any, yaml_str: str, filename: str | None = None) -> lis
 
     Raises:
         ValueError: the text is not a list of mappings.
+        ROSMessageException: a field is unknown, or its value is invalid.
     """
     values = load(yaml_str)
     if not isinstance(values, list):

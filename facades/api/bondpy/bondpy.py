@@ -140,7 +140,12 @@ class Bond:
         return self._heartbeat_period
 
     def set_heartbeat_period(self, per: Seconds) -> None:
-        """Set the period. Raises AssertionError after `start`, and ValueError unless the period is > 0."""
+        """Set the period of this side's messages, in seconds or as a `rospy.Duration`.
+
+        Raises:
+            AssertionError: the bond was started.
+            ValueError: the period is not > 0.
+        """
         if self._started:
             raise AssertionError("the heartbeat period can only be set before start()")
         seconds = as_float_duration(per)

@@ -122,9 +122,10 @@ class CvBridge:
         return message
 
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:
-        """Decode a `sensor_msgs/CompressedImage` with OpenCV. Channels are in the order blue, green, red.
+        """Decode a `sensor_msgs/CompressedImage` with OpenCV.
 
-        For "passthrough", return None if OpenCV cannot decode the image.
+        For "passthrough", channels are in the order blue, green, red, and the result is None if OpenCV cannot
+        decode the image.
 
         Raises:
             CvBridgeError: the image cannot be decoded, or cannot be converted to this encoding.

@@ -35,7 +35,7 @@ class FunctionDiagnosticTask(DiagnosticTask):
         self.fn = fn
 
     def run(self, stat: Any) -> Any:
-        """Call the function."""
+        """Call the function with the status, and return its result."""
         return self.fn(stat)
 
 

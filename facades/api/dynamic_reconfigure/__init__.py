@@ -29,5 +29,5 @@ def find_reconfigure_services() -> list[str]:
 
 
 def get_parameter_names(descr: _Any) -> _Any:
-    """Return the parameter names in a configuration's module."""
+    """Return the names of the parameters that a configuration module defines."""
     return descr.defaults.keys()

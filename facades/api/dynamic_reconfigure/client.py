@@ -28,7 +28,7 @@ class Client:
     """Client of the reconfigure server `name`. Receives the server's configuration and every change to it.
 
     Args:
-        timeout: seconds to wait for the server; None to wait forever.
+        timeout: seconds to wait for the server; None or 0 to wait forever.
         config_callback: called with the configuration when it is first received and after each change.
         description_callback: called with the list of parameters.
 
@@ -63,7 +63,7 @@ class Client:
     def get_configuration(self, timeout: float | None = None) -> Any:
         """Return the configuration, or None if it does not arrive within `timeout` seconds.
 
-        If `timeout` is None, wait forever.
+        If `timeout` is None or 0, wait forever.
         """
         return self._wait("config", timeout)
 
@@ -87,7 +87,7 @@ class Client:
         """Change parameters, and return the new configuration from the server.
 
         Blocks until the server responds. Strings are converted to the parameter's type; enums also accept the
-        name of a constant.
+        name of a constant. `changes` is updated with the converted values.
 
         Raises:
             DynamicReconfigureParameterException: a parameter does not exist, or does not accept the value.
@@ -138,7 +138,10 @@ class Client:
         return self._config_callback
 
     def set_config_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set the function to call with each new configuration, and call it with the current one or None."""
+        """Set the function to call with each new configuration.
+
+        It is called at once with the current configuration, or with None before the first one is received.
+        """
         self._config_callback = value
         if value is not None:
             value(self.config)
@@ -150,7 +153,10 @@ class Client:
         return self._description_callback
 
     def set_description_callback(self, value: Callable[[Any], object] | None) -> None:
-        """Set the function to call with each list of parameters, and call it with the current one or None."""
+        """Set the function to call with each list of parameters.
+
+        It is called at once with the current list, or with None before the first one is received.
+        """
         self._description_callback = value
         if value is not None:
             value(self.param_description)
@@ -159,7 +165,7 @@ class Client:
 
     def _updates_msg(self, msg: Any) -> None:
         with self._cv:
-            if self.group_description is None:  # the description has its own topic
+            if self.group_description is None:  # `msg` can only be decoded after the description arrives
                 self._early = msg
                 return
             self.config = decode_config(msg, self.group_description)

@@ -28,7 +28,8 @@ _star_names(__name__, "copy roslib threading")
 class Server:
     """Server that calls `callback(config, level)` immediately, and whenever a client changes parameters.
 
-    The callback returns the new configuration. It may call `update_configuration` itself.
+    `level` is the bitwise OR of the levels of the changed parameters; in the first call, all bits are set.
+    The callback must return the new configuration. It may call `update_configuration`.
 
     Args:
         type: module of the configuration, such as `my_pkg.cfg.FooConfig`.
@@ -59,7 +60,11 @@ class Server:
         self.set_service = rospy.Service(f"{self.ns}set_parameters", ReconfigureSrv, self._set_callback)
 
     def update_configuration(self, changes: Any) -> Any:
-        """Change parameters as a client would, and return the whole configuration."""
+        """Change parameters as a client would, and return the whole configuration.
+
+        Raises:
+            DynamicReconfigureCallbackException: the callback returned None.
+        """
         with self.mutex:
             config = deepcopy(self.config)
             config.update(changes)

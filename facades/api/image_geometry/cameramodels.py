@@ -235,9 +235,9 @@ class StereoCameraModel:
             return (x / w, y / w, z / w) if w != 0 else (0.0, 0.0, 0.0)
 
     def getZ(self, disparity: float) -> float:
-        """Return the depth of points with the given disparity; infinity if it is 0."""
+        """Return the depth of points with the given disparity; infinity if the disparity is 0."""
         return math.inf if disparity == 0 else float(-self.right.Tx() / disparity)
 
     def getDisparity(self, Z: float) -> float:
-        """Return the disparity of points at the given depth; infinity if it is 0."""
+        """Return the disparity of points at the given depth; infinity if the depth is 0."""
         return math.inf if Z == 0 else float(-self.right.Tx() / Z)

@@ -28,15 +28,16 @@ _EMPTY_HEADER = Header()
 class InteractiveMarkerServer:
     """Server of the interactive markers in a namespace.
 
-    `insert`, `setPose`, `erase` and `clear` take effect on the next call to `applyChanges`; changes of
-    callbacks take effect immediately. All methods may be called from any thread, and from callbacks.
+    `insert`, `setPose`, `erase` and `clear` take effect on the next call to `applyChanges`; `setCallback`
+    takes effect immediately. All methods may be called from any thread, and from callbacks.
 
     Topics: `<topic_ns>/update` carries changes, and a keep-alive message twice a second;
     `<topic_ns>/update_full` (latched) carries all markers; viewers publish on `<topic_ns>/feedback`.
 
     Args:
         topic_ns: namespace of the topics.
-        server_id: suffix to the node name that distinguishes several servers in the same node and namespace.
+        server_id: text appended to the node name to form the server's ID; distinguishes several servers in
+            the same node and namespace.
         q_size: queue size of the feedback subscriber.
     """
 
@@ -142,14 +143,17 @@ class InteractiveMarkerServer:
         return marker
 
     def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
-        """Handle feedback from a viewer. A marker that was moved keeps its new pose after `applyChanges`."""
+        """Handle feedback from a viewer: make a new pose a pending change, and call the marker's callback.
+
+        Feedback is ignored if another viewer was active shortly before.
+        """
         with self.mutex:
             is_move = feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE
             callback = self._markers.take_feedback(feedback, is_move, rospy.Time.now().to_sec())
         if callback:
             callback(feedback)
 
-    def keepAlive(self, msg: Any) -> None:  # noqa: ARG002 # the event of the timer
+    def keepAlive(self, msg: Any) -> None:  # noqa: ARG002 # passed by the timer
         """Publish a keep-alive message. Called by a timer."""
         self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.KEEP_ALIVE))
 

@@ -26,11 +26,11 @@ class LaserProjection:
         """Flags for the channels of a point in addition to x, y and z."""
 
         NONE = 0x00
-        INTENSITY = 0x01  # intensity is present only if the scan has intensities
-        INDEX = 0x02  # index is the index of the ray in the scan, int32
-        DISTANCE = 0x04  # distances are the ranges in metres
-        TIMESTAMP = 0x08  # stamps are seconds since the scan's timestamp
-        VIEWPOINT = 0x10  # vp_x, vp_y and vp_z are the position of the scanner, which is always zero
+        INTENSITY = 0x01  # `intensity`; omitted if the scan has no intensities
+        INDEX = 0x02  # `index`: the index of the ray in the scan, an int32
+        DISTANCE = 0x04  # `distances`: the range in metres
+        TIMESTAMP = 0x08  # `stamps`: the time since the scan's timestamp, in seconds
+        VIEWPOINT = 0x10  # `vp_x`, `vp_y`, `vp_z`: the position of the scanner, always zero
         DEFAULT = INTENSITY | INDEX
 
     def __init__(self) -> None:
@@ -46,7 +46,7 @@ class LaserProjection:
 
         Args:
             range_cutoff: the limit in metres, at most the scan's `range_max`; negative for `range_max`.
-            channel_options: sum of flags of `ChannelOption`.
+            channel_options: flags of `ChannelOption`, combined with `|`.
 
         Raises:
             IndexError: the scan has intensities, but too few for the points.

@@ -18,7 +18,7 @@ class TimeSequencer(SimpleFilter):
 
     Args:
         f: the input filter.
-        delay: `rospy.Duration` for which messages are held back.
+        delay: `rospy.Duration` to wait after the timestamp of a message before passing it on.
         update_rate: `rospy.Duration` between checks for messages that are due.
         queue_size: maximum number of waiting messages; 0 for no limit.
     """
@@ -35,7 +35,7 @@ class TimeSequencer(SimpleFilter):
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
-        """Add a message."""
+        """Add a message. A message without a header is dropped with a warning."""
         stamp = stamp_of(msg, False)
         if stamp is not None:
             with self._lock:

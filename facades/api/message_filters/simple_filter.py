@@ -29,7 +29,8 @@ class SimpleFilter:
 class Subscriber(SimpleFilter):
     """Filter that outputs the messages received on a topic.
 
-    It has the arguments and attributes of `rospy.Subscriber`, in whose threads the callbacks run.
+    It has the arguments and attributes of `rospy.Subscriber`. Callbacks run in the same threads as the
+    callbacks of a `rospy.Subscriber`.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:

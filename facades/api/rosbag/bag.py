@@ -221,6 +221,7 @@ class Bag(IndexAccess):
 
         Raises:
             ROSBagException: the bag is damaged, or does not contain a valid definition for a type.
+            TypeError: a time is not a `rospy.Time`.
         """
         bag = self._view()
         connections = self._chosen(bag, topics, connection_filter)
@@ -231,7 +232,7 @@ class Bag(IndexAccess):
     def _raw(
         self, bag: BagReader, connections: list[Connection], *times: int | None
     ) -> Iterator[tuple[Connection, int, Any]]:
-        """Yield messages like `BagReader.decoded`, but as tuples if `raw` is true."""
+        """Yield messages like `BagReader.decoded`, but as the tuples of `read_messages(raw=True)`."""
         classes: dict[int, Any] = {}
         is_chunked = self._version == 200
         for connection, time_ns, data, chunk, offset in bag.stored_fields(connections, *times):
@@ -259,6 +260,7 @@ class Bag(IndexAccess):
 
         Raises:
             ValueError: an argument is invalid, or the bag is closed.
+            TypeError: `t` is not a `rospy.Time`.
             ROSBagException: the message is raw, and no class provides its definition.
         """
         bag = self._opened()
@@ -291,6 +293,7 @@ class Bag(IndexAccess):
 
         Raises:
             ROSBagException: the format does not support an index.
+            io.UnsupportedOperation: the mode is not `a`.
         """
         bag = self._opened()
         if self._mode != "a":

@@ -30,7 +30,7 @@ class BagContents(ABC):
             return _info.info_text(self._info())
 
     def get_compression_info(self) -> CompressionTuple:
-        """Return the most common compression format of the chunks, and the sizes of all chunks, in bytes."""
+        """Return the most common compression format of the chunks, and their total sizes in bytes."""
         with translated():
             found = _info.compressions(self._view())
         if not found:

@@ -42,7 +42,7 @@ class TypesAndTopicsTuple(NamedTuple):
 
 
 class CompressionTuple(NamedTuple):
-    """Most common compression format of the chunks, and the sizes of all chunks together, in bytes."""
+    """Most common compression format of the chunks, and their total sizes in bytes."""
 
     compression: str
     uncompressed: int

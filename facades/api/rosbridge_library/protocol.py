@@ -27,7 +27,7 @@ class Protocol:
         self.operations: dict[str, Callable[[dict[str, Any]], object]] = {}
 
     def incoming(self, message_string: str | bytes = "") -> None:
-        """Handle an operation from the client."""
+        """Handle an operation from the client. Errors are logged, not raised."""
         try:
             message = json_object(message_string)
         except BadInput as error:

@@ -1,6 +1,6 @@
 """`rosrun rosbridge_server rosbridge_websocket`, `rosbridge_tcp` and `rosbridge_udp`.
 
-The parameters are the same as in the launch files. If the port is in use, the server tries again after
+The parameters are those in the package's launch files. If the port is in use, the server tries again after
 `~retry_startup_delay`. Once the port is open, its number is stored in `~actual_port`.
 """
 
@@ -123,7 +123,7 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
 
 
 def _command_line() -> dict[str, str]:
-    """Return the values of `--port 9090` and `--address 0.0.0.0`."""
+    """Return the values of the options `--port` and `--address`, if given, by option name."""
     words = rospy.myargv(sys.argv)[1:]
     found = {}
     for name in ("port", "address"):

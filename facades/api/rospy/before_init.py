@@ -28,7 +28,7 @@ class BeforeInit:
 
     def __init__(self) -> None:
         self.clock: Clock = WallClock()
-        self._arguments: names.Arguments | None = None  # replace those on the command line
+        self._arguments: names.Arguments | None = None  # if set, used instead of the command line
         self._clients: tuple[str, MasterClient, Parameters] | None = None
         self._lock = threading.Lock()
         self.reset()

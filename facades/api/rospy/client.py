@@ -55,7 +55,11 @@ T = TypeVar("T")
 
 
 def _interruptible(function: Callable[P, T]) -> Callable[P, T]:
-    """Raise `ROSInterruptException` if the node's shutdown interrupts a call to the master."""
+    """Wrap a function that calls the master, so that it raises the exceptions that users of rospy catch.
+
+    These are `ROSInterruptException` if the node's shutdown interrupts the call, and
+    `ConnectionRefusedError` if the master cannot be reached.
+    """
 
     @functools.wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> T:

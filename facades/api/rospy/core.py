@@ -172,7 +172,11 @@ def set_node_uri(uri: str) -> None:
 
 
 def get_ros_root(required: bool = False, env: dict[str, str] | None = None) -> str | None:
-    """Return `ROS_ROOT`, which current ROS 1 does not need."""
+    """Return the environment variable `ROS_ROOT`, or None. ROS 1 no longer needs it.
+
+    Raises:
+        ROSException: the variable is `required` but not set.
+    """
     import os
 
     root = (os.environ if env is None else env).get("ROS_ROOT")

@@ -52,7 +52,9 @@ class LoggerLevelServiceCaller:
 
         Return False if the logger already has this level. Call `get_loggers` for the node first.
 
-        Raises KeyError if `get_loggers` did not list the logger.
+        Raises:
+            KeyError: `get_loggers` did not list the logger.
+            ROSConsoleException: the master or the node cannot be reached, or the call failed.
         """
         if self._current_levels[logger].lower() == level.lower():
             return False

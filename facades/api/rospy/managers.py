@@ -205,7 +205,10 @@ class Managers:
         self._is_watching = False
 
     def watch(self, added: RegistrationCallback, removed: RegistrationCallback) -> None:
-        """Call the functions with the name, type (for a service, the URI) and kind of each registration."""
+        """Call the functions with the name, type (for a service, the URI) and kind of each registration.
+
+        Only the first call has an effect.
+        """
         if self._is_watching:
             return
         self._is_watching = True

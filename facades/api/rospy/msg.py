@@ -65,7 +65,9 @@ class AnyMsg(Message):
 
 
 def serialize_message(b: BinaryIO, seq: int, msg: Message) -> None:
-    """Write a message in wire format, preceded by its length. If it has a header, set `header.seq` to `seq`.
+    """Write a message in wire format, preceded by its length.
+
+    If the message has a header, set `header.seq` to `seq`.
 
     Raises:
         SerializationError: a value does not fit the type of its field. Nothing was written.
@@ -118,7 +120,7 @@ def deserialize_messages(
 def args_kwds_to_message(
     data_class: type[MessageClass], args: Sequence[Any], kwds: Mapping[str, Any]
 ) -> MessageClass:
-    """Return the message for `publish(*args, **kwds)` or a service call from a message or its field values.
+    """Return the message for the arguments of `publish` or of a service call: a message, or its field values.
 
     Raises:
         TypeError: the message has another type, the number of fields is wrong, or both positional and keyword

@@ -17,8 +17,8 @@ _star_names(__name__, "threading:Lock rospy")
 class MasterProxy:
     """Proxy for any method of the Master and Parameter API, with `caller_id` as the implicit first argument.
 
-    `target` names the master; `proxy.getPid()` returns `[code, text, value]`. Parameters can be used like
-    entries of a dictionary: `proxy['~rate'] = 5`.
+    For example, `proxy.getPid()` returns `[code, text, value]`. Parameters can be used like entries of a
+    dictionary: `proxy['~rate'] = 5`. `target` is the underlying client.
 
     Raises:
         OSError: the master cannot be reached.

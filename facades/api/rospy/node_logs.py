@@ -16,7 +16,7 @@ _INTERNAL_LOGGERS = (
 
 
 class NodeLogs:
-    """The log handlers, which successive nodes reuse.
+    """The log handlers of the current node. After `close`, they can be opened for another node.
 
     Attributes:
         rosout_handler: the handler that publishes on `/rosout`, or None.

@@ -13,7 +13,7 @@ _star_names(__name__, "numpy")
 
 @cache
 def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
-    """Return the class with which to publish or subscribe instead of `msg_type`.
+    """Return the class to publish or subscribe with, instead of `msg_type`.
 
     Calls with the same type return the same class.
 

@@ -195,7 +195,7 @@ class Session:
             self.node.use_simulated_time()
 
     def install_signals(self) -> None:
-        """Make SIGINT and SIGTERM shut the node down. Do nothing if there is no node or they already do.
+        """Make SIGINT and SIGTERM shut the node down. Do nothing without a node, or if already installed.
 
         Raises:
             ROSInitException: called outside the main thread.

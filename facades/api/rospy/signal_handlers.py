@@ -22,7 +22,7 @@ class SignalHandlers:
         self.forget()
 
     def forget(self) -> None:
-        """Reset to the state before the first node. Called in a forked child, whose handlers differ."""
+        """Reset to the state before the first node. Called in a forked child, which needs new handlers."""
         self._signals = Signals(self._end)
         self._have_listened = self.are_installed = False
 

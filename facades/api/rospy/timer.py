@@ -79,7 +79,11 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class TimerEvent:
-    """Argument of a Timer's callback: expected and real times of calls, and the duration of the last call."""
+    """Argument of a Timer's callback: expected and real times of the last and the current call.
+
+    `last_duration` is the duration of the last call in seconds. In the first call, the values about the last
+    call are None.
+    """
 
     last_expected: Time | None
     last_real: Time | None

@@ -120,7 +120,8 @@ class Publisher(Topic[AnyMessage]):
                 any number (up to 256 MiB), or None if `publish` should block.
 
         Raises:
-            ValueError: `name` is empty, or `data_class` is not a message class.
+            ValueError: `name` is empty, `data_class` is not a message class, or this node already uses the
+                topic with another type.
         """
         super().__init__(name, data_class, "pub")
         if queue_size is None:
@@ -261,14 +262,15 @@ class Subscriber(Topic[AnyMessage]):
         Args:
             name: the topic.
             data_class: the message class, or `rospy.AnyMsg`.
-            callback: called with each message, in a thread of its link; it may block.
+            callback: called with each message, in a thread of its connection. The callback may block.
             callback_args: passed to the callback as its second argument unless it is None.
             queue_size: number of most recent messages kept for a slow callback; None for all.
             buff_size: accepted for compatibility; messages of any size are received.
             tcp_nodelay: whether to ask publishers not to delay small messages.
 
         Raises:
-            ValueError: `name` is empty, or `data_class` is not a message class.
+            ValueError: `name` is empty, `data_class` is not a message class, or this node already uses the
+                topic with another type.
         """
         super().__init__(name, data_class, "sub")
         del buff_size

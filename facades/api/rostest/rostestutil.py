@@ -1,4 +1,4 @@
-"""Output of rostest, and the functions of rosunit that it uses."""
+"""Output of rostest, and functions of rosunit under their names in rostest."""
 
 from __future__ import annotations
 

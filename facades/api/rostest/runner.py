@@ -77,6 +77,8 @@ def createUnitTest(  # Noetic's name
 
     Args:
         pkg: the package to which the results belong.
+        reuse_master: whether to use the master at `ROS_MASTER_URI` instead of starting one.
+        clear: whether to delete the parameters of a reused master first.
         results_base_dir: folder for test results, instead of the default.
 
     Raises:

@@ -148,9 +148,9 @@ class Result:
 
 
 def read(test_file: str, test_name: str) -> Result:
-    """Return the results in a file, named `test_name`.
+    """Return the results in a file as a Result with the name `test_name`.
 
-    If it cannot be read, print a warning and return an empty result.
+    If the file cannot be read, print a warning and return an empty Result.
     """
     result = Result(test_name)
     try:
@@ -255,7 +255,7 @@ def read_all(filter_: Sequence[str] = ()) -> Result:
 
 
 def cdata(cdata_text: str) -> str:
-    """Return a CDATA section."""
+    """Return the text as a CDATA section."""
     return CDATA_START + cdata_text + CDATA_END
 
 

@@ -53,7 +53,7 @@ _measuring: list[Any] = []
 
 
 def start_coverage(packages: Sequence[str]) -> None:
-    """Start measuring coverage, appending to earlier data. If this is not possible, print a warning."""
+    """Start measuring coverage, appending to earlier data. If `coverage` is missing, print a warning."""
     _ = packages
     try:
         import coverage

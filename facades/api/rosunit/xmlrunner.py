@@ -17,7 +17,7 @@ _star_names(
 
 
 def cdata(cdata_text: str) -> str:
-    """Return a CDATA section."""
+    """Return the text as a CDATA section."""
     return CDATA_START + cdata_text + CDATA_END
 
 

@@ -44,7 +44,10 @@ def xyzw_to_mat44(ori: Any) -> Any:
 
 
 class TransformerROS(Transformer):
-    """Transformer for stamped messages. Results keep the timestamp of the input."""
+    """Transformer for stamped messages. Results keep the timestamp of the input.
+
+    Methods raise the same errors as `lookupTransform`.
+    """
 
     def asMatrix(self, target_frame: str, hdr: Any) -> Any:
         """Return the 4x4 matrix from the frame of `hdr` to `target_frame` at the time of `hdr`.

@@ -139,7 +139,11 @@ class Transformer:
     def lookupTwist(
         self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any
     ) -> tuple[Vector, Vector]:
-        """Return the linear (m/s) and angular (rad/s) velocity of one frame relative to another at `time`."""
+        """Return the linear (m/s) and angular (rad/s) velocity of `tracking_frame` in `observation_frame`.
+
+        The velocities are averages over `averaging_interval` around `time`. If `time` is zero, use the latest
+        common time.
+        """
         return self.lookupTwistFull(
             tracking_frame,
             observation_frame,

@@ -125,7 +125,7 @@ class BufferCore:
         return self._buffer.as_yaml()
 
     def all_frames_as_string(self, *_: Any) -> str:
-        """Return a string with one line per frame that names its parent."""
+        """Return a string with one line per frame, which names the frame and its parent."""
         return self._buffer.as_string()
 
     def _allFramesAsDot(self, current_time: Any = None) -> str:
@@ -153,7 +153,7 @@ class BufferCore:
 
 def stamped(stamp: int, pose: Pose, parent: str, child: str) -> TransformStamped:
     """Return a pose as a TransformStamped. `stamp` is in nanoseconds."""
-    # Without the constructors, which check each value: they would take a fifth of a lookup's time.
+    # The constructors are not called: they check each value, which would take a fifth of a lookup's time.
     time = _new(rospy.Time)
     time.secs, time.nsecs = divmod(stamp, NS_PER_S)
     header = _new(Header)

@@ -34,7 +34,7 @@ _NO_TIME = rospy.Duration(0.0)
 
 
 class BufferClient(BufferInterface):
-    """Client of the BufferServer `ns`, which a node can use instead of subscribing to /tf.
+    """Client of the BufferServer `ns`. A node that uses it does not need to subscribe to /tf.
 
     Lookups block until the server replies, for at most `timeout` plus `timeout_padding`.
 

@@ -34,7 +34,7 @@ MOST_FRAMES = 1000
 MOST_REQUESTS = 200
 """Maximum number of goals and topics at a time."""
 DEFAULT_TIMEOUT_S = 10.0
-"""Time without a subscriber after which a request ends, if it does not say."""
+"""Time without a subscriber after which a request ends, if the request does not set a timeout."""
 
 
 class Watched:

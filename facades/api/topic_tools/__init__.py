@@ -2,7 +2,7 @@
 
 from pipros.basics.lazy_names import lazy_names as _lazy_names
 
-# most scripts that import this package only need its services, but not rospy
+# Most scripts that import this package need its services, but not rospy.
 __getattr__, __dir__ = _lazy_names(__name__, {"LazyTransport": "topic_tools.lazy_transport"})
 
 __all__ = ["LazyTransport"]

@@ -12,8 +12,8 @@ _WARN_AFTER = rospy.Duration(5)
 class LazyTransport(rospy.SubscribeListener):
     """Base class that calls `subscribe` for the first subscriber and `unsubscribe` after the last.
 
-    Subclasses define both methods. If the parameter `~lazy` is false, `unsubscribe` is not called. In that
-    case, `_post_init` subscribes at once, but as in Noetic on Python 3, it is not called automatically.
+    Subclasses define both methods. If the parameter `~lazy` is false, `unsubscribe` is not called, and a call
+    of `_post_init` subscribes at once. As in Noetic on Python 3, `_post_init` is not called automatically.
     """
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class LazyTransport(rospy.SubscribeListener):
             self.subscribe()
             self._connection_status = True
 
-    def _warn_never_subscribed_cb(self, timer_event: object) -> None:  # noqa: ARG002 # the timer's
+    def _warn_never_subscribed_cb(self, timer_event: object) -> None:  # noqa: ARG002 # passed by the timer
         if self._connection_status is None:
             rospy.logwarn(
                 f"[{rospy.get_name()}] has not subscribed to anything yet, because it has no subscribers. "
@@ -61,7 +61,7 @@ class LazyTransport(rospy.SubscribeListener):
 
     def advertise(self, *args: Any, **kwargs: Any) -> rospy.Publisher[Any]:
         """Create a publisher, with the arguments of `rospy.Publisher` but without `subscriber_listener`."""
-        assert len(args) < 3 or args[2] is None  # noqa: S101 # callers see the class of genuine ROS
+        assert len(args) < 3 or args[2] is None  # noqa: S101 # genuine ROS raises AssertionError, too
         assert kwargs.get("subscriber_listener") is None  # noqa: S101
         publisher = rospy.Publisher(*args, **{**kwargs, "subscriber_listener": self})
         self._publishers.append(publisher)

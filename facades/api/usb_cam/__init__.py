@@ -96,7 +96,7 @@ def main() -> int:
     except PiprosError as error:
         rospy.logfatal("%s", error)
         return 1
-    # OpenCV may wait for an image for seconds, during which Python handles no signal in this thread.
+    # OpenCV may block for seconds to wait for an image. In the main thread, this would delay signal handlers.
     threading.Thread(target=camera.run, name="camera", daemon=True).start()
     rospy.spin()
     return 0

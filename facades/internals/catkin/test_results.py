@@ -51,7 +51,7 @@ def test_results2(
     """Return the result files below a folder, each with `(tests, errors, failures, skipped)`.
 
     Args:
-        show_verbose: whether to print files with errors and failures.
+        show_verbose: whether to print the contents of files with errors or failures.
         show_all: whether to print which files are not result files, and why.
     """
     folder = Path(test_results_dir).absolute()
@@ -82,7 +82,7 @@ def aggregate_results(
 def aggregate_results2(
     results: Mapping[str, Four], callback_per_result: Callable[..., object] | None = None
 ) -> Four:
-    """Return the sums of all counts. Call the callback with each file's name and counts, sorted by name."""
+    """Return the sums of all counts. Call the callback with each file's name and counts, in order of name."""
     total = ResultCounts()
     for name in sorted(results):
         counts = ResultCounts(*_checked(results[name]))
@@ -136,9 +136,10 @@ def remove_junit_result(filename: str) -> None:
 
 
 def ensure_junit_result_exist(filename: str) -> bool:
-    """Make sure that test results exist as valid XML. Return False if the file is already valid.
+    """Tidy an invalid result file, or write a failing result `MISSING-NAME` in place of a missing one.
 
-    An invalid file is tidied. For a missing file, a failing result `MISSING-NAME` is written next to it."""
+    Return True only if the file was invalid.
+    """
     if Path(filename).is_file():
         try:
             read_junit2(filename)

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's genpy, including modules that it generated; a facade of `pipros.msg`."""
+"""Drop-in replacement for Noetic's genpy, also for modules that genpy generated; facade of `pipros.msg`."""
 
 from genpy import message, rostime
 from pipros.basics.lazy_names import star_names as _star_names

@@ -81,7 +81,10 @@ def _load(load: Any, type_name: str) -> Any:
 
 
 class RosMsgUnicodeErrors:
-    """The codec error handler `rosmsg`, with which generated modules decode strings."""
+    """The codec error handler `rosmsg`, with which generated modules decode strings.
+
+    Replaces invalid characters, and logs an error once per message type.
+    """
 
     def __init__(self) -> None:
         self.msg_type: str | None = None

@@ -41,7 +41,7 @@ __all__ = [
 
 
 def myargv(argv: Sequence[str] | None = None) -> list[str]:
-    """Return the arguments without `:=`."""
+    """Return the arguments that do not contain `:=`; by default, those of the process."""
     argv = sys.argv if argv is None else argv
     return [argument for argument in argv if ":=" not in argument]
 

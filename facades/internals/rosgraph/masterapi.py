@@ -52,7 +52,8 @@ class Master:
     """
 
     def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
-        """
+        """Set up the client, without connecting. `master_uri` defaults to `ROS_MASTER_URI`.
+
         Raises:
             ValueError: `master_uri` is not a valid URI.
         """

@@ -81,7 +81,7 @@ def namespace(name: str | None) -> str:
 
 
 def make_caller_id(name: str) -> str:
-    """Return the global name of the node `name` in `ROS_NAMESPACE`, with a trailing slash."""
+    """Return the global name of the node `name` in this process's namespace, with a trailing slash."""
     return make_global_ns(ns_join(get_ros_namespace(), name))
 
 
@@ -98,7 +98,7 @@ def resolve_name(name: str, namespace_: str, remappings: Mapping[str, str] | Non
 
 
 def script_resolve_name(script_name: str, name: str) -> str:
-    """Resolve a name relative to `ROS_NAMESPACE`, or a private name relative to the script's name."""
+    """Resolve a name relative to this process's namespace, and a private name relative to the script."""
     if not name:
         return get_ros_namespace()
     if is_global(name):

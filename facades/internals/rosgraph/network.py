@@ -102,7 +102,10 @@ def get_local_addresses() -> list[str]:
 
 
 def get_local_address() -> str:
-    """Return the result of `get_address_override` or, by default, a reachable address, or loopback."""
+    """Return the result of `get_address_override`, or else an address that other machines can reach.
+
+    Return a loopback address if there is neither.
+    """
     return get_address_override() or own_address()
 
 

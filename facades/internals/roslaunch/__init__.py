@@ -96,7 +96,7 @@ def write_pid_file(options_pid_fn: str | None, options_core: bool, port: int | N
 
 
 def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: Exception) -> NoReturn:
-    """Print an error with `roslaunch_core.printerrlog`, and exit with code 1."""
+    """Print an error with `roslaunch_core.printerrlog`, log the traceback, and exit with code 1."""
     roslaunch_core.printerrlog(msg + str(e))
     roslaunch_core.printerrlog("The traceback for the exception was written to the log file")
     if logger:
@@ -105,7 +105,10 @@ def handle_exception(roslaunch_core: Any, logger: Any, msg: str, e: Exception) -
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command `roslaunch`; `argv` starts with the program's name, like `sys.argv`."""
+    """Run the command `roslaunch`, and return the exit code.
+
+    `argv` starts with the program's name, like `sys.argv`.
+    """
     from pipros.cli.roslaunch import main as run
 
     return run(None if argv is None else list(argv)[1:])

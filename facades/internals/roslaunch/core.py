@@ -558,7 +558,10 @@ def remap_localhost_uri(uri: str, force_localhost: bool = False) -> str:
 def setup_env(
     node: Node | None, machine: Machine | None, master_uri: str, env: Mapping[str, str] | None = None
 ) -> dict[str, str]:
-    """Return a node's environment: `env` (by default, this process's), the namespace and its variables."""
+    """Return a node's environment: `env`, the master's URI, and the node's namespace and variables.
+
+    `env` defaults to this process's environment.
+    """
     _ = machine
     variables = dict(os.environ if env is None else env)
     variables[ROS_MASTER_URI] = master_uri

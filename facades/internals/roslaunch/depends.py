@@ -140,7 +140,7 @@ def calculate_missing(
     file_deps: Mapping[str, RoslaunchDeps],
     use_test_depends: bool = False,
 ) -> dict[str, set[str]]:
-    """Add the dependencies that manifests lack to `missing`, keyed by package. Return `missing`."""
+    """Add to `missing`, for each package, the dependencies that its manifest lacks. Return `missing`."""
     _ = base_pkg
     index = PackageIndex.from_environment()
     kinds = ("exec_depends", *(("test_depends",) if use_test_depends else ()))

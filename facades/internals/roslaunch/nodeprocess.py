@@ -372,7 +372,10 @@ def create_master_process(
 
 
 def _program(name: str) -> str:
-    """Return the path of a command in the folder of this Python, which may be missing from PATH."""
+    """Return the path of a command in the folder of this Python, or its name if it is not there.
+
+    The folder may be missing from PATH.
+    """
     import sys
 
     beside = Path(sys.executable).with_name(name)

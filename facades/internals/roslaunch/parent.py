@@ -125,11 +125,12 @@ class ROSLaunchParent:
         """Start a master unless one responds, set the parameters and start the nodes.
 
         Args:
-            auto_terminate: whether the launch ends when all nodes have exited, unless it started the
-                master.
+            auto_terminate: whether the launch ends when all nodes have exited. Ignored if the launch started
+                the master.
 
         Raises:
-            RLException: a file is invalid. Nothing is left running.
+            RLException: a file is invalid, or the master cannot be started or rejects a parameter. Nothing is
+                left running.
         """
         session = self.session = self._make_session()
         try:

@@ -124,7 +124,10 @@ class Process:
         self.spawn_count += 1
 
     def is_alive(self) -> bool:
-        """Return whether the process is running. Subclasses return this method's result if it is not."""
+        """Record the time at which the process was first found not running, and return False.
+
+        Subclasses return True if the process is running, and otherwise call this method.
+        """
         if self.time_of_death is None:
             self.time_of_death = time.time()
         return False
@@ -323,7 +326,7 @@ class ProcessMonitor(threading.Thread):
         return next((process for process in self.procs if process.name == name), None)
 
     def has_main_thread_jobs(self) -> int:
-        """Return 0, because jobs never wait for the main thread."""
+        """Return the size of `reacquire_signals`, which pipros leaves empty: there are no jobs to do."""
         return len(self.reacquire_signals)
 
     def do_main_thread_jobs(self) -> None:

@@ -69,5 +69,5 @@ class ROSLaunch:
         return self.parent.spin_once()
 
     def stop(self) -> None:
-        """Stop all nodes."""
+        """Stop everything that was started."""
         self.parent.shutdown()

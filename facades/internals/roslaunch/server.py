@@ -126,7 +126,7 @@ _ERROR = 8
 
 
 class ROSLaunchNode(XmlRpcNode):
-    """Server for a handler on a free port. Its methods can be called as soon as `start` returns."""
+    """Server on a free port. The handler's methods can be called as soon as `start` returns."""
 
     def __init__(self, handler: ROSLaunchBaseHandler | None) -> None:
         super().__init__(0, handler)

@@ -112,7 +112,7 @@ def ifunless(f: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class _IntoConfig(LaunchBuilder):
-    """Builder that forwards everything it reads to a configuration, in file order."""
+    """Builder that passes the contents of the files to a configuration, in file order."""
 
     def __init__(self, config: Any, *, core: bool, verbose: bool) -> None:
         super().__init__()

@@ -86,6 +86,7 @@ def get_file_dependencies(
     Raises:
         OSError: the file cannot be read.
         MsgSpecException: the definition is invalid, or a type cannot be found.
+        Exception: the file is neither a `.msg` nor a `.srv` file.
     """
     _, package = get_dir_pkg(str(Path(f).parent))
     spec: MsgSpec | SrvSpec

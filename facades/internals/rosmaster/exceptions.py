@@ -1,4 +1,4 @@
-"""`rosmaster.exceptions`."""
+"""`rosmaster.exceptions`: the exception for internal errors of the master."""
 
 
 class InternalException(Exception):

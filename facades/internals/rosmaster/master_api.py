@@ -77,7 +77,7 @@ class _OrderedTasks:
 class ROSMasterHandler(XmlRpcHandler):
     """Handler of the Master API and the Parameter Server API, for `rosgraph.xmlrpc.XmlRpcNode`.
 
-    Nodes are notified of changes from threads. (`rosmaster.master.Master` uses an event loop instead.)
+    Threads notify nodes of changes. (`rosmaster.master.Master` uses an event loop instead.)
 
     Attributes:
         uri: the master's URI; set when the server is ready.

@@ -103,10 +103,11 @@ def _text(interfaces: TypeCatalogue, type_name: str, raw: bool) -> str:
 
 
 def list_types(package: str, mode: str = MODE_MSG, rospack: object = None) -> list[str]:  # noqa: ARG001
-    """Return the types in a package as `package/Name`, sorted. Raise ValueError if `mode` is unknown.
+    """Return the types in a package as `package/Name`, sorted.
 
     Raises:
         ROSMsgException: the package does not exist.
+        ValueError: `mode` is unknown.
     """
     if mode not in _KINDS:
         raise ValueError(f"Unknown mode for list_types: {mode}")
@@ -133,7 +134,7 @@ def list_srvs(package: str, rospack: object = None) -> list[str]:
 
 
 def iterate_packages(rospack: object, mode: str) -> Iterator[tuple[str, str]]:  # noqa: ARG001
-    """Yield the packages that define messages (or services), and the folder of their definitions."""
+    """Yield each package that defines messages (or services), with the folder of its definitions."""
     interfaces = _KINDS[mode]
     index = PackageIndex.from_environment()
     for package in interfaces.packages():

@@ -1,5 +1,6 @@
 """Python API of `rosnode`: list, ping and shut down nodes.
 
+Unless stated otherwise, functions raise `ROSNodeIOException` if the master cannot be reached.
 Facade of `pipros.graph`; see http://wiki.ros.org/rosnode.
 """
 

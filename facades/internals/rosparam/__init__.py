@@ -1,5 +1,6 @@
 """Python API of `rosparam`: parameters by name, and parameter files.
 
+Functions that use the parameter server raise `RosParamIOException` if it cannot be reached.
 Facade of `pipros.graph`; see http://wiki.ros.org/rosparam.
 """
 

@@ -1,5 +1,6 @@
 """Python API of `rosservice`: list services, look up their types, and call them.
 
+Functions that query the system raise `ROSServiceIOException` if the master cannot be reached.
 Facade of `pipros.graph`; see http://wiki.ros.org/rosservice.
 """
 
@@ -147,9 +148,13 @@ def has_service_args(service_name: str, service_class: Any = None) -> bool:
 def call_service(
     service_name: str, service_args: Sequence[Any], service_class: Any = None
 ) -> tuple[Any, Any]:
-    """Call a service with a list of field values, or with a dictionary. Return the request and the response.
+    """Call a service, and return the request and the response. Blocks until the service responds.
 
-    Blocks until the service responds.
+    Args:
+        service_args: a list with the value of each field, or with a single dictionary of fields.
+
+    Raises:
+        ROSServiceException: the service does not exist, the values do not fit, or the call failed.
     """
     del service_class  # the server determines the class
     with _graph() as graph:

@@ -1,5 +1,6 @@
 """Python API of `rostopic`: topics, their types and classes, and statistics.
 
+Unless stated otherwise, functions raise `ROSTopicIOException` if the master cannot be reached.
 Facade of `pipros.graph`; see http://wiki.ros.org/rostopic.
 """
 

@@ -20,12 +20,18 @@ ValueTransform = Callable[..., Any]
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> FieldFilter:
-    """Return a function that lists a message's fields, without strings or arrays if requested."""
+    """Return a function that lists the fields of a message to print.
+
+    It omits strings if `echo_nostr` is true, and arrays if `echo_noarr` is true.
+    """
     return field_filter(no_arrays=echo_noarr, no_texts=echo_nostr)
 
 
 def create_value_transform(echo_nostr: bool, echo_noarr: bool) -> ValueTransform:
-    """Return a function that replaces the strings or arrays in a message with their sizes."""
+    """Return a function that replaces values in a message with their sizes.
+
+    It replaces strings if `echo_nostr` is true, and arrays if `echo_noarr` is true.
+    """
     elision = Elision(no_arrays=echo_noarr, no_texts=echo_nostr)
 
     def value_transform(val: Any, type_information: str | None = None) -> Any:

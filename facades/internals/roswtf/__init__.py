@@ -23,7 +23,7 @@ __all__ = ["print_results", "roswtf_main", "yaml_results"]
 
 @wraps(_main)
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command, with plugins that use rospy."""
+    """Run the command, with plugins that use rospy. Return the exit code."""
     return _main(argv, _Plugins())
 
 

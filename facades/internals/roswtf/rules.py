@@ -1,4 +1,4 @@
-"""Functions with which plugins add the results of rules to a context."""
+"""Functions that plugins call to add the results of rules to a context."""
 
 from __future__ import annotations
 

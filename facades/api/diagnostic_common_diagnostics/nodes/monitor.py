@@ -68,7 +68,10 @@ def report_of(read: Callable[[], Report]) -> Callable[[Any], Any]:
 
 
 def run_updater(name: str, hardware_id: str, read: Callable[[], Report], hz: float) -> int:
-    """Report at `hz` until the node is shut down. Return the exit code."""
+    """Call an updater `hz` times per second until the node is shut down. Return the exit code.
+
+    The updater calls `read` and publishes the report at most once per `~diagnostic_period`.
+    """
     updater = Updater()
     updater.setHardwareID(hardware_id)
     updater.add(name, report_of(read))

@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_common_diagnostics ntp_monitor.py`: compare clocks."""
+"""`rosrun diagnostic_common_diagnostics ntp_monitor.py`: compare this machine's clock with a server's."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ class ParamServerCache:
         """Change a value in an existing namespace, and call the notifier.
 
         Raises:
-            KeyError: the namespace of the parameter does not exist.
+            KeyError: the parameter's namespace does not exist; at the root, the parameter itself.
         """
         with self.lock:
             *above, last = _parts(key)

@@ -61,7 +61,7 @@ def set_service_manager(sm: Any) -> None:
 
 
 def __getattr__(name: str) -> Any:
-    """Return the managers under the names that some packages use."""
+    """Return the managers and the listeners, under the private names that some packages use."""
     if name == "_topic_manager":
         return managers.topics
     if name == "_service_manager":

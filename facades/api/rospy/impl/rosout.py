@@ -39,12 +39,15 @@ class RosOutHandler(logging.Handler):
 
 
 def init_rosout() -> None:
-    """Advertise `/rosout` after `init_node(disable_rosout=True)`. Otherwise does nothing."""
+    """Advertise `/rosout` after `init_node(disable_rosout=True)`; otherwise, do nothing."""
     if session.node is not None:
         session.logs.open_rosout(session.node)
 
 
 def load_rosout_handlers(level: int) -> None:
-    """Publish log records of the given ROS level and above on `/rosout`."""
+    """Set the lowest ROS level to log, such as `rospy.INFO`, and call `init_rosout`.
+
+    The level also applies to the console and the log file.
+    """
     init_rosout()
     session.logger.setLevel(_rospy_to_logging_levels[level])

@@ -1,4 +1,4 @@
-"""`rospy.impl.tcpros`, in which genuine rospy starts its transport. In pipros, the node starts it."""
+"""`rospy.impl.tcpros`: starts the transport in genuine rospy. In pipros, the node opens its own ports."""
 
 from __future__ import annotations
 

@@ -26,12 +26,12 @@ class Transport:
 
     Attributes:
         transport_type: for example, `TCPROS`.
-        direction: `i`, `o` or `b`.
+        direction: `i` (inbound), `o` (outbound) or `b` (both).
         name: the topic or service.
         id: number of the connection in this process.
-        endpoint_id: the peer.
+        endpoint_id: the caller ID or the URI of the peer.
         local_endpoint, remote_endpoint: addresses and ports.
-        stat_bytes, stat_num_msg: the traffic so far.
+        stat_bytes, stat_num_msg: the numbers of bytes and messages so far.
         done: True once the connection is closed.
     """
 
@@ -72,7 +72,7 @@ class Transport:
         Raises:
             Exception: always, in this class.
         """
-        raise Exception("not implemented")  # the class that users of rospy catch
+        raise Exception("not implemented")  # users of rospy catch this class
 
     def get_transport_info(self) -> str:
         """Return a description of the connection. Overridden by derived classes."""
@@ -117,10 +117,10 @@ class ProtocolHandler:
 
 
 class InternalOfRospy:
-    """A class of genuine rospy's transport, which can be imported and subclassed but not instantiated.
+    """Base of stand-ins for internal classes of genuine rospy. They can be subclassed, but not instantiated.
 
     Raises:
-        NotImplementedError: the class cannot be instantiated.
+        NotImplementedError: always.
     """
 
     def __init__(self, *args: object, **kwargs: object) -> None:

@@ -17,8 +17,8 @@ USAGE = "\nusage: mux OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]\n"
 class Mux:
     """Republishes the messages of the selected topic.
 
-    In lazy mode, it subscribes to no other topic. Until the first message has determined the type, it
-    subscribes to all topics.
+    It subscribes to all inputs until the first message has determined the type. Afterwards, in lazy mode, it
+    subscribes only to the selected topic, and only while the output has subscribers.
     """
 
     def __init__(self, target: str, selection: Selection, *, lazy: bool, latch: bool) -> None:
@@ -56,7 +56,7 @@ class Mux:
                     rospy.loginfo("Unregistering from %s", topic)
 
     def select(self, topic: str) -> str:
-        """Select an input, or no input. Return the previous selection.
+        """Select an input, or with `__none` no input. Return the previous selection.
 
         Raises:
             Refused: `topic` is not an input of the mux.
@@ -109,7 +109,7 @@ def main() -> int:
     first = str(rospy.get_param("~initial_topic", "")) or sources[0]
     try:
         selection.select(first if first == NONE else rospy.resolve_name(first))
-    except Refused as error:  # the service checks names in the same way
+    except Refused as error:  # not an input: keep the first input selected
         rospy.logwarn("~initial_topic: %s", error)
     lazy, latch = (bool(rospy.get_param(name, False)) for name in ("~lazy", "~latch"))
     mux = Mux(target, selection, lazy=lazy, latch=latch)

@@ -42,7 +42,10 @@ class Relay:
             rospy.logdebug("lazy mode; resubscribing")
 
     def look_at(self, topic: str) -> None:
-        """Subscribe if another node subscribes to `topic`, and unsubscribe if none does."""
+        """Record whether another node subscribes to `topic`, for `follow` and for the next messages.
+
+        If the master does not respond, log an error.
+        """
         master = rosgraph.Master(rospy.get_name())
         try:
             _, subscribers, _ = master.getSystemState()

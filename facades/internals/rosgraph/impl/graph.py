@@ -52,9 +52,9 @@ class Graph:
     Attributes:
         nn_nodes, nt_nodes, srvs: the nodes, the vertices of the topics, and the names of the services.
         bad_nodes_lock: lock held while `bad_nodes` changes.
-        master_stale, node_stale: seconds for which responses from the master and from nodes are reused.
+        master_stale, node_stale: maximum ages of reused responses from the master and from nodes, in seconds.
         last_master_refresh, last_node_refresh: times of the last query to the master and to each node.
-        node_uri_map, uri_node_map: the addresses of the nodes that were looked up.
+        node_uri_map, uri_node_map: the URIs of the nodes that were looked up, by node, and the nodes by URI.
     """
 
     def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:
@@ -99,11 +99,11 @@ class Graph:
         }
 
     def set_master_stale(self, stale_secs: float) -> None:
-        """Set the number of seconds for which a response from the master is reused."""
+        """Set the maximum age of a reused response from the master, in seconds."""
         self.master_stale = stale_secs
 
     def set_node_stale(self, stale_secs: float) -> None:
-        """Set the number of seconds for which a response from a node is reused."""
+        """Set the maximum age of a reused response from a node, in seconds."""
         self.node_stale = stale_secs
 
     def update(self) -> bool:
