@@ -103,10 +103,11 @@ class Authority:
             raise KeysFailed(f"cannot read {self.members_file}: {error}") from None
 
     def add(self, name: str, role: Role = Role.MEMBER, days: int = MEMBER_DAYS) -> Path:
-        """Issue the certificate of a new member and list it. Return the folder to copy to the member.
+        """Issue a certificate for a new member, and list the member. Return the folder to copy to the member.
 
         Raises:
-            KeysFailed: a member with this name exists.
+            InvalidName: the name is not a legal member name.
+            KeysFailed: the name is taken or reserved, or the certificate cannot be issued.
         """
         name = member_name(name)
         if name == ROUTER:
@@ -124,7 +125,7 @@ class Authority:
         """Issue a new certificate for a member or the routers. Return its folder.
 
         Raises:
-            KeysFailed: there is no member with this name.
+            KeysFailed: there is no member with this name, or the certificate cannot be issued.
         """
         if name != ROUTER and name not in self.members():
             raise KeysFailed(f"there is no member [{name}]")
@@ -207,7 +208,7 @@ def _builder(
 
 
 def _write_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
-    """Write a private key that only its owner can read, from the beginning."""
+    """Write a private key to a new file, which only its owner can read from its creation on."""
     content = key.private_bytes(
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )

@@ -2,7 +2,7 @@
 
     pipros/<member>/live/<version>/<instance>     liveliness token: the member is present
     pipros/<member>/directory                     its directory document, sent on change and on request
-    pipros/<member>/wanted/<other>                the topics that it wants from another member, sent likewise
+    pipros/<member>/wanted/<other>                topics wanted from <other>, sent on change and on request
     pipros/<member>/t/<topic>                     messages of its topic
     pipros/<member>/in/<other>/<topic>            messages for a topic of another member
     pipros/<member>/s/<caller>/<service>          calls of its service by another member
