@@ -1,6 +1,6 @@
 """Encode and decode the ROS 2 messages that all actions share.
 
-A goal or feedback follows the 16 bytes of the goal ID, which do not change its alignment.
+The goal ID precedes a goal or feedback. Its 16 bytes do not change the alignment of the fields after it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _TIME: Final = struct.Struct("<iI")
 _COUNT: Final = struct.Struct("<I")
 _INFO_BYTES: Final = ID_BYTES + _TIME.size
 _PADDING: Final = 3
-"""Bytes between the ID and the time of a status in an array, except in the first one."""
+"""Padding in bytes between the ID and the time of each status in an array, except in the first status."""
 _STATUS_BYTES: Final = _INFO_BYTES + _PADDING + 1
 _NAMESPACE: Final = uuid.UUID("5a34b2e0-8d43-5a5c-a1c5-0b5d6a0e3d1f")
 _LARGEST_S: Final = 0x7FFFFFFF

@@ -30,7 +30,7 @@ class DiscoveryRange(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Discovery:
-    """Which participants can be found.
+    """Settings that determine which participants are found.
 
     Attributes:
         static_peers: further host names or addresses to contact; ignored if the range is OFF.
@@ -85,7 +85,7 @@ def multicast_port(domain: int) -> int:
 
 
 def discovery_port(domain: int, participant: int) -> int:
-    """Return the port for announcements to a participant; those of a host are counted from 0.
+    """Return the port for announcements to a participant. The participants of a host are numbered from 0.
 
     >>> discovery_port(1, 3)
     7666

@@ -161,7 +161,7 @@ class GraphInfo:
         """Create the graph information of a participant without nodes.
 
         Args:
-            make_writer: called right before the first publication.
+            make_writer: function that creates the writer, called before the first publication.
             size: the size of GIDs; None to learn it from the messages of other participants.
         """
         self.others: dict[bytes, ParticipantInfo] = {}

@@ -29,8 +29,9 @@ class Transfer(NamedTuple):
 
     Attributes:
         key: identifies the transfer, which is queued only once at a time.
-        datagrams: created when they are sent.
-        is_current: returns False if the sample is no longer kept; the rest is then dropped.
+        datagrams: iterator that creates each datagram when it is sent.
+        is_current: function that returns False if the sample is no longer kept. Its other datagrams are then
+            dropped.
     """
 
     key: tuple[bytes, bytes, int]

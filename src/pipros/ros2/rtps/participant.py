@@ -46,6 +46,8 @@ _JOIN_S: Final = 2.0
 class Participant:
     """A participant of a domain, until `close` or the end of a `with` block.
 
+    After that, `add_writer`, `add_reader` and `write` raise PiprosError.
+
     Attributes:
         failures: number of datagrams that revealed a bug in the engine.
     """
@@ -182,7 +184,7 @@ class Participant:
                 self._flush()
 
     def ask(self, question: Callable[[Engine], _Answer]) -> _Answer:
-        """Call a function with the engine, under the lock, and return its result. It must not block."""
+        """Return the result of a function of the engine. It is called under the lock, and must not block."""
         with self._lock:
             return question(self._engine)
 
@@ -226,7 +228,7 @@ class Participant:
         self._wake_to.close()
 
     def _wake(self) -> None:
-        with contextlib.suppress(OSError):  # it is awake already, or has ended
+        with contextlib.suppress(OSError):  # the thread is awake already, or has ended
             self._wake_to.send(b"\0")
 
     def _flush(self) -> None:

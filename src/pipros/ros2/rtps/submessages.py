@@ -136,12 +136,12 @@ Submessage: TypeAlias = Data | DataFrag | Heartbeat | AckNack | Gap | NackFrag |
 
 
 class Datagram(NamedTuple):
-    """The submessages of a datagram that are for one participant.
+    """The submessages for one participant in a datagram.
 
     Attributes:
-        prefix, vendor: the sender.
-        submessages: those before the first malformed one.
-        is_malformed: a submessage was malformed; it and the rest are missing.
+        prefix, vendor: GUID prefix and vendor id of the sender.
+        submessages: the submessages before the first malformed one.
+        is_malformed: whether a submessage was malformed.
     """
 
     prefix: bytes
