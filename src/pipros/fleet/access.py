@@ -33,7 +33,7 @@ class Role(Enum):
 
 
 def access_rules(members: Mapping[str, Role]) -> dict[str, object]:
-    """Return Zenoh's `access_control` section for a router. Whatever no rule allows is denied."""
+    """Return Zenoh's `access_control` section for a router. Everything that no rule allows is denied."""
     rules: list[dict[str, object]] = [
         _rule("receives", "egress", _ALL_MESSAGES, [_EVERYTHING]),
         _rule("routes", "ingress", _ALL_MESSAGES, [_EVERYTHING]),

@@ -39,7 +39,7 @@ from pipros.node import Node
 LOOK_S: Final = 0.5
 """Interval at which the local master and the link are polled."""
 LINKING_S: Final = 0.02
-"""Polling interval while an action's status topic waits for its feedback and result to be connected."""
+"""Polling interval while the status topic of an action waits for its other topics to be connected."""
 REQUEST_S: Final = 3.0
 """Timeout of requests for directories and wishes."""
 REQUESTS: Final = 5
@@ -201,7 +201,7 @@ class Agent:
         self._events.wake()
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
-        """Queue a directory or wishes. Answers have their own `kind`, so that they replace no messages."""
+        """Queue a directory or wishes. With their own `kind`, answers do not replace newer published ones."""
         del attachment
         match keys.parts(key):
             case (member, "directory", []):

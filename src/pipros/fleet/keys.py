@@ -68,7 +68,7 @@ def unmangled(part: str) -> str:
 
 
 def pattern_of(members: str) -> str:
-    """Return the part of a key that matches member names with wildcards. Illegal characters match no member.
+    """Return the key part for a pattern of member names. Illegal characters match no member.
 
     >>> pattern_of("robot*"), pattern_of("*"), pattern_of("robot1")
     ('robot$*', '*', 'robot1')
@@ -102,12 +102,12 @@ def service(member: str, caller: str, name: str) -> str:
 
 
 def parameters(member: str, verb: str, caller: str) -> str:
-    """`verb`: `get` or `set`."""
+    """Return the key of parameter requests by `caller`. `verb` is `get` or `set`."""
     return f"{ROOT}/{member}/{verb}/{caller}"
 
 
 def definition(member: str, kind: str) -> str:
-    """`kind`: a type, or `*` for all."""
+    """Return the key of a type's definition. `kind` may be `*` for all types."""
     return f"{ROOT}/{member}/definition/{quote(kind, safe='*')}"
 
 

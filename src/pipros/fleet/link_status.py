@@ -23,7 +23,7 @@ class Level(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class LinkStatus:
-    """Status of one component: the link of this member, or its reception from another."""
+    """Status of one component: the link of this member, or what it receives from another member."""
 
     name: str
     level: Level
@@ -54,7 +54,7 @@ def link_statuses(
     Args:
         sent: for each topic, the numbers of sent messages, sent bytes, dropped messages and unsent messages.
         received: what this member has received from each member that is present.
-        before: the same at the previous call; losses since then are a warning.
+        before: `received` at the previous call. Losses since then cause a warning.
     """
     totals = [sum(column) for column in zip(*sent, strict=True)] or [0, 0, 0, 0]
     found = [

@@ -13,9 +13,9 @@ from pipros.fleet.fleet_file import FleetFile
 from pipros.graph.system_state import FLEET_AGENT_PREFIX, Registrations, SystemState
 
 TopicDefinition = Callable[[str, str, Sequence[str]], Definition | None]
-"""Function of a topic's name, type and nodes. Returns its definition; None if it cannot be determined."""
+"""Function of a topic's name, type and nodes. Returns the definition; None if it cannot be determined."""
 ServiceHeader = Callable[[str, Sequence[str]], tuple[str, str] | None]
-"""Function of a service's name and providers. Returns its type and MD5 sum; None without an answer."""
+"""Function of a service's name and providers. Returns the type and MD5 sum; None if none answers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +147,7 @@ def occupied(state: SystemState, member: str) -> str | None:
 
 
 def read_state(master: LocalMaster) -> tuple[SystemState, dict[str, str]] | None:
-    """Return the registrations and topic types of a master; None if it does not answer correctly."""
+    """Return the registrations and topic types of a master; None without a valid answer."""
     try:
         state = SystemState.from_state(master.get_system_state())
         return state, {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416

@@ -31,7 +31,7 @@ class PresenceListener(Protocol):
 
 
 class Presence:
-    """Tracks which members are present. Losing the link does not count as their leaving.
+    """Tracks which members are present. If the link is lost, they do not count as gone.
 
     Not thread-safe, except `present`.
     """

@@ -41,7 +41,7 @@ class Sink:
         """Advertise the topic. Blocks until the master answers.
 
         Args:
-            origin: the member's name, the value of the field `pipros_fleet` of connection headers.
+            origin: name of the member in the field `pipros_fleet` of connection headers.
             definition: definition of the message type; may be empty.
             on_change: called from any thread if a subscriber connects or disconnects. Must not block.
 

@@ -101,7 +101,7 @@ class Sender:
             self.outbox.remove_topic(source.key)
 
     def next_sequence(self, key: str) -> int:
-        """Return the sequence number of a key's next message. The caller must hold the lock of its `Source`.
+        """Return a key's next sequence number. The caller must hold the lock of the key's `Source`.
 
         The numbers continue if the topic is stopped and started, because receivers ignore known numbers.
         """

@@ -87,7 +87,7 @@ class GoalInfo:
 
 
 def id_in_ros2(goal_id: str) -> bytes:
-    """Return the ID in ROS 2 of a ROS 1 goal: the inverse of `id_in_ros1`, or a UUID derived from the text.
+    """Return the ROS 2 ID of a ROS 1 goal: the inverse of `id_in_ros1`, or a UUID derived from the text.
 
     >>> id_in_ros2("00112233-4455-6677-8899-aabbccddeeff").hex()
     '00112233445566778899aabbccddeeff'
@@ -102,7 +102,7 @@ def id_in_ros2(goal_id: str) -> bytes:
 
 
 def id_in_ros1(goal: bytes) -> str:
-    """Return the ID in ROS 1 of a ROS 2 goal."""
+    """Return the ROS 1 ID of a ROS 2 goal."""
     return str(uuid.UUID(bytes=goal))
 
 

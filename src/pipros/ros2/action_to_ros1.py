@@ -210,7 +210,7 @@ class ActionToRos1:
         return cancel_reply(CancelCode.NONE, running)
 
     def _wait(self, condition: Callable[[], bool], end_s: float) -> bool:
-        """Return True once the condition holds; False if the time is up or the action is closed first."""
+        """Wait until the condition holds; return False if the time is up or the action is closed first."""
         with self._changed:
             while not condition():
                 left_s = end_s - time.monotonic()

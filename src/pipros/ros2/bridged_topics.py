@@ -76,7 +76,8 @@ class StaticTransforms:
         """Add the transforms of a ROS 1 message, and return a message with all transforms.
 
         Raises:
-            PiprosError: the message is malformed, or the merged one is too large; then all are forgotten.
+            PiprosError: the message is malformed, or the merged message exceeds the limit. In the latter
+                case, all transforms are forgotten.
         """
         with self._lock:
             for transform in decoder(self._class)(body).transforms:
@@ -163,7 +164,7 @@ class ToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # no other: a new node may have sent a message
+        self._forget(self._publishing - now)  # a node that is in neither may be new
         self._publishing = now
         is_wanted = self._is_latched or any(
             each.subscriber_count for each in list(self._announcements.values())

@@ -143,7 +143,7 @@ class Announcement(Protocol):
 
     @property
     def dropped(self) -> int:
-        """Number of messages that subscribers are known to have lost because they or the network are slow."""
+        """Number of messages that subscribers are known to have lost: they or the network were too slow."""
 
     def close(self) -> None: ...
 

@@ -1,8 +1,8 @@
 """Passes topics, services and actions between a master and a ROS 2 domain.
 
-One thread observes ROS 1, because these calls may block. Another thread compares both sides with the open
-topics, services and actions, and opens or closes them. Messages pass through neither thread: the threads that
-receive them convert them.
+One thread observes ROS 1 with calls that may block. Another thread compares both sides with the open topics,
+services and actions, and opens or closes them. Messages pass through neither thread: the threads that receive
+them convert them.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ class Gateway:
         for (_, _, name), (_, each) in list(self._open.items()):
             try:
                 _update(each, graph.topics.get(name), found.publishers.get(name, ()))
-            except PiprosError as error:  # it must not stop the others
+            except PiprosError as error:  # one error must not stop the others
                 each.counts.fail(f"{name}: {error}")
 
     def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:

@@ -21,11 +21,11 @@ class Row:
     Attributes:
         kind, direction: as in files with rules.
         types: the types in ROS 1 and ROS 2.
-        active: whether the gateway receives messages; always true for services and actions.
+        active: whether the gateway subscribes to the topic; always true for services and actions.
         count: number of messages, calls or goals.
         rate: messages, calls or goals per second.
         dropped: number of messages, calls or goals that failed.
-        reason: why one last failed, or empty.
+        reason: why a message, call or goal last failed, or empty.
     """
 
     kind: str

@@ -126,7 +126,7 @@ class TypePairs:
         """Check that the hash that a ROS 2 node announces is one of a type's hashes. Empty hashes match any.
 
         Raises:
-            WrongHash: it is none of them.
+            WrongHash: the announced hash differs from all expected hashes.
         """
         if announced and all(expected) and announced not in expected and not self._is_lenient:
             raise WrongHash(

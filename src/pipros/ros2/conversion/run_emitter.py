@@ -37,7 +37,7 @@ class Cursor:
 
 
 class RunEmitter(Emitter):
-    """Statements of a function that reads `data`, a memoryview, and passes parts to `add`.
+    """Emits the statements of a function that reads `data`, a memoryview, and passes parts to `add`.
 
     Attributes:
         tables: values that the function needs, by name.
@@ -54,7 +54,7 @@ class RunEmitter(Emitter):
         self.target = Cursor()
 
     def slice(self, size: str, ahead: int) -> tuple[str, str]:
-        """Skip `ahead` and `size` bytes of the source. Return expressions for start and end of the latter."""
+        """Skip `ahead` and `size` bytes of the source. Return expressions for the latter's start and end."""
         start = str(self.source.plus(ahead))
         end = self.assign("o", f"{start} + {size}")
         self.source = Cursor(end, 0, 1)

@@ -1,7 +1,7 @@
 """The local endpoints of a participant, and their connections with remote ones.
 
 A local and a remote endpoint with the same topic and type, and compatible quality of service, match: the
-writer gets a proxy of the reader, and the reader one of the writer.
+local one gets a proxy of the remote one.
 """
 
 from __future__ import annotations

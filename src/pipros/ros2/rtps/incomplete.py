@@ -9,7 +9,7 @@ from pipros.ros2.rtps.parameters import Parameters
 from pipros.ros2.rtps.submessages import MAX_SET, Buffer, DataFrag
 
 PIECE_OVERHEAD_BYTES: Final = 150
-"""Memory of a piece besides its payload. Without it, fragments of one byte would use 100 times the budget."""
+"""Memory of a piece besides its payload. Uncounted, it would let tiny fragments use 100 times the budget."""
 
 
 @dataclass(slots=True, eq=False)

@@ -30,8 +30,8 @@ class Transfer(NamedTuple):
     Attributes:
         key: identifies the transfer, which is queued only once at a time.
         datagrams: iterator that creates each datagram when it is sent.
-        is_current: function that returns False if the sample is no longer kept. Its other datagrams are then
-            dropped.
+        is_current: function that returns False if the sample is no longer kept. The remaining datagrams are
+            then dropped.
     """
 
     key: tuple[bytes, bytes, int]

@@ -86,7 +86,10 @@ def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: boo
 
 
 def read_parameter_list(payload: bytes | memoryview) -> tuple[Parameters, bool] | None:
-    """Return a payload's parameters, and whether they are little-endian; None if it is no parameter list."""
+    """Return the parameters of a payload, and whether they are little-endian.
+
+    Return None if the payload is not a parameter list.
+    """
     if len(payload) < 4 or payload[0] != 0 or payload[1] not in (2, 3):
         return None
     is_little = payload[1] == 3

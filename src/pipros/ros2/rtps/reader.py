@@ -6,8 +6,8 @@ missing sample is requested when a heartbeat reveals it, and again at doubling i
 requests in a row bring nothing, the samples before the first early one are given up. There is one request at
 a time: while its answers arrive, heartbeats cause no further request, because repeated answers would displace
 new samples. Until the first heartbeat, empty ACKNACKs ask for one: the peer may not have known this reader
-when it sent its own. Fast DDS answers only ACKNACKs with base 0, which Cyclone DDS refuses as malformed. From
-best-effort writers, late and repeated samples are dropped.
+when it sent its heartbeat. Fast DDS answers them only if their base is 0, which Cyclone DDS refuses as
+malformed. From best-effort writers, late and repeated samples are dropped.
 """
 
 from __future__ import annotations

@@ -152,7 +152,7 @@ class Backlog:
         return self._datagrams[0][2] if self._datagrams else self._read_at
 
     def read(self, sources: Iterable[socket.socket], now: float) -> None:
-        """Read the datagrams that have arrived, up to the limit. The others stay in the system's buffers."""
+        """Read the datagrams that have arrived, up to the limit. The system may drop further ones."""
         for source in sources:
             while self._bytes < self._limit_bytes:
                 try:
