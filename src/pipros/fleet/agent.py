@@ -305,7 +305,7 @@ class Agent:
         )
 
     def _request(self, token: Token, key: str, attempts: int = REQUESTS) -> None:
-        """Request a document of a member. If there is no answer, try again after other members' documents."""
+        """Request a document from a member. Without an answer, retry after other requests in the queue."""
         is_answered = False
         try:
             for answer in self._link.get(key, timeout_s=REQUEST_S, ended=self._is_closed.is_set):

@@ -1,7 +1,7 @@
 """The certificate authority of a fleet: a folder with its key, the list of members, and their certificates.
 
 Members have client certificates only, so that a member cannot pose as a router. Routers accept the members in
-the list; revoking removes a name from it.
+the list; revoking a member removes its name from the list.
 """
 
 from __future__ import annotations
@@ -202,7 +202,7 @@ def _builder(
         .issuer_name(issuer)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
-        .not_valid_before(now - timedelta(days=1))  # clocks of robots may be wrong
+        .not_valid_before(now - timedelta(days=1))  # robots' clocks may be slow
         .not_valid_after(now + timedelta(days=days))
     )
 

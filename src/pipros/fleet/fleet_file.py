@@ -62,7 +62,7 @@ class Priority(Enum):
 NEVER_SHARED: Final = frozenset({"/clock"})
 """Topics that are neither shared nor accepted, whatever the rules: simulated time stays local."""
 SHARED_BY_NAME: Final = frozenset({"/rosout", "/rosout_agg", "/statistics"})
-"""Topics that wildcards do not match, because every node publishes them."""
+"""Topics that only a rule with their exact name can share, because every node publishes them."""
 ANYONE: Final = ("*",)
 _TIMEOUT_S: Final = 10.0
 

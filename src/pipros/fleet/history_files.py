@@ -27,7 +27,7 @@ FILE_BYTES: Final = 8 * 1024 * 1024
 """Size at which a new file is started. Larger messages are not recorded."""
 SMALLEST_LIMIT_BYTES: Final = 4 * FILE_BYTES
 COMPLETION_S: Final = 10.0
-"""Minimum interval between two completions of a member's current file for readers."""
+"""Minimum interval at which `list` completes a member's current file."""
 _CHUNK_BYTES: Final = 64 * 1024
 _NAME: Final = re.compile(r"[\w-]{1,100}\.mcap", re.ASCII)
 

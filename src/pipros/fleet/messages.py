@@ -102,7 +102,7 @@ def decompressed(body: bytes, limit_bytes: int) -> bytes:
 
 @dataclass(slots=True)
 class Received:
-    """Counter of the messages of one topic of one member. Detects missing and repeated messages.
+    """Counts the messages received on one topic of one member. Detects missing and repeated messages.
 
     Attributes:
         messages, bytes: totals received.

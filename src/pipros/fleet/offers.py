@@ -19,7 +19,7 @@ from pipros.node import Node
 
 
 class Offers:
-    """Sender of the shared topics that others want, publisher of accepted topics, and owner of the directory.
+    """Sends the shared topics that other members want, publishes accepted topics, and keeps the directory.
 
     All methods are called by one thread, except the callbacks of the link.
 

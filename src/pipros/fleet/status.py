@@ -32,8 +32,9 @@ class Counters:
     """Counters of a member at one moment.
 
     Attributes:
-        sent: by key: messages, bytes, dropped messages, messages discarded while the link was down.
-        received: by sender and topic: messages, bytes, lost messages, malformed messages.
+        sent: by key, the numbers of messages, bytes, dropped messages, and messages discarded while the link
+            was down.
+        received: by sender and topic, the numbers of messages, bytes, lost messages and malformed messages.
         round_trip_s: duration of the request.
     """
 

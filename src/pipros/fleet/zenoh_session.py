@@ -107,7 +107,7 @@ class Link:
 
     @property
     def is_connected(self) -> bool:
-        """Whether a router is connected."""
+        """Whether the session is connected to a router."""
         try:
             return bool(self._session.info.routers_zid())
         except zenoh.ZError:

@@ -1,4 +1,4 @@
-"""Queries of nodes that may not answer, each in its own thread."""
+"""Queries to nodes, each in its own thread, because nodes may not answer."""
 
 from __future__ import annotations
 

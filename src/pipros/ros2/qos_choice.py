@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pipros.ros2.engine import Durability, Endpoint, Reliability, TopicQos
 
 LEAST_DEPTH = 10
-"""Minimum depth of publishers, ROS 2's default."""
+"""Minimum depth of publishers, and default depth of subscribers: the default of ROS 2."""
 
 _STATIC_TRANSFORMS = "/tf_static"
 _CLOCK = "/clock"

@@ -98,7 +98,7 @@ class SqliteReader:
         self._database.close()
 
     def _check_tables(self) -> None:
-        """Check that reading a table does not evaluate expressions from the file, which might never end."""
+        """Check that the tables are plain: others could evaluate expressions from the file without end."""
         names = ("topics", "messages", "message_definitions")
         query = "SELECT type, sql FROM sqlite_master WHERE lower(name) IN (?, ?, ?)"
         found = self._database.execute(query, names).fetchall()

@@ -266,7 +266,7 @@ def folders_of_environment(environment: Mapping[str, str]) -> list[Path]:
 
 
 def installed_definitions() -> Ros1Definitions:
-    """Return the definitions of the ROS 1 packages on the path."""
+    """Return the definitions of the installed ROS 1 packages."""
     from pipros.msg.importing.hook import installed_library
 
     definitions = installed_library().definitions

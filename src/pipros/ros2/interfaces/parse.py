@@ -39,7 +39,7 @@ _LENGTH_LIMIT = 1 << 26
 
 
 def is_full_name(name: str) -> bool:
-    """Return True for a name like `std_msgs/msg/String`."""
+    """Return whether a name has the form of `std_msgs/msg/String`."""
     return _FULL_NAME.fullmatch(name) is not None
 
 
@@ -117,7 +117,7 @@ def messages_from_text(type_name: str, text: str) -> dict[str, Ros2Message]:
 
 
 def full_name(name: str, package: str = "") -> str:
-    """Return the name with three parts for `Name`, `package/Name` or `package/msg/Name`.
+    """Return the three-part name for `Name`, `package/Name` or `package/msg/Name`.
 
     >>> full_name("std_msgs/String")
     'std_msgs/msg/String'

@@ -11,7 +11,7 @@ from pipros.basics.graph_variables import InvalidEnvironment
 
 MULTICAST_GROUP: Final = "239.255.0.1"
 MAX_DOMAIN: Final = 101
-"""Ports of domains above 101 are in the range from which Linux assigns ports to other programs."""
+"""The highest domain: ports of higher ones are in the range that Linux assigns to other programs."""
 PROBED_PARTICIPANTS: Final = 33
 """Number of participants to look for on a host without multicast, as in ROS 2."""
 

@@ -133,7 +133,7 @@ def read_info(payload: bytes, size: GidBytes) -> ParticipantInfo | None:
 
 
 class Knowledge(Enum):
-    """Knowledge of the size of GIDs in a domain."""
+    """Whether the size of GIDs in a domain is known; MIXED if both sizes were seen."""
 
     UNKNOWN = "unknown"
     KNOWN = "known"

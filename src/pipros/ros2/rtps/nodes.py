@@ -1,4 +1,4 @@
-"""The nodes of a domain: reads and publishes the topic `ros_discovery_info`."""
+"""Receive and publish the nodes of a domain on the topic `ros_discovery_info`."""
 
 from __future__ import annotations
 

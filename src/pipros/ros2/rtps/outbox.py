@@ -1,4 +1,4 @@
-"""Datagrams to send, at once or in bursts.
+"""Datagrams to send, immediately or in bursts.
 
 A burst of large datagrams overflows the receive buffer of a peer, which usually has 208 KiB, room for three
 datagrams of 60 kB. So fragments, repeated samples and the history for late readers are sent in short bursts.
@@ -53,7 +53,7 @@ class Outbox:
         self._next_burst_at = -math.inf
 
     def send(self, address: Address, *parts: Buffer) -> None:
-        """Add a datagram to be sent at once."""
+        """Add a datagram to be sent immediately."""
         self._ready.append(Outgoing(address, parts))
 
     def queue(self, transfer: Transfer) -> None:

@@ -1,8 +1,8 @@
 """A running participant: an engine with sockets and two threads.
 
 One thread reads the sockets and polls the engine. It runs no callbacks, except those of services, which only
-pass a sample on. The other thread runs the callbacks, one at a time. `TopicWriter.write` sends in the thread
-of the caller.
+hand the sample to another thread. The other thread runs the callbacks, one at a time. `TopicWriter.write`
+sends in the thread of the caller.
 """
 
 from __future__ import annotations

@@ -341,7 +341,7 @@ class Reader:
         )
 
     def _is_answering(self, writer: WriterProxy) -> bool:
-        """Return True if something of the last request has not arrived yet."""
+        """Return True if a part of the last request has not been answered yet."""
         return any(self._is_pending(writer, each) for each in writer.requested)
 
     def _is_pending(self, writer: WriterProxy, sequence: int) -> bool:

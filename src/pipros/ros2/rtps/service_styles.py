@@ -20,7 +20,7 @@ from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
 from pipros.ros2.rtps.reader import Sample
 
 PIPROS_MARK: Final = "pipros"
-"""Entry in the USER_DATA of participants of pipros."""
+"""Name of the entry in USER_DATA that marks participants of pipros."""
 
 _ENCAPSULATION_BYTES: Final = 4
 _CYCLONE_HEAD = Struct("<Qq")

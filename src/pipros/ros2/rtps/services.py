@@ -181,7 +181,7 @@ class _Target:
 
 
 class Client:
-    """A client of a service. Thread-safe; calls may run at the same time."""
+    """A client of a service. Thread-safe; calls may run concurrently."""
 
     def __init__(
         self,

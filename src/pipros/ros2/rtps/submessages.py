@@ -1,8 +1,8 @@
-"""Decoding of datagrams into submessages (OMG DDSI-RTPS 2.3, section 9.4). `encoding` writes them.
+"""Decoding of datagrams into submessages (OMG DDSI-RTPS 2.3, section 9.4). `encoding` does the reverse.
 
 `read_datagram` never raises: it returns the submessages before the first malformed one. Submessages are
-NamedTuples, which are created three times as fast as frozen dataclasses: one is created for each datagram.
-Both byte orders are read.
+NamedTuples, because they are created for every datagram, three times as fast as frozen dataclasses. Both byte
+orders are read.
 """
 
 from __future__ import annotations

@@ -156,7 +156,7 @@ def parse_token(token: str) -> tuple[str, Endpoint] | None:
 
 
 def qos_text(qos: TopicQos) -> str:
-    """Return the part of a token for QoS. Defaults of rmw_zenoh are left out."""
+    """Return the QoS part of a token. Defaults of rmw_zenoh are left out."""
     reliability = "" if qos.reliability is Reliability.RELIABLE else "2"
     durability = "" if qos.durability is Durability.VOLATILE else "1"
     history = "" if qos.depth else "2"
@@ -165,7 +165,7 @@ def qos_text(qos: TopicQos) -> str:
 
 
 def parse_qos(text: str) -> TopicQos:
-    """Parse the part of a token for QoS. Unknown values are treated as defaults."""
+    """Parse the QoS part of a token. Unknown values are treated as defaults."""
     reliability, durability, history, *_ = [*text.split(":"), "", "", ""]
     kind, _, depth = history.partition(",")
     is_number = depth.isascii() and depth.isdigit() and len(depth) < 10
