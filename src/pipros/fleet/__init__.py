@@ -1,6 +1,6 @@
 """Several ROS masters joined over Zenoh: each member shares topics, services and parameters with the others.
 
-Pure modules: `keys`, `directory`, `fleet_file`, `messages`, `outbox`, `members`, `presence`. `agent` connects
-the parts to a master and a router. Only `zenoh_session` and `certificates` import the libraries of the extra
-`fleet`.
+Modules without sockets: `keys`, `directory`, `fleet_file`, `messages`, `outbox`, `members`, `presence`.
+`agent` connects the parts to a master and a router. Only `zenoh_session` and `certificates` import the
+libraries of the extra `fleet`.
 """

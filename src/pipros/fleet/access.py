@@ -1,4 +1,4 @@
-"""Access control of a router: rules that restrict each member to its own keys. No files, no sockets."""
+"""Access rules of a router, which identifies each member by its certificate. No files, no sockets."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Role(Enum):
 
     MEMBER = "member"
     OBSERVER = "observer"
-    """Receives shared topics. Cannot publish to other members, call them or set their parameters."""
+    """Receives topics and reads parameters. Cannot publish to others, call services or set parameters."""
 
 
 def access_rules(members: Mapping[str, Role]) -> dict[str, object]:
-    """Return the rules for members, which their certificates identify. Everything else is denied."""
+    """Return Zenoh's `access_control` section for a router. Everything that no rule allows is denied."""
     rules: list[dict[str, object]] = [
         _rule("receives", "egress", _ALL_MESSAGES, [_EVERYTHING]),
         _rule("routes", "ingress", _ALL_MESSAGES, [_EVERYTHING]),

@@ -1,9 +1,9 @@
 """The agent of one member: a node of its master, and a link to the router.
 
 One thread owns the state. It handles events: tokens, directories and wishes of other members, and changes of
-the local master. A second thread polls the master, which may block. Messages pass through neither thread. The
-parts: `presence` (who is there), `offers` (what this member shares and accepts), `shown_members` (what
-the others offer), `calls`, `local_looks` and `statistics`.
+the local master. A second thread polls the master, because calls to it may block. Messages pass through
+neither thread. The parts: `presence` (which members are present), `offers` (what this member shares and
+accepts), `shown_members` (what the others offer), `calls`, `local_looks` and `statistics`.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ from pipros.node import Node
 LOOK_S: Final = 0.5
 """Interval at which the local master and the link are polled."""
 LINKING_S: Final = 0.02
-"""Interval at which topics are polled while others wait for them to be connected."""
+"""Polling interval while the status topic of an action waits for its other topics to be connected."""
 REQUEST_S: Final = 3.0
 """Timeout of requests for directories and wishes."""
 REQUESTS: Final = 5
-"""How often a document is requested from a member that does not answer, for example because it is busy."""
+"""Maximum number of requests for one document to a member that does not answer, for example if it is busy."""
 
 
 class NameTaken(PiprosError):
@@ -56,14 +56,14 @@ def agent_node_name(member: str) -> str:
 
 
 def new_instance() -> str:
-    """Return an id for one run of an agent. Later ones sort after earlier ones."""
+    """Return an id for one run of an agent. Ids sort by start time, with a resolution of 1 s."""
     return f"{int(time.time()) & 0xFFFFFFFF:08x}{os.urandom(4).hex()}"
 
 
 class Agent:
     """An agent that joins a master to a fleet.
 
-    Call `start` to join, and `close` to leave before closing the node and the link.
+    Call `start` to join. To leave, call `close`, and then close the node and the link.
 
     Attributes:
         member: the name of this member.
@@ -85,7 +85,7 @@ class Agent:
         """Store the settings.
 
         Args:
-            on_failure: called if the agent must end, because a member that joined earlier has its name.
+            on_failure: called if an older member has the same name, so that this agent must end.
             look_s: interval at which the local master is polled.
         """
         self.member = keys.member_name(member)
@@ -117,7 +117,7 @@ class Agent:
 
     @property
     def shown(self) -> dict[str, ShownMember]:
-        """The members that are shown, by name."""
+        """The members whose topics and services are on the local master, by name."""
         return self._shown.members
 
     def statistics(self) -> dict[str, Any]:
@@ -130,7 +130,7 @@ class Agent:
         return frozenset({*state.topics(), *state.services})
 
     def start(self) -> None:
-        """Join the fleet. Blocks until the fleet has been searched for the name.
+        """Join the fleet. Blocks while it looks for a member of the same name and registers with the master.
 
         Raises:
             NameTaken: another member has the name.
@@ -165,7 +165,10 @@ class Agent:
             threading.Thread(target=target, name=f"agent {me}", daemon=True).start()
 
     def close(self) -> None:
-        """Leave the fleet. The topics of other members stay registered until the node is closed."""
+        """Stop the agent. The member leaves the fleet when the link is closed.
+
+        The topics of other members stay registered on the local master until the node is closed.
+        """
         self._is_closed.set()
         self._events.close()
         self._calls.close()
@@ -198,7 +201,7 @@ class Agent:
         self._events.wake()
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
-        """Handle a directory or wishes. Answers have their own `kind`: they may be older than a message."""
+        """Queue a directory or wishes. With their own `kind`, answers do not replace newer published ones."""
         del attachment
         match keys.parts(key):
             case (member, "directory", []):
@@ -279,7 +282,7 @@ class Agent:
     # -- members that join and leave; see `pipros.fleet.presence.PresenceListener` ----------------------
 
     def on_joined(self, token: Token) -> None:
-        """Request the documents that the member may have sent before this one subscribed to them."""
+        """Request the documents that the other member may have sent before this member subscribed."""
         self._workers.run(self._request, token, keys.wanted(token.member, self.member))
         if matches_any(self._file.show, token.member):
             self._workers.run(self._request, token, keys.directory(token.member))
@@ -302,7 +305,7 @@ class Agent:
         )
 
     def _request(self, token: Token, key: str, attempts: int = REQUESTS) -> None:
-        """Request a document of a member. If there is no answer, try again after other members' documents."""
+        """Request a document from a member. Without an answer, retry after other requests in the queue."""
         is_answered = False
         try:
             for answer in self._link.get(key, timeout_s=REQUEST_S, ended=self._is_closed.is_set):

@@ -1,4 +1,4 @@
-"""Calls of services and parameters, to other members and from them."""
+"""Service calls and parameter access between members, in both directions."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Replies(Protocol):
 
 
 class Requests(Protocol):
-    """Implemented by `pipros.fleet.zenoh_session.Link`."""
+    """Sender of requests to other members, implemented by `pipros.fleet.zenoh_session.Link`."""
 
     def get(
         self, key: str, payload: bytes = b"", *, timeout_s: float, ended: Callable[[], bool] = ...
@@ -131,7 +131,7 @@ class RemoteService:
 
 
 class LocalCalls:
-    """Answers calls of other members to local services and parameters. Thread-safe."""
+    """Answers other members' service calls and parameter requests. Thread-safe."""
 
     def __init__(self, node: Node, file: FleetFile, log: logging.Logger) -> None:
         self.calls = 0
@@ -146,7 +146,7 @@ class LocalCalls:
         self.services: Mapping[str, Entry] = {}
 
     def take(self, asked: Asked) -> None:
-        """Answer in a separate thread, or refuse immediately if too many calls are running."""
+        """Answer a request in a separate thread; refuse it immediately if too many are running."""
         with self._lock:
             has_room = self._running < self._node.limits.fleet_calls
             self._running += has_room
@@ -202,7 +202,7 @@ class LocalCalls:
         return SUCCESS + answer.body
 
     def _get(self, caller: str, wanted: Any) -> Any:
-        if wanted is None:  # list all names
+        if wanted is None:  # a request for the names of all shared parameters
             names = self._node.master.get_param_names()
             return sorted(name for name in names if self._file.shares_parameter(name, caller))
         if not isinstance(wanted, str) or not self._file.shares_parameter(wanted, caller):

@@ -1,7 +1,7 @@
 """The certificate authority of a fleet: a folder with its key, the list of members, and their certificates.
 
 Members have client certificates only, so that a member cannot pose as a router. Routers accept the members in
-the list; revoking removes a name from it.
+the list; revoking a member removes its name from the list.
 """
 
 from __future__ import annotations
@@ -103,10 +103,11 @@ class Authority:
             raise KeysFailed(f"cannot read {self.members_file}: {error}") from None
 
     def add(self, name: str, role: Role = Role.MEMBER, days: int = MEMBER_DAYS) -> Path:
-        """Issue the certificate of a new member and list it. Return the folder to copy to the member.
+        """Issue a certificate for a new member, and list the member. Return the folder to copy to the member.
 
         Raises:
-            KeysFailed: a member with this name exists.
+            InvalidName: the name is not a legal member name.
+            KeysFailed: the name is taken or reserved, or the certificate cannot be issued.
         """
         name = member_name(name)
         if name == ROUTER:
@@ -124,7 +125,7 @@ class Authority:
         """Issue a new certificate for a member or the routers. Return its folder.
 
         Raises:
-            KeysFailed: there is no member with this name.
+            KeysFailed: there is no member with this name, or the certificate cannot be issued.
         """
         if name != ROUTER and name not in self.members():
             raise KeysFailed(f"there is no member [{name}]")
@@ -201,13 +202,13 @@ def _builder(
         .issuer_name(issuer)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
-        .not_valid_before(now - timedelta(days=1))  # clocks of robots may be wrong
+        .not_valid_before(now - timedelta(days=1))  # robots' clocks may be slow
         .not_valid_after(now + timedelta(days=days))
     )
 
 
 def _write_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
-    """Write a private key that only its owner can read, from the beginning."""
+    """Write a private key to a new file, which only its owner can read from its creation on."""
     content = key.private_bytes(
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )

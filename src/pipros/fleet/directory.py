@@ -38,13 +38,13 @@ class Directory:
     """The topics and services that a member offers.
 
     Attributes:
-        member: its name.
+        member: the member's name.
         instance: identifies one run of its agent.
         revision: increases with each change.
         shared: topics that other members can receive.
-        accepted: topics that other members can publish.
-        services: services that they can call.
-        has_parameters, sets_parameters: whether its file allows them to read or set any parameters.
+        accepted: topics to which other members can publish.
+        services: services that other members can call.
+        has_parameters, sets_parameters: whether any rule may allow other members to read or set parameters.
     """
 
     member: str
@@ -81,7 +81,7 @@ def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Di
     """Decode a member's directory. Entries with invalid names, types or md5 sums are omitted.
 
     Raises:
-        LimitExceeded: it is larger than `Limits.fleet_directory_bytes`.
+        LimitExceeded: the directory is larger than `limit_bytes`, by default `Limits.fleet_directory_bytes`.
         ProtocolError: the directory is malformed, or belongs to another member.
     """
     limit_bytes = process_limits().fleet_directory_bytes if limit_bytes is None else limit_bytes

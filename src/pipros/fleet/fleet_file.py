@@ -52,7 +52,7 @@ class BadFleetFile(PiprosError, ValueError):
 
 
 class Priority(Enum):
-    """Priority of messages waiting for the link. The values are those in files."""
+    """Priority of messages that wait for the link. The values appear in fleet files."""
 
     HIGH = "high"
     NORMAL = "normal"
@@ -60,23 +60,23 @@ class Priority(Enum):
 
 
 NEVER_SHARED: Final = frozenset({"/clock"})
-"""Topics that no rule can share: simulated time stays local."""
+"""Topics that are neither shared nor accepted, whatever the rules: simulated time stays local."""
 SHARED_BY_NAME: Final = frozenset({"/rosout", "/rosout_agg", "/statistics"})
-"""Topics that wildcards do not match, because every node publishes them."""
+"""Topics that only a rule with their exact name can share, because every node publishes them."""
 ANYONE: Final = ("*",)
 _TIMEOUT_S: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One entry of a list.
+    """One entry of a list in a fleet file.
 
     Attributes:
         name: global name, possibly with wildcards.
         is_allowed: whether matching names are shared or accepted.
-        members: names of members, possibly with wildcards, from which input is accepted.
+        members: names, possibly with wildcards, of members that may send the input or read the parameter.
         rate_hz: maximum message rate; 0 for no limit. Surplus messages are dropped, except the last.
-        is_latest_only: whether a newer message replaces one that is waiting.
+        is_latest_only: whether a newer message replaces a message that waits for the link.
         priority: see `Priority`.
         is_compressed: whether messages are compressed.
         has_prefixed_frames: whether frame ids in tf messages are prefixed with the member's name.
@@ -94,7 +94,7 @@ class Rule:
     timeout_s: float = _TIMEOUT_S
 
     def accepts(self, member: str) -> bool:
-        """Return whether the rule allows input from a member."""
+        """Return whether the rule allows a member to send the input or read the parameter."""
         return self.is_allowed and matches_any(self.members, member)
 
 
@@ -108,7 +108,7 @@ class FleetFile:
     Attributes:
         router: the router's address; empty if the file has none.
         show: names of members, possibly with wildcards, whose topics and services appear on the local master.
-        bandwidth_kbit: limit for all messages to other members together, in 1000 bits/s; 0 for no limit.
+        bandwidth_kbit: limit for all messages to other members together, in kbit/s; 0 for no limit.
         shared_topics, shared_parameters: rules for outputs.
         accepted_topics, accepted_services, accepted_parameters: rules for inputs.
     """
@@ -189,11 +189,10 @@ _LISTS: Final[Mapping[str, Mapping[str, frozenset[str]]]] = {
 
 
 def read_fleet_file(path: str | Path) -> FleetFile:
-    """Read a file.
+    """Read and parse a fleet file.
 
     Raises:
-        BadFleetFile: the file cannot be read, is larger than `Limits.fleet_file_bytes`, or has an invalid
-            value.
+        BadFleetFile: the file cannot be read, is larger than `Limits.fleet_file_bytes`, or is invalid.
     """
     try:
         return parse_fleet_file(read_file(path, process_limits().fleet_file_bytes), str(path))
@@ -202,7 +201,7 @@ def read_fleet_file(path: str | Path) -> FleetFile:
 
 
 def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
-    """Parse the text of a file; see the head of this module.
+    """Parse a fleet file; see the head of this module. Errors name it as `file`.
 
     Raises:
         BadFleetFile: the text is not YAML, or has an unknown key or an invalid value.
@@ -233,7 +232,7 @@ def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
 
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    """Converter of YAML values whose errors name the file and the position in it."""
+    """Converts YAML values. Its errors name the file and the position in it."""
 
     file: str
     _keys: Mapping[str, tuple[str, Callable[[Any, str], Any]]] = field(init=False, repr=False)

@@ -12,7 +12,7 @@ from pipros.msg import load_message_class
 from pipros.node.codec import encoder
 
 FrameChange = Callable[[bytes], bytes]
-"""Convert the serialized body of a message to the body to send."""
+"""Function that converts the serialized body of a message to the body to send."""
 
 TF_TYPE: Final = "tf2_msgs/TFMessage"
 TF_TYPES: Final = (TF_TYPE, "tf/tfMessage")
@@ -32,11 +32,11 @@ def frame_change(entry: Entry, rule: Rule, member: str) -> FrameChange | None:
 
 
 class _Change:
-    """Prefixes frame ids, and merges the static transforms of all publishers into one message."""
+    """Prefixes frame ids, merges the static transforms of all publishers into one message, or does both."""
 
     def __init__(self, prefix: str, *, merges: bool) -> None:
         self._prefix = prefix
-        self._class: Any = load_message_class(TF_TYPE)  # the older type has the same layout
+        self._class: Any = load_message_class(TF_TYPE)  # tf/tfMessage has the same layout
         self._encode = encoder(self._class)
         self._merged: dict[str, Any] | None = {} if merges else None
 

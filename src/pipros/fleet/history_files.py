@@ -27,7 +27,7 @@ FILE_BYTES: Final = 8 * 1024 * 1024
 """Size at which a new file is started. Larger messages are not recorded."""
 SMALLEST_LIMIT_BYTES: Final = 4 * FILE_BYTES
 COMPLETION_S: Final = 10.0
-"""Minimum interval between two completions of a member's current file for readers."""
+"""Minimum interval at which `list` completes a member's current file."""
 _CHUNK_BYTES: Final = 64 * 1024
 _NAME: Final = re.compile(r"[\w-]{1,100}\.mcap", re.ASCII)
 
@@ -60,8 +60,9 @@ class _Stored:
 class HistoryFiles:
     """Writer and reader of the histories of all members. Thread-safe; all methods block.
 
-    Each file begins with the last message of every latching publisher. To stay within the limits, the oldest
-    file of the member with the largest history is deleted, or that of the member with the most files.
+    Each file begins with the last message of every latching publisher. If the files exceed the limit on their
+    total size, the oldest file of the member with the largest history is deleted; if they exceed the limit on
+    their number, the oldest file of the member with the most files.
     """
 
     def __init__(
@@ -72,9 +73,11 @@ class HistoryFiles:
         clock: Callable[[], float] = time.monotonic,
         limits: Limits | None = None,
     ) -> None:
-        """Create the folder.
+        """Create the folder if it is missing.
 
-        `clock`: returns a time in s.
+        Args:
+            limit_bytes: maximum total size of all files.
+            clock: function that returns a monotonic time in s.
 
         Raises:
             ValueError: the limit is less than SMALLEST_LIMIT_BYTES.
@@ -103,8 +106,8 @@ class HistoryFiles:
     def recover(self) -> None:
         """Complete the files that a killed router left before this object was created.
 
-        They have all messages except the last ones, which the router had not written yet. Files without any
-        message are deleted. A file that cannot be recovered is kept, and counts toward the limits.
+        Only the last messages are lost, which the router had not written yet. Files without any message are
+        deleted. A file that cannot be recovered is kept, and counts toward the limits.
         """
         left, self._left = self._left, []
         with self._lock:
@@ -131,7 +134,7 @@ class HistoryFiles:
         """Add a message.
 
         Raises:
-            OSError: the disk is full.
+            OSError: the file cannot be written, for example because the disk is full.
         """
         with self._lock:
             self._unchecked_bytes += len(data)
@@ -159,8 +162,8 @@ class HistoryFiles:
     def list(self, member: str) -> list[HistoryFile]:
         """Return the complete files of a member, oldest first.
 
-        The current file is completed, unless this was done less than COMPLETION_S ago, because each file
-        begins with all latched messages.
+        The current file is completed first, but at most every COMPLETION_S, because each new file repeats all
+        latched messages.
         """
         with self._lock:
             now_s = self._clock()
@@ -171,7 +174,7 @@ class HistoryFiles:
         return sorted((each for each in found if each is not None), key=lambda each: each.begin_ns)
 
     def read(self, member: str, name: str) -> bytes | None:
-        """Return the content of a file; None if it does not exist."""
+        """Return the content of a file; None if the name is invalid or the file cannot be read."""
         if not is_file_name(name):
             return None
         try:
@@ -220,7 +223,7 @@ class HistoryFiles:
         found.sort(key=lambda each: each.modified_ns, reverse=True)
         kept = self._thinned(found, lambda each: each.bytes, self._limit_bytes - self._spare_bytes)
         if len(kept) > self._limits.fleet_history_files:
-            # more than necessary, because finding all files takes long
+            # delete more than necessary, because finding all files takes long
             kept = self._thinned(kept, lambda _: 1, self._limits.fleet_history_files * 9 // 10)
         self._count = len(kept)
 
@@ -229,8 +232,8 @@ class HistoryFiles:
     ) -> Sequence[_Stored]:
         """Delete files until their total weight is at most `most`. Return the others.
 
-        The member with the greatest total loses its oldest file. Each member's files must be sorted, the
-        newest first, and keep this order.
+        Each step deletes the oldest file of the member with the greatest total. Each member's files must be
+        sorted, the newest first, and keep this order.
         """
         kept: dict[Path, list[_Stored]] = {}
         totals: dict[Path, int] = {}

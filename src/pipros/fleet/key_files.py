@@ -25,7 +25,7 @@ class BadKeys(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class KeyFolder:
-    """The name of a member, and the files that prove it."""
+    """The name of a member, and the certificate files that prove it."""
 
     member: str
     tls: Tls

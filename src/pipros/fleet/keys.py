@@ -2,7 +2,7 @@
 
     pipros/<member>/live/<version>/<instance>     liveliness token: the member is present
     pipros/<member>/directory                     its directory document, sent on change and on request
-    pipros/<member>/wanted/<other>                the topics that it wants from another member, sent likewise
+    pipros/<member>/wanted/<other>                topics wanted from <other>, sent on change and on request
     pipros/<member>/t/<topic>                     messages of its topic
     pipros/<member>/in/<other>/<topic>            messages for a topic of another member
     pipros/<member>/s/<caller>/<service>          calls of its service by another member
@@ -68,7 +68,7 @@ def unmangled(part: str) -> str:
 
 
 def pattern_of(members: str) -> str:
-    """Return the part of a key that matches member names with wildcards. Illegal characters match no member.
+    """Return the key part for a pattern of member names. Illegal characters match no member.
 
     >>> pattern_of("robot*"), pattern_of("*"), pattern_of("robot1")
     ('robot$*', '*', 'robot1')
@@ -102,12 +102,12 @@ def service(member: str, caller: str, name: str) -> str:
 
 
 def parameters(member: str, verb: str, caller: str) -> str:
-    """`verb`: `get` or `set`."""
+    """Return the key of parameter requests by `caller`. `verb` is `get` or `set`."""
     return f"{ROOT}/{member}/{verb}/{caller}"
 
 
 def definition(member: str, kind: str) -> str:
-    """`kind`: a type, or `*` for all."""
+    """Return the key of a type's definition. `kind` may be `*` for all types."""
     return f"{ROOT}/{member}/definition/{quote(kind, safe='*')}"
 
 

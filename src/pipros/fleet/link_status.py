@@ -23,7 +23,7 @@ class Level(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class LinkStatus:
-    """Status of one component: the link of this member, or its reception from another."""
+    """Status of one component: the link of this member, or what it receives from another member."""
 
     name: str
     level: Level
@@ -33,7 +33,7 @@ class LinkStatus:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """Totals of what a member has received from another, over all topics."""
+    """Counts of what one member has received from another, over all topics."""
 
     topics: int = 0
     messages: int = 0
@@ -52,9 +52,9 @@ def link_statuses(
     """Return the status of a member's link, and of each other member.
 
     Args:
-        sent: messages, bytes, dropped and unsent of each topic.
+        sent: for each topic, the numbers of sent messages, sent bytes, dropped messages and unsent messages.
         received: what this member has received from each member that is present.
-        before: the same at the previous call; losses since then are a warning.
+        before: `received` at the previous call. Losses since then cause a warning.
     """
     totals = [sum(column) for column in zip(*sent, strict=True)] or [0, 0, 0, 0]
     found = [
@@ -101,7 +101,7 @@ class LinkDiagnostics:
 
     @property
     def is_wanted(self) -> bool:
-        """Whether a node subscribes."""
+        """Whether the topic has subscribers."""
         return self._publisher.connection_count > 0
 
     def publish(self, statuses: Iterable[LinkStatus]) -> None:

@@ -13,9 +13,9 @@ from pipros.fleet.fleet_file import FleetFile
 from pipros.graph.system_state import FLEET_AGENT_PREFIX, Registrations, SystemState
 
 TopicDefinition = Callable[[str, str, Sequence[str]], Definition | None]
-"""Return the definition of a topic with this type and these nodes; None if it cannot be determined."""
+"""Function of a topic's name, type and nodes. Returns the definition; None if it cannot be determined."""
 ServiceHeader = Callable[[str, Sequence[str]], tuple[str, str] | None]
-"""Return the type and MD5 sum of a service with these providers; None if it does not answer."""
+"""Function of a service's name and providers. Returns the type and MD5 sum; None if none answers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +24,8 @@ class LocalGraph:
 
     Attributes:
         state: the registrations.
-        shared: topics with a publisher that other members can receive.
-        accepted: topics with a subscriber that other members can publish.
+        shared: published topics that other members can receive.
+        accepted: subscribed topics to which other members can publish.
         services: services that other members can call.
     """
 
@@ -52,14 +52,15 @@ def not_agents(nodes: Iterable[str]) -> list[str]:
 
 
 def is_returned(name: str, member: str, others: Iterable[str], local: Container[str]) -> bool:
-    """Return whether a name at a member may be one that a fleet has shown elsewhere.
+    """Return whether a name on a member's master may be one that the fleet created on another master.
 
-    A relay between masters, such as a gateway to ROS 2 for each of them, brings such names back. If they were
+    A relay between masters, such as a gateway to ROS 2 on each of them, brings such names back. If they were
     shared again, they would become longer with each round.
 
     Args:
         others: names of other members.
-        local: the names at the member. `/robot1/x` at `robot1` counts as returned only if `/x` exists too.
+        local: the names on the member's master. On that of `robot1`, `/robot1/x` counts as returned only if
+            `/x` exists too.
 
     >>> is_returned("/b/x", "b", ["a"], {"/x", "/b/x"}), is_returned("/b/x", "b", ["a"], {"/b/x"})
     (True, False)
@@ -133,7 +134,7 @@ def outcome_topics(entry: Entry) -> tuple[str, ...]:
 def occupied(state: SystemState, member: str) -> str | None:
     """Return a local node or service in the namespace of a member; None if there is none.
 
-    Topics do not count, because local nodes use a member by publishing and subscribing to its topics.
+    Topics do not count: local nodes publish and subscribe in this namespace to communicate with the member.
     """
     prefix = f"/{member}/"
     for node in sorted(state.nodes()):
@@ -146,7 +147,7 @@ def occupied(state: SystemState, member: str) -> str | None:
 
 
 def read_state(master: LocalMaster) -> tuple[SystemState, dict[str, str]] | None:
-    """Return the registrations and types of a master; None if it does not answer."""
+    """Return the registrations and topic types of a master; None without a valid answer."""
     try:
         state = SystemState.from_state(master.get_system_state())
         return state, {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416

@@ -42,7 +42,7 @@ class LocalLooks:
         self._loop.stop()
 
     def look(self, others: Iterable[str]) -> LocalGraph | None:
-        """Return what this member offers, without the namespaces of `others`.
+        """Return what this member offers, without names in the namespaces of `others`.
 
         Return None if the master does not answer.
         """

@@ -20,7 +20,7 @@ class Members:
     """The set of tokens that are present."""
 
     def __init__(self, limit: int) -> None:
-        """`limit`: maximum number of tokens; any more are ignored."""
+        """`limit`: maximum number of tokens; further ones are ignored."""
         self._limit = limit
         self._tokens: set[Token] = set()
 
@@ -37,7 +37,7 @@ class Members:
         return token
 
     def present(self) -> dict[str, Token]:
-        """Return the token of each member: that of its newest run with this protocol version."""
+        """Return, by member, the token of the newest run with this protocol version."""
         return {token.member: token for token in sorted(self._tokens) if token.version == VERSION}
 
     def other_versions(self) -> list[Token]:

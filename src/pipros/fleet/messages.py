@@ -1,4 +1,4 @@
-"""Messages on a fleet link: the unchanged ROS 1 body and an attachment of 48 bytes."""
+"""Messages on a fleet link: the ROS 1 body, which may be compressed, and an attachment of 48 bytes."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from pipros.fleet.keys import VERSION
 _LAYOUT: Final = struct.Struct("<BB2xI8sQQ16s")
 _COMPRESSED, _LATCHED = 1, 2
 _REPLAYS: Final = 10_000
-"""Maximum number of latched messages of one topic that are recognized if they arrive again."""
-_LEVEL: Final = 1  # of zlib; links slow enough for compression are slower than the processor
+"""Maximum number of different replays of one topic. Further replays are dropped."""
+_LEVEL: Final = 1  # zlib's fastest
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,11 +23,11 @@ class Attachment:
     """Metadata sent with each message.
 
     Attributes:
-        source: number that the sender assigned to the publisher, to keep one latched message for each.
+        source: number of the publisher, assigned by the sender. Receivers keep a latched message for each.
         instance: identifies one run of the sender's agent; hexadecimal.
         sequence: number of the message in its topic and run, starting at 1.
         stamp_ns: send time on the sender's clock.
-        md5sum: of the message type.
+        md5sum: MD5 sum of the message type.
     """
 
     source: int
@@ -102,7 +102,7 @@ def decompressed(body: bytes, limit_bytes: int) -> bytes:
 
 @dataclass(slots=True)
 class Received:
-    """Counter of the messages of one topic of one member. Detects missing and repeated messages.
+    """Counts the messages received on one topic of one member. Detects missing and repeated messages.
 
     Attributes:
         messages, bytes: totals received.
@@ -143,6 +143,6 @@ class Received:
         return True
 
     def restart(self) -> None:
-        """Do not count messages missing before the next one, because the topic was not being received."""
+        """Do not count as lost the messages that were sent while the topic was not being received."""
         self._last = 0
         self._replayed.clear()

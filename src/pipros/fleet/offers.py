@@ -19,7 +19,7 @@ from pipros.node import Node
 
 
 class Offers:
-    """Sender of the shared topics that others want, publisher of accepted topics, and owner of the directory.
+    """Sends the shared topics that other members want, publishes accepted topics, and keeps the directory.
 
     All methods are called by one thread, except the callbacks of the link.
 
@@ -27,8 +27,9 @@ class Offers:
         local: the last known state of the local master.
         directory: the directory that was last sent.
         shared: topics that are being sent, by name.
-        accepted: topics that others can publish, by name.
-        is_waiting: whether to call `settle` again soon, because a topic waits for others to be linked.
+        accepted: topics to which others can publish, by name.
+        is_waiting: whether to call `settle` again soon, because an action's status topic waits for its
+            feedback and result topics to be connected.
     """
 
     def __init__(
@@ -45,8 +46,8 @@ class Offers:
         """Store the settings.
 
         Args:
-            present: return the members that are present; called from any thread.
-            warn: log a warning.
+            present: function that returns the members that are present; called from any thread.
+            warn: function that logs a warning.
             wake: called from any thread if `settle` has something to do.
         """
         self.local = LocalGraph(SystemState({}, {}, {}))
@@ -85,7 +86,7 @@ class Offers:
     def publish_directory(self) -> None:
         """Send the directory if it has changed.
 
-        An accepted topic is listed once its subscribers are connected, so that the first message is not lost.
+        An accepted topic is listed once a local subscriber is connected, so that no first message is lost.
         """
         accepted = tuple(
             entry
@@ -107,7 +108,7 @@ class Offers:
             self._put_directory()
 
     def send_again(self) -> None:
-        """Send all latched messages and the directory after the link was down, and resume sending.
+        """After the link was down, send all latched messages and the directory, and resume sending.
 
         Receivers ignore messages that they have already received.
         """
@@ -120,7 +121,7 @@ class Offers:
     # -- callbacks of the link; they run in Zenoh's threads and must not block -----------------------
 
     def take_input(self, key: str, payload: bytes, attachment: bytes) -> None:
-        """Publish a message of another member if this member accepts it."""
+        """Publish another member's message, if the rules accept it."""
         match keys.parts(key):
             case (member, "in", [_, *rest]):
                 name = keys.unmangled("/".join(rest))
@@ -159,7 +160,7 @@ class Offers:
             rule = self._file.shared_topic(name)
             before = [self.shared.get(each) for each in outcome_topics(entry) if each in offered]
             if not all(source is not None and source.is_linked for source in before):
-                self.is_waiting = True  # a client sends its goal once it has the status
+                self.is_waiting = True  # an action client sends its goal once it receives a status
             elif name not in self.shared and rule is not None:
                 change = frame_change(entry, rule, self._member)
                 source = Source(self._node, self._sender, entry, keys.topic(self._member, name), rule, change)

@@ -1,4 +1,4 @@
-"""Queue of messages waiting for the link: rates, priorities, bandwidth. No clock, no lock."""
+"""Queue of messages that wait for the link, with rates, priorities and a bandwidth. No clock, no lock."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from pipros.fleet.fleet_file import Priority, Rule
 Item = TypeVar("Item")
 
 QUEUE: Final = 100
-"""Maximum number of queued messages per topic, for topics without a rate."""
+"""Maximum number of queued messages per topic, for topics that send all messages."""
 BURST_S: Final = 0.1
-"""Duration whose bandwidth can be used in one burst."""
+"""Maximum size of a burst, as the time in which the bandwidth transfers it."""
 _ORDER: Final = {Priority.HIGH: 0, Priority.NORMAL: 1, Priority.LOW: 2}
 
 
@@ -40,7 +40,7 @@ class Outbox(Generic[Item]):
     """
 
     def __init__(self, limit_bytes: int, bandwidth_kbit: float = 0.0) -> None:
-        """`bandwidth_kbit`: 0 for no limit."""
+        """`limit_bytes`: maximum size of all queued messages. `bandwidth_kbit`: 0 for no limit."""
         self.dropped: dict[str, int] = {}
         self.bytes = 0
         self._limit_bytes = limit_bytes
@@ -109,13 +109,13 @@ class Outbox(Generic[Item]):
         return name, item
 
     def wait_s(self, now_s: float) -> float | None:
-        """Return the time until a message is due; None if none is queued."""
+        """Return the time in s until a message is due; None if none is queued."""
         self._earn(now_s)
         waits = [max(topic.next_s - now_s, self._debt_s(topic), 0.0) for _, topic in self._waiting()]
         return min(waits, default=None)
 
     def _debt_s(self, topic: _Topic[Item]) -> float:
-        """Return the time until the bandwidth has room; at most 0 for high priority, which never waits."""
+        """Return the time in s until the bandwidth permits another message; 0 or less if it already does."""
         if not self._bytes_per_s or topic.rank == 0:
             return 0.0
         return -self._credit / self._bytes_per_s

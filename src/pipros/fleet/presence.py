@@ -8,7 +8,7 @@ from pipros.fleet import keys
 from pipros.fleet.members import Members, Token
 
 LEAVE_S: Final = 0.2
-"""Time to wait after a token disappears, because losing the link removes all tokens before it is noticed."""
+"""Time to wait after a token disappears: if the link is lost, tokens disappear before the loss is noticed."""
 RETURN_S: Final = 3.0
 """Time that members have to reconnect to a restarted router before they are considered gone."""
 
@@ -25,13 +25,16 @@ class PresenceListener(Protocol):
     def on_left(self, member: str) -> None: ...
 
     def on_older_namesake(self) -> None:
-        """A member with the name of this one joined earlier."""
+        """A member with the same name as this one joined earlier."""
 
     def on_other_version(self, token: Token) -> None: ...
 
 
 class Presence:
-    """Tracker of members that tells those that left from those that were cut off. Not thread-safe."""
+    """Tracks which members are present. If the link is lost, they do not count as gone.
+
+    Not thread-safe, except `present`.
+    """
 
     def __init__(self, member: str, instance: str, limit: int, listener: PresenceListener) -> None:
         """`member`, `instance`: this member. `limit`: maximum number of tokens."""
@@ -70,7 +73,7 @@ class Presence:
             self._listener.on_older_namesake()
 
     def note_connection(self, now_s: float) -> None:
-        """Handle a restored link. Members that do not return within RETURN_S have left.
+        """Handle a restored link. Members that do not return within RETURN_S are considered gone.
 
         Zenoh announces the tokens of the others again. Requesting all tokens would not help, because the
         answers are incomplete in a session that watches tokens.
@@ -78,7 +81,7 @@ class Presence:
         self._prune_at_s = now_s + RETURN_S
 
     def settle(self, *, is_connected: bool, now_s: float) -> None:
-        """Remove members that have left. None leaves while the link is down."""
+        """Remove members that have left. None is removed while the link is down."""
         for key, due_s in list(self._leaving.items()):
             if not is_connected:
                 del self._leaving[key]

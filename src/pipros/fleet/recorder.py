@@ -1,7 +1,7 @@
 """Recorder of members' messages at a router, so that operators who join late can see what happened.
 
 The recorder joins the fleet as the member `router`, which offers nothing. It records the messages that pass
-through the router to other members, which causes no traffic, and topics that it requests itself.
+through the router to other members anyway, and topics that it requests itself.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ class _Topic:
     """A recorded topic, for one run of its member's agent."""
 
     def __init__(self, member: str, entry: Entry, instance: str, latched: dict[int, int]) -> None:
-        """`latched`: size of the latched message of each publisher, including earlier runs."""
+        """`latched`: size in bytes of each publisher's latched message, including those of earlier runs."""
         self.member = member
         self.entry = entry
         self.instance = instance
         self.latched = latched
         self.received = Received()
         self.definition: bytes | None = None
-        self.taken_bytes = 0  # of the room for definitions
+        self.taken_bytes = 0  # reserved for the definition
         self.is_forgotten = False
         self.connections: dict[tuple[int, bool], Connection] = {}
 
@@ -323,7 +323,7 @@ class Recorder:
         self._publish_wishes(member)
 
     def _topic(self, member: str, name: str) -> _Topic | None:
-        """Return a topic; None if its member's directory lacks it, or there are too many topics."""
+        """Return a topic, added if necessary; None if the directory lacks it or there are too many topics."""
         directory = self._directories.get(member)
         entries = directory.shared if directory is not None else ()
         entry = next((each for each in entries if each.name == name), None)
@@ -344,7 +344,7 @@ class Recorder:
     def _publish_wishes(self, member: str) -> None:
         """Request the topics of a member that match the patterns and whose definitions are known."""
         if member not in self._directories:
-            return  # it has left
+            return  # the member has left
         wanted = frozenset(
             name
             for (owner, name), topic in self._topics.items()
@@ -378,7 +378,7 @@ class Recorder:
             self._files.write(member, connection, time.time_ns(), body)
 
     def _may_keep(self, topic: _Topic, source: int, body_bytes: int) -> bool:
-        """Return whether there is room to keep a latched message, which begins each subsequent file."""
+        """Reserve room for a latched message, which later files repeat. Return False if there is none."""
         size = body_bytes + len(topic.definition or b"") + _HEADER_BYTES
         if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
             return False

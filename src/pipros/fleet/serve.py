@@ -30,8 +30,8 @@ CHANGES_S: Final = 1.0
 
 
 _THREADS: Final = "(rx: (worker_threads: 1))"
-"""Zenoh's threads in an agent, which has only one link to receive from. By default, each message also wakes a
-second thread for receiving, which finds nothing to do.
+"""Zenoh's settings for an agent: one receiving thread is enough for its one link. By default, each message
+also wakes a second receiving thread, which finds nothing to do.
 """
 
 
@@ -61,7 +61,7 @@ class RouterOptions:
         others: addresses of routers to connect to.
         tls: certificates; required for addresses with TLS.
         members_file: list of permitted members; None permits everything to everyone.
-        access: return the access rules for the current list.
+        access: function that returns the access rules for the current list of members.
         allows_plain_network: whether addresses without TLS may be reachable from a network.
         history: settings of the recorder; None to record nothing.
     """
@@ -78,7 +78,7 @@ class RouterOptions:
 def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls | None) -> int:
     """Join the node's master to a fleet, until Ctrl-C, SIGTERM or the shutdown of the node.
 
-    Waits for the router and the master. Return the exit code: 1 if the name is taken.
+    Waits for the router and the master. Returns the exit code: 1 if the name is taken or joining fails.
     """
     os.environ.setdefault("ZENOH_RUNTIME", _THREADS)
     over = OnceEvent()
@@ -96,7 +96,7 @@ def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls |
 
 
 _ENDING_S: Final = 0.4
-"""Maximum time that node, agent and link may take to shut down."""
+"""Maximum time that the node, the agent and the link together may take to shut down."""
 
 
 def _join(

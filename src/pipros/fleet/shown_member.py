@@ -26,17 +26,17 @@ from pipros.node import Node
 
 _REQUEST_S: Final = 3.0
 _INPUTS: Final = Rule("/**", priority=Priority.HIGH)
-"""Rule for messages to other members: commands have high priority."""
+"""Rule for messages to topics of other members. These are commands, so they have high priority."""
 
 
 class ShownMember:
     """The topics and services of another member on the local master. Not thread-safe.
 
     Attributes:
-        directory: what the member offers. After a change, call `settle`.
-        sinks: the topics that it shares, by their names on its master.
-        inputs: the topics that it accepts, by name.
-        services: its services, by name.
+        directory: what the member offers. After replacing it, call `settle`.
+        sinks: the topics that the member shares, by their names on its master.
+        inputs: the topics that the member accepts, by their names on its master.
+        services: the member's services, by their names on its master.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class ShownMember:
         """Store the settings.
 
         Args:
-            room: for the definitions of all members.
+            room: memory for the definitions of all members.
             wake: called from any thread if `settle` has something to do.
         """
         self.directory = directory
@@ -77,7 +77,7 @@ class ShownMember:
 
     @contextmanager
     def _once(self, entry: Entry) -> Iterator[None]:
-        """Log why a name cannot be shown, and do not try it again, because other members choose the names."""
+        """Suppress a PiprosError in the block: log that `entry` is not shown, and do not try again."""
         try:
             yield
         except PiprosError as error:
@@ -85,7 +85,7 @@ class ShownMember:
             self._warn(f"[{entry.name}] of [{self.directory.member}] is not shown: {error}")
 
     def settle(self, room: int) -> int:
-        """Update the local master according to the directory. Return the number of topics and services in it.
+        """Update the local master. Return the number of topics and services in the directory, shown or not.
 
         `room`: maximum number of topics and services to show.
         """
@@ -222,7 +222,7 @@ class ShownMember:
         return text
 
     def _request_definition(self, key: tuple[str, str]) -> None:
-        """Request the definition of a message type. Without an answer, the topic is shown without one."""
+        """Request the definition of a message type; it is empty if there is no valid answer."""
         kind, md5sum = key
         limits, text = self._node.limits, ""
         if self._definitions.get(key, "") is not None:

@@ -21,7 +21,7 @@ from pipros.node import Node
 
 
 class ShownMembers:
-    """Creator of the names of other members on the local master, and sender of wishes to these members.
+    """Shows other members on the local master, and sends them this member's wishes.
 
     All methods are called by one thread, except `answer_wishes`.
 

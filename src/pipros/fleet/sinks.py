@@ -20,7 +20,9 @@ _KEPT = 100
 
 
 class Sink:
-    """A local topic with the messages of another member's topic, or one that other members publish.
+    """A local topic on which the agent publishes messages of other members.
+
+    It is either a topic that another member shares, or one that this member accepts.
 
     Attributes:
         entry: name and type of the local topic.
@@ -39,7 +41,7 @@ class Sink:
         """Advertise the topic. Blocks until the master answers.
 
         Args:
-            origin: name of the member in the mark of the connection header.
+            origin: name of the member in the field `pipros_fleet` of connection headers.
             definition: definition of the message type; may be empty.
             on_change: called from any thread if a subscriber connects or disconnects. Must not block.
 
@@ -101,7 +103,7 @@ class Sink:
         self._publishers[0].publish(message)
 
     def restart(self) -> None:
-        """Do not count messages missing before the next one, because the topic was not being received."""
+        """Do not count as lost the messages that were sent while the topic was not being received."""
         for received in self.received.values():
             received.restart()
 
@@ -120,9 +122,9 @@ class Sink:
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
     ) -> None:
-        """Send a new subscriber the last message of each latching publisher, except the newest one.
+        """Send a new subscriber the last message of each latching publisher.
 
-        The publication has already sent that one.
+        The newest of these is omitted, because the publication has already sent it.
         """
         del topic_name, topic_publish
         for message in list(self._latched.values()):

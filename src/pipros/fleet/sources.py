@@ -21,16 +21,17 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
 
 MARK: Final = "pipros_fleet"
-"""Connection header field of every topic that an agent publishes. Agents do not send messages with this
-field, so that no message circulates, whatever the topology.
+"""Connection header field of every topic that an agent publishes. Agents do not forward messages from
+connections with this field, so that no message circulates, whatever the topology.
 """
 FULL_AFTER_S: Final = 0.01
 FULL_AFTER_S_PER_BYTE: Final = 1e-8
-"""If sending a message takes longer than the sum of both, the link is considered full. (FULL_AFTER_S is half
-the time that Zenoh waits for room. With a smaller value, a busy processor would look like a full link.)
+"""The link is considered full if sending a message takes longer than FULL_AFTER_S, plus FULL_AFTER_S_PER_BYTE
+for each byte of its body. (FULL_AFTER_S is half the time that Zenoh waits for room. With a smaller value, a
+busy processor would look like a full link.)
 """
 FULL_S: Final = 0.02
-"""Time for which a full link is left to the sender thread. It continues while messages are queued."""
+"""Time during which only the sender thread sends on a full link; longer for a topic with queued messages."""
 CATCH_UP_S: Final = 0.02
 """Maximum time that a topic waits for its queued messages to be sent, on a link that is not full."""
 _MOST_SOURCES: Final = 1000
@@ -38,7 +39,7 @@ _MOST_SOURCES: Final = 1000
 
 
 class Sends(Protocol):
-    """Implemented by `pipros.fleet.zenoh_session.Link`."""
+    """A link that sends messages, implemented by `pipros.fleet.zenoh_session.Link`."""
 
     @property
     def is_connected(self) -> bool: ...
@@ -100,7 +101,7 @@ class Sender:
             self.outbox.remove_topic(source.key)
 
     def next_sequence(self, key: str) -> int:
-        """Return the sequence number of the next message for a key. The caller holds the lock of its source.
+        """Return a key's next sequence number. The caller must hold the lock of the key's `Source`.
 
         The numbers continue if the topic is stopped and started, because receivers ignore known numbers.
         """
@@ -214,7 +215,7 @@ class Source:
         return self._subscriber is not None and self._subscriber.connection_count > 0
 
     def close(self) -> None:
-        """Unsubscribe."""
+        """Unsubscribe from the local topic, and discard its queued and latched messages."""
         if self._subscriber is not None:
             self._subscriber.unregister()
         self._sender.remove(self)

@@ -15,7 +15,7 @@ from pipros.fleet.zenoh_session import Link
 
 REQUEST_S: Final = 3.0
 HISTORY_S: Final = 60.0
-"""Time for a router to list its files, or to send one of them over a slow link."""
+"""Timeout for a router to list its files, or to send one of them over a slow link."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +32,9 @@ class Counters:
     """Counters of a member at one moment.
 
     Attributes:
-        sent: by key: messages, bytes, dropped messages, messages discarded while the link was down.
-        received: by sender and topic: messages, bytes, lost messages, malformed messages.
+        sent: by key, the numbers of messages, bytes, dropped messages, and messages discarded while the link
+            was down.
+        received: by sender and topic, the numbers of messages, bytes, lost messages and malformed messages.
         round_trip_s: duration of the request.
     """
 
@@ -44,7 +45,7 @@ class Counters:
 
 
 def present(link: Link) -> list[Present]:
-    """Return all members, sorted by name."""
+    """Return all runs of agents that are present, sorted by member."""
     found = (keys.read_live(key) for key in link.live_keys(keys.live("*"), REQUEST_S))
     return [Present(member, version, instance) for member, version, instance in sorted(filter(None, found))]
 
@@ -84,13 +85,17 @@ def history_of(link: Link, member: str) -> list[HistoryFile] | None:
 
 
 def history_file(link: Link, member: str, name: str) -> bytes | None:
-    """Return the content of a recorded file; None if it has been deleted."""
+    """Return the content of a recorded file; None if no router has it, for example because it was deleted.
+
+    Raises:
+        LinkFailed: a router refuses the request, for example because it has too many.
+    """
     answers = link.get(keys.history(member, name), timeout_s=HISTORY_S)
     return answers[-1].payload if answers else None
 
 
 def rates(before: Counters, after: Counters, passed_s: float) -> Iterator[tuple[str, float, float, int, int]]:
-    """Yield topic, messages/s, bytes/s, dropped and unsent messages of each topic that a member sends."""
+    """Yield the name, messages/s, bytes/s, and totals of dropped and unsent messages of each sent topic."""
     for key, row in sorted(after.sent.items()):
         first = before.sent.get(key, (0, 0, 0, 0))
         parts = keys.parts(key)

@@ -6,7 +6,7 @@ import logging
 
 
 class WarningsOnce:
-    """Logs each distinct warning once, up to a limit, because other members influence the texts."""
+    """Logs each distinct warning once, up to `limit` warnings: other members can cause any number of them."""
 
     def __init__(self, log: logging.Logger, limit: int = 1000) -> None:
         self._log = log

@@ -2,7 +2,7 @@
 
 All connection settings are explicit, because Zenoh's defaults change between minor versions. Callbacks run
 directly in Zenoh's threads and must not block; with Zenoh's separate callback threads, a process that exits
-without `close` would hang. Shared memory is disabled, because a killed process would leave its segments.
+without `close` would hang. Shared memory is disabled, because a killed process would leave segments behind.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _PRIORITIES: Final = {
 }
 
 OnMessage = Callable[[str, bytes, bytes], object]
-"""Called with the key, payload and attachment of a sample."""
+"""Function that receives the key, payload and attachment of a sample."""
 
 
 class LinkFailed(PiprosError):
@@ -107,7 +107,7 @@ class Link:
 
     @property
     def is_connected(self) -> bool:
-        """Whether a router is connected."""
+        """Whether the session is connected to a router."""
         try:
             return bool(self._session.info.routers_zid())
         except zenoh.ZError:
@@ -151,13 +151,15 @@ class Link:
         timeout_s: float,
         ended: Callable[[], bool] = lambda: False,
     ) -> list[Answer]:
-        """Send a request and return all answers. Blocks until all members that serve `key` have answered.
+        """Send a request and return all answers.
+
+        Blocks until all members that serve `key` have answered, or for about `timeout_s`.
 
         Args:
             ended: polled while waiting; True ends the wait.
 
         Raises:
-            LinkFailed: the session was closed, or a member refused with this text.
+            LinkFailed: the session was closed, or the request was only refused; the text gives the reason.
         """
         found: list[Answer] = []
         refusals: list[str] = []
@@ -221,7 +223,10 @@ class Link:
         return self._session.liveliness().declare_token(key)
 
     def watch_tokens(self, pattern: str, on_change: Callable[[str, bool], object]) -> Ends:
-        """Call `on_change` with the key of each matching token that appears (True) or disappears (False)."""
+        """Call `on_change` with the key of each matching token that appears (True) or disappears (False).
+
+        Tokens that are already present count as appearing.
+        """
 
         def on_sample(sample: zenoh.Sample) -> None:
             on_change(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
@@ -304,8 +309,8 @@ def connect(
     """Connect to a router. The link reconnects whenever it is lost.
 
     Args:
-        bandwidth_kbit: the bandwidth in the member's file; limits the operating system's buffer to a
-            twentieth of a second.
+        bandwidth_kbit: the bandwidth in the member's file. The operating system's send buffer is limited to
+            the data of 50 ms, but not below SMALLEST_BUFFER_BYTES.
 
     Raises:
         LinkFailed: the router does not answer within a second, or refuses the connection.

@@ -1,6 +1,6 @@
 """Encode and decode the ROS 2 messages that all actions share.
 
-A goal or feedback follows the 16 bytes of the goal ID, which do not change its alignment.
+The goal ID precedes a goal or feedback. Its 16 bytes do not change the alignment of the fields after it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _TIME: Final = struct.Struct("<iI")
 _COUNT: Final = struct.Struct("<I")
 _INFO_BYTES: Final = ID_BYTES + _TIME.size
 _PADDING: Final = 3
-"""Bytes between the ID and the time of a status in an array, except in the first one."""
+"""Padding in bytes between the ID and the time of each status in an array, except in the first status."""
 _STATUS_BYTES: Final = _INFO_BYTES + _PADDING + 1
 _NAMESPACE: Final = uuid.UUID("5a34b2e0-8d43-5a5c-a1c5-0b5d6a0e3d1f")
 _LARGEST_S: Final = 0x7FFFFFFF
@@ -87,7 +87,7 @@ class GoalInfo:
 
 
 def id_in_ros2(goal_id: str) -> bytes:
-    """Return the ID in ROS 2 of a ROS 1 goal: the inverse of `id_in_ros1`, or a UUID derived from the text.
+    """Return the ROS 2 ID of a ROS 1 goal: the inverse of `id_in_ros1`, or a UUID derived from the text.
 
     >>> id_in_ros2("00112233-4455-6677-8899-aabbccddeeff").hex()
     '00112233445566778899aabbccddeeff'
@@ -102,7 +102,7 @@ def id_in_ros2(goal_id: str) -> bytes:
 
 
 def id_in_ros1(goal: bytes) -> str:
-    """Return the ID in ROS 1 of a ROS 2 goal."""
+    """Return the ROS 1 ID of a ROS 2 goal."""
     return str(uuid.UUID(bytes=goal))
 
 

@@ -59,7 +59,7 @@ class ActionPair:
         return decoder(self._feedback)(self.plan.feedback.to_ros1(cdr))
 
     def result_to_cdr(self, status: Ros2Status, result: Any = None) -> bytes:
-        """Return a reply of `get_result`, with an empty result if there is none."""
+        """Return a reply of `get_result`, with an empty result if `result` is None."""
         return _to_cdr(self.plan.result, self._result, result or self._result(), bytes([status]))
 
     def result_to_ros1(self, cdr: bytes) -> tuple[Ros2Status, Any]:

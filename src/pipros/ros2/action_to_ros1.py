@@ -40,7 +40,7 @@ from pipros.ros2.names import action_names
 KEPT_S: Final = 60.0
 """How long the result of a goal can be requested after its end."""
 DECISION_S: Final = 0.5
-"""Time for a server to reject a goal that it has received, after which the goal counts as accepted."""
+"""Time that a server has to reject a goal that it has received. Afterwards, the goal counts as accepted."""
 _LATE_RESULT_S: Final = 5.0
 """How long to wait for the result after the status reported the end of the goal."""
 _SLICE_S: Final = 0.5
@@ -65,7 +65,7 @@ class _Goal:
 
 
 class ActionToRos1:
-    """Offers a ROS 1 action in ROS 2, whose nodes can send goals to it. Thread-safe.
+    """Offers a ROS 1 action in ROS 2, so that ROS 2 nodes can send goals to it. Thread-safe.
 
     Attributes:
         counts: goals from ROS 2, and those that did not reach the server; results, feedback and statuses
@@ -210,7 +210,7 @@ class ActionToRos1:
         return cancel_reply(CancelCode.NONE, running)
 
     def _wait(self, condition: Callable[[], bool], end_s: float) -> bool:
-        """Wait until the condition holds, the time is up, or the action is closed."""
+        """Wait until the condition holds; return False if the time is up or the action is closed first."""
         with self._changed:
             while not condition():
                 left_s = end_s - time.monotonic()
@@ -272,7 +272,7 @@ class ActionToRos1:
             self.counts.fail(f"{self._name}: feedback was dropped: {error}")
 
     def _found(self, goal_id: Any) -> _Goal | None:
-        """Return the goal with a ROS 1 ID. Add it if a ROS 1 client sent it."""
+        """Return the goal with a ROS 1 ID, added if it is unknown; None if there are too many goals."""
         key = id_in_ros2(goal_id.id)
         goal = self._goals.find(id_in_ros1(key))
         if goal is None:

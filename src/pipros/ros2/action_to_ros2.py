@@ -55,8 +55,8 @@ class _Goal:
 
     Attributes:
         key: its ID in ROS 2.
-        is_sent: the ROS 2 server has accepted the goal, so that it can be cancelled there.
-        is_cancelled: a ROS 1 node has requested the cancellation.
+        is_sent: whether the ROS 2 server has accepted the goal, so that it can be cancelled there.
+        is_cancelled: whether a ROS 1 node has requested the cancellation.
     """
 
     id: str
@@ -70,7 +70,7 @@ class _Goal:
 
 
 class ActionToRos2:
-    """Offers a ROS 2 action in ROS 1, whose nodes can send goals to it. Thread-safe.
+    """Offers a ROS 2 action in ROS 1, so that ROS 1 nodes can send goals to it. Thread-safe.
 
     A thread waits for the result of each goal. Goals beyond `Limits.fleet_calls` are queued. Cancellations
     are queued, too; those beyond `Limits.goals` are dropped.

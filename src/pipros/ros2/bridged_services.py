@@ -19,7 +19,7 @@ CALL_S: Final = 5.0
 
 
 class Ros1Service:
-    """A ROS 1 service, offered in ROS 2. If it fails, the ROS 2 client gets no reply."""
+    """A ROS 1 service, offered in ROS 2. If a call fails, the ROS 2 client gets no reply."""
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ServicePair) -> None:
         """Offer the ROS 1 service in ROS 2.

@@ -1,4 +1,4 @@
-"""Topics that a gateway passes, with one object for each direction.
+"""Topics that a gateway passes between ROS 1 and ROS 2, with one class for each direction.
 
 The connection header of every topic that a gateway publishes in ROS 1 contains a mark. Gateways do not pass
 marked messages to ROS 2, so messages never loop, regardless of the number of gateways.
@@ -61,7 +61,7 @@ class Pace:
 
 
 class StaticTransforms:
-    """Merges `/tf_static` messages into one with the newest transform to each frame.
+    """Merges `/tf_static` messages into one with the newest transform of each child frame.
 
     A latched topic keeps one message per publisher, and the gateway is a single publisher.
     """
@@ -73,10 +73,11 @@ class StaticTransforms:
         self._lock = threading.Lock()
 
     def merged(self, body: bytes) -> bytes:
-        """Add a ROS 1 message, and return one with all transforms.
+        """Add the transforms of a ROS 1 message, and return a message with all transforms.
 
         Raises:
-            PiprosError: the message is malformed, or there are too many transforms.
+            PiprosError: the message is malformed, or the merged message exceeds the limit. In the latter
+                case, all transforms are forgotten.
         """
         with self._lock:
             for transform in decoder(self._class)(body).transforms:
@@ -119,8 +120,8 @@ def route_of(ros1: str, ros2: str, pair: TypePair, rule: StaticRule | None) -> R
 
 
 class ToRos2:
-    """A ROS 1 topic in ROS 2. Messages are received in ROS 1 only while ROS 2 has subscribers, or always
-    if they are latched.
+    """Passes a ROS 1 topic to ROS 2. Messages are received in ROS 1 only while ROS 2 has subscribers, or
+    always if they are latched.
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, route: Route, *, is_latched: bool) -> None:
@@ -163,7 +164,7 @@ class ToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # a new node may already have sent a message
+        self._forget(self._publishing - now)  # a node that is in neither may be new
         self._publishing = now
         is_wanted = self._is_latched or any(
             each.subscriber_count for each in list(self._announcements.values())
@@ -227,14 +228,14 @@ class ToRos2:
 
 
 class Known(Protocol):
-    """Returns the ROS 2 publisher with a key, or None if its messages must not pass."""
+    """Function that returns the ROS 2 publisher with a key, or None if its messages must not pass."""
 
     def __call__(self, key: bytes) -> Endpoint | None: ...
 
 
 class ToRos1:
-    """A ROS 2 topic in ROS 1. Messages are received from ROS 2 only while ROS 1 has subscribers, or always
-    if they are latched.
+    """Passes a ROS 2 topic to ROS 1. Messages are received in ROS 2 only while ROS 1 has subscribers, or
+    always if they are latched.
     """
 
     def __init__(
@@ -300,7 +301,7 @@ class ToRos1:
         durability_of = {each.key: each.qos.durability for each in publishers}
         with self._lock:
             absent = self._latched.keys() - durability_of.keys()
-            for key in absent & self._absent:  # not at once: `publishers` may lack a new one
+            for key in absent & self._absent:  # absent twice: `publishers` may lack a new one
                 self._forget(key)
             self._absent = absent
         desired: dict[Durability, TopicQos] = {}
@@ -376,7 +377,7 @@ class ToRos1:
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
     ) -> None:
-        """Send the last message of each latching publisher. The publication has sent the newest one."""
+        """Send the last message of each latching publisher, except the newest, which was sent already."""
         del topic_name, topic_publish
         with self._lock:
             latched = list(self._latched.values())

@@ -1,4 +1,4 @@
-"""What a topic, service or action of a gateway has passed and dropped."""
+"""Counters of what a topic, service or action of a gateway has passed and dropped."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ _LOG = logging.getLogger("pipros.ros2")
 
 
 class Counts:
-    """Messages, calls or goals since the gateway opened their topic, service or action.
+    """Numbers of messages, calls or goals since the gateway opened their topic, service or action.
 
     Attributes:
-        passed: number of messages and calls that were passed, or of goals that arrived.
-        failed: number that could not be converted or passed.
-        overflowed: number that full queues dropped.
-        reason: why the last one was dropped, or empty.
+        passed: messages and calls that were passed, or goals that arrived.
+        failed: messages, calls or goals that could not be converted or passed.
+        overflowed: messages or calls that full queues dropped.
+        reason: why something was last dropped, or empty.
     """
 
     def __init__(self) -> None:
@@ -28,18 +28,18 @@ class Counts:
         return self.failed + self.overflowed
 
     def fail(self, reason: object) -> None:
-        """Count one that cannot be passed, and log the reason if it has changed."""
+        """Count a failure, and log the reason if it has changed."""
         self.failed += 1
         if self.reason != str(reason):
             self.reason = str(reason)
             _LOG.warning("%s", reason)
 
     def overflow(self, queue: Hashable, total: int, reason: str) -> None:
-        """Count what a queue has dropped, and log the first time. Call this in one thread only.
+        """Count what a queue has dropped, and log the reason the first time. Call this in one thread only.
 
         Args:
             queue: identifies the queue. If it is replaced, its total starts at 0 again.
-            total: number that the queue has dropped.
+            total: number of messages or calls that the queue has dropped so far.
         """
         before = self._queues.get(queue, 0)
         self._queues[queue] = total

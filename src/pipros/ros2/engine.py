@@ -43,7 +43,7 @@ class TopicQos:
 
 
 class EndpointKind(Enum):
-    """What an endpoint does with its topic or service."""
+    """The role of an endpoint."""
 
     PUBLISHER = "publisher"
     SUBSCRIBER = "subscriber"
@@ -79,9 +79,9 @@ class Problem:
     """A topic that a peer does not receive or send, or a node that peers do not see.
 
     Attributes:
-        kind: what the peer does with the topic; None for a node of our own.
-        name: of the topic or node.
-        node: of the peer, its GUID if the node is unknown, or empty.
+        kind: role of the peer's endpoint; None for a node of this engine.
+        name: name of the topic or node.
+        node: name of the peer's node, its GUID if the name is unknown, or empty.
     """
 
     kind: EndpointKind | None
@@ -135,7 +135,7 @@ class Announcement(Protocol):
     """A publisher of the engine. Thread-safe."""
 
     def publish(self, payload: bytes) -> None:
-        """Send CDR. Never waits for a slow subscriber: reliable ones beyond `depth` lose messages."""
+        """Send CDR. Never waits: a reliable subscriber more than `depth` messages behind loses messages."""
 
     @property
     def subscriber_count(self) -> int:
@@ -143,9 +143,7 @@ class Announcement(Protocol):
 
     @property
     def dropped(self) -> int:
-        """Number of messages that a subscriber is known to have lost because it, or the way to it, is too
-        slow.
-        """
+        """Number of messages that subscribers are known to have lost: they or the network were too slow."""
 
     def close(self) -> None: ...
 
@@ -182,11 +180,11 @@ class Ros2Engine(Protocol):
     """A connection to the nodes of one domain. Thread-safe.
 
     Callbacks run in threads of the engine, one at a time for each subscription. `type_hash` is empty for
-    Humble.
+    Humble. Creating an endpoint raises PiprosError if the engine is closed or the name is not legal in ROS 2.
     """
 
     def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
-        """Create a publisher, which is visible at once."""
+        """Create a publisher, and announce it to the peers."""
 
     def subscribe(
         self,

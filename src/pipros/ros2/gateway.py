@@ -1,7 +1,8 @@
 """Passes topics, services and actions between a master and a ROS 2 domain.
 
-One thread observes ROS 1, which may block. Another thread compares both sides with the open topics, services
-and actions, and opens or closes them. Messages pass through neither: the receiving threads convert them.
+One thread observes ROS 1 with calls that may block. Another thread compares both sides with the open topics,
+services and actions, and opens or closes them. Messages pass through neither thread: the threads that receive
+them convert them.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ Open = ToRos1 | ToRos2 | Ros1Service | Ros2Service | ActionToRos1 | ActionToRos2
 Key = tuple[Kind, Direction, str]
 """Identifies a topic, service or action. The name is the one on the publishing or offering side."""
 _Wanted = tuple[object, Callable[[], Open]]
-"""A version, whose change requires opening again, and a function that opens."""
+"""A version, and a function that opens the topic, service or action. A new version requires opening again."""
 
 
 def new_identity(node: Node) -> str:
@@ -61,7 +62,7 @@ def new_identity(node: Node) -> str:
 
 
 class Gateway:
-    """Connects the master of a node to ROS 2. Node and engine belong to the caller."""
+    """Connects the master of a node to ROS 2. The caller must close the node and the engine."""
 
     def __init__(
         self,
@@ -123,7 +124,7 @@ class Gateway:
             self._threads.append(thread)
 
     def close(self) -> None:
-        """Stop the threads. Closing the node and the engine withdraws topics, services and actions."""
+        """Stop the threads. Open topics, services and actions remain until the node and engine are closed."""
         self._is_closed.set()
         self._changed.set()
         self._looker.close()
@@ -173,7 +174,7 @@ class Gateway:
         for (_, _, name), (_, each) in list(self._open.items()):
             try:
                 _update(each, graph.topics.get(name), found.publishers.get(name, ()))
-            except PiprosError as error:  # it does not stop the others
+            except PiprosError as error:  # one error must not stop the others
                 each.counts.fail(f"{name}: {error}")
 
     def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
@@ -216,7 +217,7 @@ class Gateway:
         return wanted
 
     def _is_part_of_action(self, kind: Kind, direction: Direction, name: str, graph: Ros1Graph) -> bool:
-        """Return whether a topic or service only passes as a part of an action."""
+        """Return whether a topic or service passes only as a part of an action."""
         if self._rules.names(kind, direction, name):
             return False
         topic = graph.topics.get(name) if (kind, direction) == (Kind.TOPIC, Direction.TO_ROS2) else None
@@ -250,7 +251,7 @@ class Gateway:
         )
 
     def _pair_of_any(self, types: Collection[str]) -> TypePair:
-        """Return the pair for the first type that has one. Raises the error of the first type otherwise."""
+        """Return the pair for the first type that has one, or raise the error for the first type."""
         errors = []
         for each in sorted(types):
             try:
@@ -321,7 +322,7 @@ class Gateway:
         """Return the ROS 2 publisher with a key, or None if its messages must not pass."""
         found = self._known.get(key)
         if found is None and key not in self._unknown:
-            self._unknown.add(key)  # until the next update, so that its messages cost little
+            self._unknown.add(key)  # its messages cost little until the next update
             self._known = {each.key: each for each in self._engine.endpoints() if not self._is_own(each)}
             found = self._known.get(key)
         return found
@@ -370,7 +371,7 @@ def _row(key: Key, each: Open, rate: float) -> Row:
 
 
 def _update(each: Open, topic: Ros1Topic | None, publishers: Sequence[Endpoint]) -> None:
-    """Match an open topic, service or action to both sides."""
+    """Update an open topic, service or action to match both sides."""
     if isinstance(each, ToRos2):
         each.update(topic.publishers if topic else ())
     elif isinstance(each, ToRos1):
@@ -386,7 +387,7 @@ class _ByRule(PiprosError):
 
 @contextlib.contextmanager
 def _skipping(skipped: dict[str, LeftOut], key: Key) -> Iterator[None]:
-    """Suppress an error of the block, and add the name and the reason to `skipped`."""
+    """Suppress a PiprosError or ValueError in the block, and add the name and the reason to `skipped`."""
     try:
         yield
     except (PiprosError, ValueError) as error:

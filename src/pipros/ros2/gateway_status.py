@@ -1,4 +1,4 @@
-"""Status reports of a gateway: open topics, services and actions with rates, and names left out. Pure."""
+"""Status reports of a gateway: open topics, services and actions with rates, and names left out. No I/O."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.ros2.engine import EndpointKind, Problem
 from pipros.ros2.rules import Direction, Kind
 
 _SHOWN: Final = 200
-"""Topics, services and actions that a diagnostic status lists."""
+"""Maximum number of topics, services and actions that a diagnostic status lists."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,13 +19,13 @@ class Row:
     """A topic, service or action that passes.
 
     Attributes:
-        kind, direction: the words of the rules.
+        kind, direction: as in files with rules.
         types: the types in ROS 1 and ROS 2.
-        active: whether a node on the other side subscribes; true for services and actions.
+        active: whether the gateway subscribes to the topic; always true for services and actions.
         count: number of messages, calls or goals.
         rate: messages, calls or goals per second.
         dropped: number of messages, calls or goals that failed.
-        reason: why the last one failed, or empty.
+        reason: why a message, call or goal last failed, or empty.
     """
 
     kind: str
@@ -49,7 +49,9 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class GatewayStatus:
-    """A report. The keys of `left_out` are of the form `topics: to_ros1: /name`, then perhaps ` (node)`."""
+    """A report. Keys of `left_out` have the form `topics: to_ros1: /name`, with ` (subscriber /node)` for
+    problems of peers.
+    """
 
     identity: str
     passed: Sequence[Row] = ()

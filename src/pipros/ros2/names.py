@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pipros.basics.errors import InvalidName
 
 _NAME_LIMIT = 255
-"""Maximum length of a topic's name in DDS."""
+"""Maximum length of a topic's name in DDS, in characters."""
 
 _PART = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _DDS_TYPE = re.compile(r"([A-Za-z]\w*)::(msg|srv|action)::dds_::([A-Za-z]\w*)_", re.ASCII)
@@ -24,7 +24,7 @@ class ServiceTopics:
 
 @dataclass(frozen=True, slots=True)
 class ActionNames:
-    """The services and topics of an action, which `fully qualified name/_action/` precedes."""
+    """The full names of an action's services and topics, such as `/fibonacci/_action/send_goal`."""
 
     send_goal: str
     cancel_goal: str
@@ -34,11 +34,11 @@ class ActionNames:
 
 
 def checked_name(name: str) -> str:
-    """Return a fully qualified ROS 2 name.
+    """Return a name, which must be a fully qualified ROS 2 name.
 
     Raises:
-        InvalidName: a part does not begin with a letter or `_` (ROS 1 also allows digits), or contains
-            characters that are not allowed.
+        InvalidName: the name does not begin with a slash, or a part does not begin with a letter or `_`
+            (ROS 1 also allows digits), contains other characters, or contains `__`.
     """
     parts = name.split("/")
     if (
@@ -88,7 +88,7 @@ def topic_of_dds(name: str) -> str | None:
 
 
 def service_of_dds(name: str) -> str | None:
-    """Return the service to which a topic in DDS belongs, or None."""
+    """Return the service to which a topic in DDS belongs, or None if there is none."""
     for prefix, suffix in (("rq/", "Request"), ("rr/", "Reply")):
         if name.startswith(prefix) and name.endswith(suffix):
             return name[2 : -len(suffix)]
@@ -114,7 +114,7 @@ def type_of_dds(name: str) -> str | None:
 
 
 def zenoh_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
-    """Return the key of rmw_zenoh for a topic or a service.
+    """Return rmw_zenoh's key for a topic or a service.
 
     Args:
         type_hash: the hash of the type, or `TypeHashNotSupported` for Humble.

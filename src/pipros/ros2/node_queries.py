@@ -1,4 +1,4 @@
-"""Queries of nodes that may not answer, each in its own thread."""
+"""Queries to nodes, each in its own thread, because nodes may not answer."""
 
 from __future__ import annotations
 
@@ -11,13 +11,16 @@ from typing import Any, Final
 from pipros.net.workers import Workers
 
 RETRY_S: Final = 10.0
-"""Age at which an answer is requested again. The old answer is used until then."""
+"""Minimum time between queries with the same key. The old answer is used until the new one arrives."""
 _AT_ONCE: Final = 16
 _LOG = logging.getLogger("pipros.ros2")
 
 
 class NodeQueries:
-    """Answers by key. A node that does not answer delays only its own key. Thread-safe."""
+    """Runs queries, and keeps the last answer for each key. Thread-safe.
+
+    A node that does not answer delays only its own key.
+    """
 
     def __init__(self, name: str, *, retry_s: float = RETRY_S) -> None:
         self._workers = Workers(name, _AT_ONCE)
@@ -29,7 +32,7 @@ class NodeQueries:
         self._is_closed = False
 
     def ask(self, key: Hashable, query: Callable[[], Any]) -> None:
-        """Start a query, unless it is running or its answer is recent. Ignore its answer if it is None."""
+        """Start a query, unless one with this key is running or recent. An answer of None is ignored."""
         with self._changed:
             age_s = time.monotonic() - self._asked_s.get(key, -self._retry_s)
             if key in self._running or age_s < self._retry_s:

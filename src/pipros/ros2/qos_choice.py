@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pipros.ros2.engine import Durability, Endpoint, Reliability, TopicQos
 
 LEAST_DEPTH = 10
-"""Minimum depth of publishers, ROS 2's default."""
+"""Minimum depth of publishers, and default depth of subscribers: the default of ROS 2."""
 
 _STATIC_TRANSFORMS = "/tf_static"
 _CLOCK = "/clock"
@@ -46,8 +46,9 @@ def offered_qos(
 ) -> TopicQos:
     """Return the QoS of a publisher in ROS 2 for a ROS 1 topic.
 
-    Reliable and volatile, the ROS 2 default. Latched topics are transient_local with one message for each
-    ROS 1 publisher, and so is `/tf_static`, whose transforms the gateway merges. `/clock` is best effort.
+    It is reliable and volatile, the ROS 2 default. Latched topics are transient_local with one message for
+    each ROS 1 publisher, and so is `/tf_static`, whose transforms the gateway merges. `/clock` is best
+    effort. The policies in `override` take precedence.
     """
     if topic == _CLOCK:
         qos = TopicQos(Reliability.BEST_EFFORT, Durability.VOLATILE, 1)

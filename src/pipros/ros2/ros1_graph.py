@@ -21,7 +21,7 @@ from pipros.ros2.node_queries import NodeQueries
 _ANSWERS_S = 0.3
 """Maximum time that `look` waits for the answers of nodes."""
 _Key = tuple[str, str, tuple[str, ...]]
-"""Name, type (of topics) and nodes of a topic or service."""
+"""Name, type (empty for services) and nodes of a topic or service."""
 _STATUSES = "actionlib_msgs/GoalStatusArray"
 _PARTS = {
     "goal": "ActionGoal",
@@ -149,7 +149,7 @@ def is_part_of_action(topic: str, kind: str) -> bool:
 
 
 def _suffix(kind: str) -> str:
-    """Return the part of an action's message type behind the name of the action."""
+    """Return the part of an action's message type after the action's name; empty for other types."""
     return next(
         (each for each in ("ActionGoal", "ActionResult", "ActionFeedback") if kind.endswith(each)), ""
     )

@@ -13,8 +13,9 @@ class Ros2Graph:
     """A snapshot of ROS 2.
 
     Attributes:
-        publishers, services, actions: by name. The values are publishers, and servers of the service or of
-            the `send_goal` service of the action.
+        publishers: the publishers of each topic.
+        services: the servers of each service.
+        actions: the servers of the `send_goal` service of each action.
     """
 
     def __init__(self, endpoints: Iterable[Endpoint]) -> None:
@@ -34,7 +35,7 @@ def callable_server(servers: Sequence[Endpoint]) -> Endpoint:
     """Return the first server that can be called.
 
     Raises:
-        PiprosError: there is none.
+        PiprosError: there is none; the text is the problem of the first server.
     """
     found = next((each for each in servers if not each.problem), None)
     if found is None:

@@ -32,7 +32,7 @@ _Choice = TypeVar("_Choice", bound=Enum)
 
 
 class Kind(Enum):
-    """Kind of name. The values are the keys of the file."""
+    """Kind of name. The values are the keys in the file."""
 
     TOPIC = "topics"
     SERVICE = "services"
@@ -48,7 +48,7 @@ class Direction(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """Whether a name passes, and the reason if not, for users."""
+    """Whether a name passes, and if not, the reason to show to users."""
 
     passes: bool
     reason: str = ""

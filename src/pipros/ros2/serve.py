@@ -37,7 +37,7 @@ class GatewayOptions:
     """Settings of a gateway.
 
     Attributes:
-        distribution: the ROS 2 distribution; None if the user did not name it.
+        distribution: the ROS 2 distribution; None if the user did not specify it.
         routers: Zenoh endpoints; empty for DDS.
     """
 
@@ -74,7 +74,7 @@ def gateway_node_name(domain: int, *, is_zenoh: bool) -> str:
 def serve_gateway(node: Node, options: GatewayOptions) -> int:
     """Pass topics, services and actions until Ctrl-C, SIGTERM or the end of the node. Waits for the master.
 
-    Return 1 after an error, which is printed.
+    Returns the exit code: 1 after an error, which is printed.
     """
     over = OnceEvent()
     failures: list[PiprosError] = []
@@ -121,7 +121,7 @@ def _announcement(options: GatewayOptions) -> str:
 
 
 def _check_name(node: Node) -> None:
-    """Raise AlreadyRunning if a node of this name answers, because a second one would shut it down."""
+    """Raise AlreadyRunning if a node of this name answers: registering this node would shut it down."""
     try:
         ask_pid(node.master.lookup_node(node.name), node.name)
     except PiprosError:

@@ -57,11 +57,11 @@ class ServicePair:
 
 
 class TypePairs:
-    """Finds the pairs. Thread-safe.
+    """Finds corresponding ROS 1 and ROS 2 types, with their conversions. Thread-safe.
 
     Args:
         folders: see `Catalog`.
-        is_lenient: whether to pass messages if hashes differ.
+        is_lenient: whether `check_hash` accepts hashes that differ.
     """
 
     def __init__(
@@ -123,10 +123,10 @@ class TypePairs:
         return self.of_ros1(Definition(rule.ros1_type, found._md5sum, found._full_text))
 
     def check_hash(self, ros2_type: str, expected: Collection[str], announced: str) -> None:
-        """Compare a hash that a ROS 2 node announces with those of a type. Empty hashes match all.
+        """Check that the hash that a ROS 2 node announces is one of a type's hashes. Empty hashes match any.
 
         Raises:
-            WrongHash: they differ.
+            WrongHash: the announced hash differs from all expected hashes.
         """
         if announced and all(expected) and announced not in expected and not self._is_lenient:
             raise WrongHash(

@@ -1,1 +1,1 @@
-"""ROS 2 bags (MCAP and SQLite): reading them as ROS 1 bags, and writing them."""
+"""Read ROS 2 bags (MCAP and SQLite) as ROS 1 bags, and write ROS 2 bags."""

@@ -86,7 +86,7 @@ def qos_profiles(*, is_latched: bool, version: int) -> Any:
 
 
 def qos_text(profiles: Sequence[Any]) -> str:
-    """Return profiles as text, as in MCAP and SQLite files; empty if there are none."""
+    """Return profiles as YAML text, as in MCAP and SQLite files; empty if there are none."""
     return yaml.safe_dump(list(profiles), sort_keys=False) if profiles else ""
 
 
@@ -110,7 +110,7 @@ def metadata_text(metadata: BagMetadata) -> str:
 
 
 def metadata_record(metadata: BagMetadata) -> str:
-    """Return the copy of the metadata that is within a file."""
+    """Return the copy of the metadata that an MCAP or SQLite file contains."""
     return yaml.safe_dump(_values(metadata), sort_keys=False)
 
 

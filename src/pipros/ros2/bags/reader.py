@@ -247,7 +247,7 @@ def open_any_bag(
     """Open a ROS 1 or ROS 2 bag: a file, or the folder of a ROS 2 bag.
 
     Raises:
-        BagError: it is not a bag, is damaged, or needs a library that is not installed.
+        BagError: the path is not a bag, or the bag is damaged or needs a library that is not installed.
         OSError: a file cannot be read.
     """
     if is_ros2_bag(path):
@@ -280,7 +280,7 @@ def _files(path: Path) -> tuple[BagMetadata | None, list[Path]]:
         raise BagError(
             f"{path}: its files or messages are compressed with {metadata.compression}; decompress them first"
         )
-    # Old versions include the folder name in the paths.
+    # Old versions of rosbag2 include the folder name in the paths.
     paths = [path / Path(name).name for name in metadata.files]
     if not paths:
         raise BagFormatError(f"{where} names no files")

@@ -51,7 +51,7 @@ def _translated(name: str) -> Iterator[None]:
 
 
 class SqliteReader:
-    """A `.db3` file open for reading, which is never written.
+    """A `.db3` file, opened read-only.
 
     Raises:
         BagFormatError: the file is not a bag, or is damaged.
@@ -62,7 +62,8 @@ class SqliteReader:
         uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
         with _translated(self._name):
             self._database = sqlite3.connect(uri, uri=True)
-        # Python handles signals while this function runs. SQLite discards the exception, and reports its own.
+        # Python handles signals while SQLite calls this function. SQLite replaces the exception of a signal
+        # handler with its own error, "interrupted".
         self._database.set_progress_handler(lambda: 0, _STEPS_PER_SIGNAL_CHECK)
         try:
             with _translated(self._name):
@@ -97,7 +98,7 @@ class SqliteReader:
         self._database.close()
 
     def _check_tables(self) -> None:
-        """Check that reading a table does not evaluate expressions from the file, which might never end."""
+        """Check that the tables are plain: others could evaluate expressions from the file without end."""
         names = ("topics", "messages", "message_definitions")
         query = "SELECT type, sql FROM sqlite_master WHERE lower(name) IN (?, ?, ?)"
         found = self._database.execute(query, names).fetchall()

@@ -37,17 +37,17 @@ class StorageReader(Protocol):
 
     @property
     def definitions(self) -> Mapping[str, str]:
-        """The texts of the types (`ros2msg`), by type. May be empty."""
+        """The `ros2msg` definitions, by type. May be empty."""
 
     @property
     def count_by_topic(self) -> Mapping[int, int]: ...
 
     @property
     def range_ns(self) -> tuple[int, int] | None:
-        """The times of the first and the last message, or None without messages."""
+        """The times of the first and the last message in ns, or None if there are no messages."""
 
     def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
-        """Yield topic, time and CDR in time order."""
+        """Yield topic id, time in ns and CDR of the messages from `first_ns` to `last_ns`, in time order."""
 
     def close(self) -> None: ...
 

@@ -46,7 +46,7 @@ class Ros2BagWriter:
 
     Attributes:
         skipped: why topics were left out, by topic.
-        incomplete: why messages of other topics were left out; the first reason.
+        incomplete: the first reason why messages of other topics were left out, by topic.
     """
 
     def __init__(
@@ -138,7 +138,7 @@ class Ros2BagWriter:
         self._last_ns = max(self._last_ns, time_ns)
 
     def finish(self) -> None:
-        """Do nothing: `close_storage` needs the name of the file."""
+        """Do nothing. Call `close_storage` instead, which needs the name of the file."""
 
     def close_storage(self, storage: str, file: str) -> BagMetadata:
         """Write the end of the file, and return the content of `metadata.yaml`."""
@@ -171,15 +171,17 @@ def new_ros2_bag(
     folders: Sequence[str | os.PathLike[str]] = (),
     rules: MappingRules = BUILTIN_RULES,
 ) -> Iterator[Ros2BagWriter]:
-    """Context manager for a new bag: a folder with one file and `metadata.yaml`, which appears when complete.
+    """Context manager for a new bag: a folder with one file and `metadata.yaml`.
+
+    Until the bag is complete, the folder has the suffix `.active`. After an error, it is removed.
 
     Args:
         storage: `mcap` or `sqlite3`.
-        compression: of the chunks in MCAP files: `none`, `lz4` or `zstd`.
+        compression: compression of the chunks in MCAP files: `none`, `lz4` or `zstd`.
         folders: folders with ROS 2 definitions; see `Catalog`.
 
     Raises:
-        BagError: a format is unknown, or a library is missing.
+        BagError: a format is unknown, a library is missing, or the `.active` folder exists.
         OSError: the folder cannot be written.
     """
     if storage not in SUFFIXES:

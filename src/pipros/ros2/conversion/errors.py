@@ -27,4 +27,4 @@ class NotConvertible(ConversionError):
 
 
 class InvalidRules(PiprosError):
-    """A file of mapping rules is malformed."""
+    """A file with mapping rules or gateway rules is malformed."""

@@ -2,16 +2,16 @@
 
 Theory of operation:
 
-- The function reads `data` once, from front to end, and appends parts to a list. No message object exists.
-- Numbers, times and fixed arrays collect in a run (`runs.py`), which one `unpack_from` and one
-  `pack` convert. If the offset in CDR is known modulo 8, the layout is chosen now, and otherwise when the
-  function runs.
-- Arrays of numbers, and of messages without padding such as points, are slices of the source.
+- The function reads `data` once, from start to end, and adds parts to a list. It creates no message objects.
+- Numbers, times and fixed arrays are collected in a run (`runs.py`), which one `unpack_from` and one
+  `pack` convert. If the offset in CDR is known modulo 8, the generator chooses the layout; otherwise, the
+  function chooses it.
+- Arrays of numbers, and of messages without padding such as points, are copied as slices of `data`.
 - Only arrays of other elements become loops.
 - A slice beyond the data is detected by the next `unpack_from`, or by the check at the end.
 - If fields correspond in another order, a first pass over the message finds their offsets.
 
-The source contains no text from definitions; tables are passed to it by numbered names.
+The generated source contains no text from definitions; it refers to tables by numbered names.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def converter_source(
     The function takes a `memoryview` of a ROS 1 message or of a CDR body, and returns a list of buffers.
 
     Raises:
-        NotConvertible: fields that correspond have types that do not.
+        NotConvertible: corresponding fields have types that do not correspond.
         DefinitionError: the types exceed a limit.
     """
     made = _Converter(pairing, limits, to_cdr=to_cdr)
@@ -83,7 +83,7 @@ class _Converter(RunEmitter):
         self.emit("return parts")
 
     def _ordered(self, ros1: Value, ros2: Value) -> tuple[Value, Value]:
-        """Return the values of source and target."""
+        """Return the source and the target."""
         return (ros1, ros2) if self.to_cdr else (ros2, ros1)
 
     # Messages ---------------------------------------------------------------------------------------------
@@ -154,7 +154,7 @@ class _Converter(RunEmitter):
         wanted: set[Path],
         found: dict[Path, tuple[Cursor, Value]],
     ) -> None:
-        """Emit a pass over fields, and collect the offsets of the wanted ones."""
+        """Emit code that passes over fields, and collect the offsets of the wanted fields."""
         for name, value in fields.items():
             path = (*above, name)
             if path in wanted:
@@ -255,7 +255,7 @@ class _Converter(RunEmitter):
         self.emit(f"add(data[{start} : {start} + {length}])")
 
     def _array(self, source: Value, target: Value) -> None:
-        """Emit the conversion of a sequence, or of a fixed array of anything but numbers."""
+        """Emit code that converts a sequence, or a fixed array of anything but numbers."""
         self.flush()
         count = self._copied_count(source, target)
         element = self._flat_element(source, target)
@@ -275,7 +275,7 @@ class _Converter(RunEmitter):
         self._loop(count, lambda: self._single(_one(source), _one(target)))
 
     def _loop(self, count: str, body: Callable[[], None]) -> None:
-        """Emit a loop in which the cursors are local names."""
+        """Emit a loop whose cursors are local variables."""
         self.flush()
         source = self.assign("o", str(self.source))
         target = self.assign("w", str(self.target)) if self.to_cdr else ""
@@ -311,7 +311,7 @@ class _Converter(RunEmitter):
         self.emit(f"_check_count({count}, {smallest}, {left}, {self._limits.empty_elements})")
 
     def _smallest_size(self, value: Value) -> int:
-        """Return a lower limit for the size of a value in the source."""
+        """Return a lower bound for the size of a value in the source, in bytes."""
         if value.form is Form.SEQUENCE or (value.form is Form.SINGLE and value.kind is Kind.STRING):
             return 4
         if value.form is Form.ARRAY:
@@ -350,7 +350,7 @@ class _Converter(RunEmitter):
     def _may_be_flat(self, value: Value) -> bool:
         """Return False for a type with strings, times or arrays other than fixed ones of numbers.
 
-        A trial for those types always fails, and nested trials would multiply.
+        For those types, the attempt in `_flat_element` always fails, and nested attempts would multiply.
         """
         if value.kind is not Kind.MESSAGE or value.message is None:
             return value.kind in (Kind.INTEGER, Kind.FLOAT) and value.form is not Form.SEQUENCE
@@ -365,7 +365,7 @@ class _Converter(RunEmitter):
     # One side only ----------------------------------------------------------------------------------------
 
     def _skip(self, value: Value) -> None:
-        """Emit the reading of a field that the target lacks."""
+        """Emit code that skips a field that the target lacks."""
         self._count_field(self._outer)
         is_number = value.kind in (Kind.INTEGER, Kind.FLOAT)
         if value.form is Form.SINGLE:
@@ -407,7 +407,7 @@ class _Converter(RunEmitter):
         return length
 
     def _fill(self, value: Value, pair: Pair) -> None:
-        """Emit the default value of a field that the source lacks."""
+        """Emit code that writes the default value of a field that the source lacks."""
         self._count_field(self._outer)
         count = value.length if value.form is Form.ARRAY else 1
         if count * max(1, value.size) > self._limits.message_values:

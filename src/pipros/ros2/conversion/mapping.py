@@ -1,6 +1,6 @@
-"""Which ROS 2 type corresponds to a ROS 1 type, and which fields correspond.
+"""Rules that determine which ROS 1 and ROS 2 types correspond, and which of their fields.
 
-Rules are those of ros1_bridge, whose YAML files are read unchanged
+The rules are those of ros1_bridge, and its YAML files can be used unchanged
 (https://github.com/ros2/ros1_bridge/blob/master/doc/index.rst):
 
 - a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, and other packages to those of the same name;
@@ -76,11 +76,11 @@ class MappingRules:
         return next((each for each in self.messages if _fits(each, ros1, ros2)), None)
 
     def service(self, ros1: str = "", ros2: str = "") -> ServiceRule | None:
-        """Like `message`."""
+        """Return the first rule for a service; see `message`."""
         return next((each for each in self.services if _fits(each, ros1, ros2)), None)
 
     def action(self, ros1: str = "", ros2: str = "") -> ActionRule | None:
-        """Like `message`."""
+        """Return the first rule for an action; see `message`."""
         return next((each for each in self.actions if _fits(each, ros1, ros2)), None)
 
     def candidates_in_ros2(self, ros1: str, middle: str = "msg") -> Iterator[str]:

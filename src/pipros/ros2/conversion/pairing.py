@@ -54,7 +54,7 @@ class Pair:
 
 
 class Pairing:
-    """Finder of pairs.
+    """Finds corresponding types, and pairs of corresponding messages.
 
     Args:
         lookup: the ROS 1 definitions.

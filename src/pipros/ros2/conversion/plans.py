@@ -29,13 +29,13 @@ from pipros.ros2.interfaces.type_hash import ActionHashes, action_hashes, messag
 _Convert = Callable[[memoryview], list[Any]]
 
 _TRAILING = 3
-"""Bytes of padding that some vendors add to a message."""
+"""Maximum number of padding bytes that some vendors append to a message."""
 
 _ENCODINGS = {b"\0\0": "big-endian CDR", b"\0\2": "big-endian PL_CDR", b"\0\3": "PL_CDR"}
 
 
 class Plan:
-    """Conversion of one message type in both directions, compiled at the first use of each.
+    """Conversion of one message type in both directions, each compiled when it is first used.
 
     Attributes:
         ros1_type, ros2_type: the names, such as `std_msgs/String` and `std_msgs/msg/String`.
@@ -55,7 +55,7 @@ class Plan:
         """Compile both directions.
 
         Raises:
-            NotConvertible: fields that correspond have types that do not.
+            NotConvertible: corresponding fields have types that do not correspond.
             DefinitionError: the types exceed a limit.
         """
         self._function(to_cdr=True)
@@ -65,16 +65,17 @@ class Plan:
         """Return the CDR of a ROS 1 message as buffers, which may be views of `data`.
 
         Raises:
-            ConversionError: the bytes are not a message of the type. BoundExceeded: a field is too long.
+            ConversionError: the bytes are not a message of the type.
+            BoundExceeded: a field is longer than ROS 2 allows.
         """
         return self._run(memoryview(data).cast("B").toreadonly(), to_cdr=True)
 
     def to_cdr(self, data: Buffer) -> bytes:
-        """Like `to_cdr_parts`, but return the joined parts."""
+        """Return the CDR of a ROS 1 message. Raises the same errors as `to_cdr_parts`."""
         return b"".join(self.to_cdr_parts(data))
 
     def to_ros1_parts(self, cdr: Buffer) -> list[Any]:
-        """Return the ROS 1 message for CDR as buffers. The `seq` of headers is 0.
+        """Return the ROS 1 message for CDR as buffers, which may be views of `cdr`. `seq` in headers is 0.
 
         Raises:
             ConversionError: the bytes are not little-endian CDR of the type.
@@ -87,7 +88,7 @@ class Plan:
         return self._run(view[len(HEADER) :], to_cdr=False)
 
     def to_ros1(self, cdr: Buffer) -> bytes:
-        """Like `to_ros1_parts`, but return the joined parts."""
+        """Return the ROS 1 message for CDR. Raises the same errors as `to_ros1_parts`."""
         return b"".join(self.to_ros1_parts(cdr))
 
     def _run(self, data: memoryview, *, to_cdr: bool) -> list[Any]:
@@ -124,7 +125,7 @@ class ActionPlan:
     """Conversion of an action.
 
     Attributes:
-        result: its messages begin with the ROS 2 status of the goal (one byte), on both sides.
+        result: plan for messages that begin with the ROS 2 status of the goal (one byte) on both sides.
     """
 
     ros1_type: str
@@ -135,7 +136,7 @@ class ActionPlan:
 
 
 class Plans:
-    """Plans by type. Each is made once.
+    """Plans by type. Each is created once.
 
     Args:
         rules: see `mapping.merged`.

@@ -1,7 +1,7 @@
-"""Emit the reading of a source and the writing of a target, of which one is CDR, with known alignments.
+"""Emit code that reads a source and writes a target, one of which is CDR.
 
-`RunEmitter` has the cursors on both sides. Bytes that are copied, dropped or filled collect in a run, which
-`flush` converts by a single statement.
+`RunEmitter` has the cursors on both sides. Items that are copied, dropped or filled are collected in a run,
+which one statement emitted by `flush` converts.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pipros.ros2.conversion.runs import PHASES, TESTS, Check, Item, Layout, Role
 
 @dataclass(frozen=True, slots=True)
 class Cursor:
-    """An offset: a local name, which is a multiple of `unit`, or nothing, and a constant."""
+    """An offset: `delta`, plus the local variable `base`, a multiple of `unit`, unless `base` is empty."""
 
     base: str = ""
     delta: int = 0
@@ -37,12 +37,12 @@ class Cursor:
 
 
 class RunEmitter(Emitter):
-    """Statements of a function that reads `data`, a memoryview, and passes parts to `add`.
+    """Emits the statements of a function that reads `data`, a memoryview, and passes parts to `add`.
 
     Attributes:
         tables: values that the function needs, by name.
         items: the current run.
-        source, target: the offsets behind the last run. The target's is unused if the target is ROS 1.
+        source, target: the offsets after the last run. `target` is unused if the target is ROS 1.
     """
 
     def __init__(self, *, to_cdr: bool) -> None:
@@ -54,7 +54,7 @@ class RunEmitter(Emitter):
         self.target = Cursor()
 
     def slice(self, size: str, ahead: int) -> tuple[str, str]:
-        """Return expressions for the next `size` bytes after `ahead` others, and move behind them."""
+        """Skip `ahead` and `size` bytes of the source. Return expressions for the latter's start and end."""
         start = str(self.source.plus(ahead))
         end = self.assign("o", f"{start} + {size}")
         self.source = Cursor(end, 0, 1)
@@ -78,7 +78,7 @@ class RunEmitter(Emitter):
             self.target = self.target.plus(unit - rest)
 
     def align_elements(self, count: str) -> None:
-        """Emit the alignment of elements to 8 bytes behind a length. An empty sequence has no padding."""
+        """Emit code that aligns the elements after a length to 8 bytes. An empty sequence has no padding."""
         cursor = self.target if self.to_cdr else self.source
         name = self.assign("w" if self.to_cdr else "o", str(cursor))
         with self.block(f"if {count} and {name} & 7:"):
@@ -104,7 +104,7 @@ class RunEmitter(Emitter):
         return Cursor(self.assign("w", expression), 0, unit)
 
     def flush(self) -> None:
-        """Emit the conversion of the run collected so far."""
+        """Emit code that converts the run collected so far."""
         items = [item for item in self.items if item.size]
         self.items = []
         if not items:
@@ -158,7 +158,7 @@ class RunEmitter(Emitter):
             self.source = self._after(items, unit, f"{start} + {sizes}[{phase}]")
 
     def _after(self, items: Sequence[Item], unit: int, end: str) -> Cursor:
-        """Return CDR's cursor behind a run. The last item of the largest alignment fixes its remainder."""
+        """Return the CDR cursor after a run. The last item with the largest alignment fixes its remainder."""
         tail = 0
         present = [item for item in items if _is_in_cdr(item, to_cdr=self.to_cdr)]
         for number, item in enumerate(present):
@@ -189,6 +189,6 @@ def _is_in_cdr(item: Item, *, to_cdr: bool) -> bool:
 
 
 LENGTHS = tuple(struct.Struct(f"<{-phase % 4}xI").pack for phase in range(4))
-"""Functions that write a length behind the padding, by the offset modulo 4."""
+"""Functions that encode a length after its padding, by the offset modulo 4."""
 
 PADS = tuple(bytes(count) for count in range(PHASES))

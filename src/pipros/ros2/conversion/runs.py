@@ -57,7 +57,7 @@ class Layout:
     Attributes:
         unpack: reads the copied blocks from the source at an offset.
         pack: writes the blocks.
-        source_size, target_size: bytes on both sides, including padding on the side of CDR.
+        source_size, target_size: bytes on both sides, including the padding in CDR.
         is_plain: whether the run is a single block in both formats.
         checked: offset of each checked item in the source.
     """
@@ -166,15 +166,16 @@ TESTS = {
     Check.LEVEL_TO_ROS2: (0, "> 0"),
     Check.LEVEL_TO_ROS1: (0, "> 0"),
 }
-"""The byte of a checked item, and the test on it that tells whether the item must be corrected."""
+"""For each check, the offset of a byte in the item, and the condition on it for correcting the item."""
 
 
 def check_count(count: int, smallest: int, left: int, most_empty: int) -> None:
     """Check the number of elements of an array against the bytes that are left.
 
     Args:
-        smallest: the size of the smallest element.
-        most_empty: the number of elements that may take no bytes.
+        smallest: minimum size of an element in bytes.
+        left: number of bytes that are left.
+        most_empty: maximum number of elements if they may have no bytes.
 
     Raises:
         ConversionError: there are too many elements.

@@ -29,7 +29,8 @@ class Value:
     """The type of a field.
 
     Attributes:
-        size: bytes of one number or time.
+        length: number of elements of an array.
+        size: size in bytes of one number or time.
         message: the definition of an embedded message.
         bound: maximum number of elements; 0 for no maximum.
         string_bound: maximum number of characters; 0 for no maximum.
@@ -57,7 +58,7 @@ WHOLE_MESSAGES = {
     TIME: Kind.TIME,
     DURATION: Kind.DURATION,
 }
-"""Messages that contain a single time, which may be a built-in type in the other language."""
+"""Messages that contain a single time or duration, which may have a built-in type on the other side."""
 
 
 class Values:
@@ -73,7 +74,7 @@ class Values:
         return Value(kind, size=0 if kind is Kind.MESSAGE else 8, message=message)
 
     def of_fields(self, message: MessageSpec | Ros2Message) -> dict[str, Value]:
-        """Return the fields of a message in order."""
+        """Return the values of a message's fields by name, in order."""
         if isinstance(message, MessageSpec):
             return {each.name: self._ros1(each.type) for each in message.fields}
         return {each.name: self._ros2(each.type, each.default) for each in message.fields}

@@ -103,18 +103,18 @@ class Catalog:
         self._actions: dict[str, Ros2Action] = {}
 
     def add(self, messages: Mapping[str, Ros2Message]) -> None:
-        """Add definitions, such as those in a bag, which take precedence."""
+        """Add definitions, such as those in a bag. They take precedence over all others."""
         self._messages.update(messages)
 
     def add_derived(self, specs: Mapping[str, MessageSpec]) -> None:
-        """Add ROS 1 types whose packages are unknown, with the fields of the ROS 1 definition."""
+        """Add types derived from ROS 1, unless they are known or pipros carries their packages."""
         for spec in specs.values():
             made = derived_message(spec)
             if not self._is_carried_package(made.type) and not self.has_message(made.type):
                 self._messages[made.type] = made
 
     def add_service(self, service: Ros2Service) -> None:
-        """Add a definition, which takes precedence."""
+        """Add a definition. It takes precedence over all others."""
         self._services[service.type] = service
 
     def message(self, name: str) -> Ros2Message:
@@ -122,7 +122,7 @@ class Catalog:
 
         Raises:
             NotFound: the type is unknown.
-            DefinitionError: its file is invalid.
+            DefinitionError: its definition is invalid or cannot be read.
         """
         if name not in self._messages:
             found = self._file(name)
@@ -266,7 +266,7 @@ def folders_of_environment(environment: Mapping[str, str]) -> list[Path]:
 
 
 def installed_definitions() -> Ros1Definitions:
-    """Return the definitions of the ROS 1 packages on the path."""
+    """Return the definitions of the installed ROS 1 packages."""
     from pipros.msg.importing.hook import installed_library
 
     definitions = installed_library().definitions

@@ -19,7 +19,7 @@ from pipros.ros2.interfaces.spec import (
 
 _TIMES = {"time": TIME, "duration": DURATION}
 _LOST = (HEADER, "seq")
-"""The field that ROS 2 has removed from a type without renaming it."""
+"""A type, and the field that ROS 2 has removed from it."""
 
 
 def derived_message(spec: MessageSpec, type_name: str = "") -> Ros2Message:

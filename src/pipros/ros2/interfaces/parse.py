@@ -1,6 +1,6 @@
 """Parse ROS 2 `.msg`, `.srv` and `.action` files (https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html).
 
-The language extends the ROS 1 language by bounded strings and sequences, `wstring`, and default values. It
+The language extends the ROS 1 language with bounded strings and sequences, `wstring`, and default values. It
 lacks `time`, `duration` and the short form `Header`.
 """
 
@@ -35,11 +35,11 @@ _CONSTANT = re.compile(
     r"(?P<type>[a-z]\w*(<=\d+)?)\s+(?P<name>[A-Za-z]\w*)\s*=\s*(?P<value>.*)", re.ASCII | re.DOTALL
 )
 _LENGTH_LIMIT = 1 << 26
-"""Maximum length of an array, and of the strings and sequences with a bound."""
+"""Maximum length of an array, and maximum bound of a string or sequence."""
 
 
 def is_full_name(name: str) -> bool:
-    """Return True for a name like `std_msgs/msg/String`."""
+    """Return whether a name has the form of `std_msgs/msg/String`."""
     return _FULL_NAME.fullmatch(name) is not None
 
 
@@ -117,7 +117,7 @@ def messages_from_text(type_name: str, text: str) -> dict[str, Ros2Message]:
 
 
 def full_name(name: str, package: str = "") -> str:
-    """Return the name with three parts for `Name`, `package/Name` or `package/msg/Name`.
+    """Return the three-part name for `Name`, `package/Name` or `package/msg/Name`.
 
     >>> full_name("std_msgs/String")
     'std_msgs/msg/String'

@@ -24,7 +24,7 @@ SIZES = {
     "float32": 4,
     "float64": 8,
 }
-"""Types of one number, with their size in CDR, which is also their alignment."""
+"""Numeric types, with their size in bytes in CDR, which is also their alignment."""
 
 PRIMITIVES = frozenset((*SIZES, "string", "wstring"))
 
@@ -95,7 +95,7 @@ class Ros2Constant:
 
 @dataclass(frozen=True, slots=True)
 class Ros2Message:
-    """A message definition, or one half of a service.
+    """A message definition, or a part of a service or an action.
 
     Attributes:
         type: `package/msg/Name`.
@@ -109,7 +109,7 @@ class Ros2Message:
     file: str = ""
 
     def text(self) -> str:
-        """Return the definition without comments, as a file would have it."""
+        """Return the definition as in a file, without comments."""
         lines = [f"{each.type} {each.name}={each.text}" for each in self.constants]
         for field in self.fields:
             if field != NO_FIELDS:

@@ -1,4 +1,4 @@
-"""A participant of RTPS 2.3, the protocol of DDS, for the part of it that ROS 2 uses.
+"""A participant of RTPS 2.3, the wire protocol of DDS, limited to what ROS 2 uses.
 
 Modules without sockets and without a clock, from bytes to samples:
 
@@ -8,9 +8,9 @@ Modules without sockets and without a clock, from bytes to samples:
     peers, connections, presence        other participants, matched endpoints, our own announcements
     engine                              all of these: datagrams in, datagrams and events out
 
-`participant` adds sockets and threads; `topics`, `services` and `nodes` are for programs, and `ros2_engine`
-adapts them to the gateway. XTypes, security, TCP, keyed topics and partitions are left out: ROS 2 needs none
-of them for topics and services.
+`participant` adds sockets and threads; `topics`, `services` and `nodes` are its thread-safe interface, which
+`ros2_engine` adapts to the gateway. XTypes, security, TCP, keyed topics and partitions are left out: ROS 2
+needs none of them for topics and services.
 
 Compared with the alternatives: the wheel of Cyclone DDS has no related sample identity, so it cannot serve
 or call services of Fast DDS, and there is none for Linux on ARM; dust-dds cannot pass on serialized data.

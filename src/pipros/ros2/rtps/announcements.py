@@ -31,7 +31,7 @@ from pipros.ros2.rtps.parameters import (
 from pipros.ros2.rtps.qos import Durability, Liveliness, Qos, Reliability
 
 _BUILTIN_ENDPOINTS: Final = 0x3F
-"""Writers and readers of participants, publications and subscriptions."""
+"""Bits for the built-in writers and readers of participants, publications and subscriptions."""
 _MAX_LOCATORS: Final = 16
 _MAX_PARTITIONS: Final = 64
 _MAX_BLOCKING_S: Final = 0.1

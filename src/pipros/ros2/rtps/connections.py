@@ -1,7 +1,7 @@
 """The local endpoints of a participant, and their connections with remote ones.
 
 A local and a remote endpoint with the same topic and type, and compatible quality of service, match: the
-writer gets a proxy of the reader, and the reader one of the writer.
+local one gets a proxy of the remote one.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Local:
     """An endpoint of this participant.
 
     Attributes:
-        announcement: sequence number of its announcement.
+        announcement: sequence number of the endpoint's announcement.
     """
 
     data: EndpointData
@@ -113,7 +113,7 @@ class Connections:
         self.events.append(Matched(entity, remote, True))
 
     def mismatched(self, peer: Peer) -> Iterator[Mismatched]:
-        """Yield the endpoints of a peer that match none of the local endpoints of their topic."""
+        """Yield a mismatch for each endpoint of a peer that matches no local endpoint of its topic."""
         for remote in peer.endpoints.values():
             found = [
                 _mismatched(each.data, remote)

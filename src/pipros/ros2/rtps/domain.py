@@ -11,7 +11,7 @@ from pipros.basics.graph_variables import InvalidEnvironment
 
 MULTICAST_GROUP: Final = "239.255.0.1"
 MAX_DOMAIN: Final = 101
-"""Ports of domains above 101 are in the range from which Linux assigns ports to other programs."""
+"""The highest domain: ports of higher ones are in the range that Linux assigns to other programs."""
 PROBED_PARTICIPANTS: Final = 33
 """Number of participants to look for on a host without multicast, as in ROS 2."""
 
@@ -30,7 +30,7 @@ class DiscoveryRange(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Discovery:
-    """Which participants can be found.
+    """Settings that determine which participants are found.
 
     Attributes:
         static_peers: further host names or addresses to contact; ignored if the range is OFF.
@@ -85,7 +85,7 @@ def multicast_port(domain: int) -> int:
 
 
 def discovery_port(domain: int, participant: int) -> int:
-    """Return the port for announcements to a participant; those of a host are counted from 0.
+    """Return the port for announcements to a participant. The participants of a host are numbered from 0.
 
     >>> discovery_port(1, 3)
     7666

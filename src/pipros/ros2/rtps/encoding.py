@@ -1,6 +1,6 @@
 """Encoding of submessages (OMG DDSI-RTPS 2.3, section 9.4), little-endian.
 
-Each function returns one submessage, or the part before a payload that is not copied.
+Each function returns one submessage, or the part before its payload, which need not be copied then.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def datagram_head(own_prefix: bytes, destination: bytes | None = None) -> bytes:
 
 
 def info_timestamp(seconds: int, fraction: int) -> bytes:
-    """Return INFO_TS: the source time of the following samples; its fraction counts units of 2**-32 s."""
+    """Return INFO_TS, the source time of the following samples. `fraction` is in units of 2**-32 s."""
     return _TIMESTAMP.pack(INFO_TS, LITTLE, 8, seconds & 0xFFFFFFFF, fraction)
 
 
@@ -106,7 +106,7 @@ def data_frag_head(
 def heartbeat(
     reader: bytes, writer: bytes, first: int, last: int, count: int, *, is_final: bool = False
 ) -> bytes:
-    """Return HEARTBEAT. A reader must answer unless it is final."""
+    """Return HEARTBEAT. A reader must answer it unless `is_final`."""
     flags = LITTLE | (FINAL if is_final else 0)
     return _HEARTBEAT_WHOLE.pack(
         HEARTBEAT,
@@ -144,7 +144,7 @@ def _whole(kind: int, flags: int, *parts: bytes) -> bytes:
 def acknack(
     reader: bytes, writer: bytes, base: int, missing: Sequence[int], count: int, *, is_final: bool
 ) -> bytes:
-    """Return ACKNACK; see `AckNack`. Writers need not answer if it is final."""
+    """Return ACKNACK; see `AckNack`. A writer need not answer it if `is_final`."""
     numbers = _number_set(base, missing)
     flags = FINAL if is_final else 0
     return _whole(ACKNACK, flags, reader, writer, numbers, _COUNT.pack(count & 0x7FFFFFFF))

@@ -3,8 +3,8 @@
 Theory of operation. Announcements of the participant (SPDP) are repeated for as long as it exists; they find
 other participants. Two built-in pairs of writers and readers (SEDP), which are reliable and keep their
 history for late readers, exchange the endpoints of both sides. A local and a remote endpoint with the same
-topic and type, and compatible quality of service, match, and samples flow between them. A peer has ended if
-it announces its end, or if it is silent for longer than its lease.
+topic and type, and compatible quality of service, match, and samples flow between them. A peer counts as
+ended if it announces its end, or if it is silent for longer than its lease.
 
 The engine never raises because of a datagram. It is not thread-safe.
 """
@@ -226,7 +226,7 @@ class Engine:
         return peer.endpoints.get(guid) if peer else None
 
     def mismatched(self) -> list[Mismatched]:
-        """Return the remote endpoints that match none of the local endpoints of their topic."""
+        """Return a mismatch for each remote endpoint that matches no local endpoint of its topic."""
         return [found for peer in self.peers for found in self._connections.mismatched(peer)]
 
     def close(self) -> None:
@@ -263,8 +263,8 @@ class Engine:
         """Do what is due: announcements, heartbeats, repeated requests, bursts, and the end of leases.
 
         Args:
-            handled_until: every datagram that arrived before this time has been passed to `receive`. So what
-                a peer has answered in time is not requested again, and a lease that it has renewed goes on.
+            handled_until: every datagram that arrived before this time has been passed to `receive`. So a
+                request that was answered in time is not repeated, and a lease renewed in time does not end.
         """
         if self._is_closed:
             return
@@ -346,7 +346,7 @@ class Engine:
         if peer is not None:
             peer.data = announced
             if not self._has_answered(peer):
-                self._presence.answer(peer)  # it may have lost the first one
+                self._presence.answer(peer)  # the peer may have lost the first one
             return
         peer = self.peers.add(announced, cost_bytes(bytes(data.payload)), host, now)
         if peer is None:
@@ -361,7 +361,7 @@ class Engine:
         self._events.append(PeerChanged(announced, True))
 
     def _has_answered(self, peer: Peer) -> bool:
-        """Return False if a peer may not know us."""
+        """Return False if a peer may not have received our announcements."""
         guid = peer.data.prefix + PUBLICATIONS_READER
         return self._connections.writers[PUBLICATIONS_WRITER].readers[guid].is_greeted
 
@@ -378,7 +378,7 @@ class Engine:
         self._events.append(PeerChanged(peer.data, False))
 
     def _on_endpoint(self, sample: Sample) -> None:
-        """Handle an announcement of SEDP."""
+        """Handle the announcement of a remote endpoint, or of its end."""
         prefix = sample.writer[:12]
         peer = self.peers.get(prefix)
         if peer is None:

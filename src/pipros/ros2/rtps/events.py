@@ -19,7 +19,7 @@ class Settings:
         me: its own announcement.
         announce_to: addresses besides those of known peers: a multicast group, or ports of hosts.
         local_hosts: this machine's addresses; peers there get larger datagrams.
-        request_bytes: how much may be requested of a writer at a time.
+        request_bytes: maximum number of bytes to request from a writer at a time.
     """
 
     me: ParticipantData
@@ -59,14 +59,14 @@ class EndpointChanged(NamedTuple):
 
 
 class PeerChanged(NamedTuple):
-    """Another participant was found, or has ended."""
+    """Another participant was found, or has ended if `is_present` is False."""
 
     peer: ParticipantData
     is_present: bool
 
 
 class OverLimit(NamedTuple):
-    """Further endpoints of this participant are ignored, because it has reached the limit."""
+    """Further endpoints of a participant are ignored, because it has reached the limit."""
 
     prefix: bytes
 

@@ -133,7 +133,7 @@ def read_info(payload: bytes, size: GidBytes) -> ParticipantInfo | None:
 
 
 class Knowledge(Enum):
-    """Knowledge of the size of GIDs in a domain."""
+    """Whether the size of GIDs in a domain is known; MIXED if both sizes were seen."""
 
     UNKNOWN = "unknown"
     KNOWN = "known"
@@ -161,7 +161,7 @@ class GraphInfo:
         """Create the graph information of a participant without nodes.
 
         Args:
-            make_writer: called right before the first publication.
+            make_writer: function that creates the writer, called before the first publication.
             size: the size of GIDs; None to learn it from the messages of other participants.
         """
         self.others: dict[bytes, ParticipantInfo] = {}

@@ -9,7 +9,7 @@ from pipros.ros2.rtps.parameters import Parameters
 from pipros.ros2.rtps.submessages import MAX_SET, Buffer, DataFrag
 
 PIECE_OVERHEAD_BYTES: Final = 150
-"""Memory of a fragment besides its payload: fragments of one byte would use 100 times the budget."""
+"""Memory of a piece besides its payload. Uncounted, it would let tiny fragments use 100 times the budget."""
 
 
 @dataclass(slots=True, eq=False)
@@ -124,7 +124,7 @@ class Assembly:
 
     @property
     def is_answered(self) -> bool:
-        """True if the last of the requested fragments has arrived; earlier ones may be missing again."""
+        """True if the last of the requested fragments has arrived, even if others were lost again."""
         return 0 < self._last_requested <= len(self._has) and bool(self._has[self._last_requested - 1])
 
     def request(self, limit_bytes: int) -> tuple[int, ...]:

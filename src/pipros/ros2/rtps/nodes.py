@@ -1,4 +1,4 @@
-"""The nodes of a domain: reads and publishes the topic `ros_discovery_info`."""
+"""Receive and publish the nodes of a domain on the topic `ros_discovery_info`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Nodes:
     def __init__(
         self, participant: Participant, size: GidBytes | None = None, type_hash: bytes = b""
     ) -> None:
-        """Subscribe. Nothing is published, and no writer announced, before the size of GIDs is known.
+        """Subscribe to the topic. Nothing is published, and no writer announced, until the GID size is known.
 
         Args:
             size: size of GIDs in this domain; None to learn it.
@@ -49,7 +49,7 @@ class Nodes:
 
     @property
     def knowledge(self) -> Knowledge:
-        """Knowledge of the size of GIDs."""
+        """Whether the size of GIDs in the domain is known."""
         return self._info.knowledge
 
     def announce(self, nodes: Sequence[NodeInfo]) -> None:

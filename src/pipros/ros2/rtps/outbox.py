@@ -1,4 +1,4 @@
-"""Datagrams to send, at once or in bursts.
+"""Datagrams to send, immediately or in bursts.
 
 A burst of large datagrams overflows the receive buffer of a peer, which usually has 208 KiB, room for three
 datagrams of 60 kB. So fragments, repeated samples and the history for late readers are sent in short bursts.
@@ -29,8 +29,9 @@ class Transfer(NamedTuple):
 
     Attributes:
         key: identifies the transfer, which is queued only once at a time.
-        datagrams: created when they are sent.
-        is_current: returns False if the sample is no longer kept; the rest is then dropped.
+        datagrams: iterator that creates each datagram when it is sent.
+        is_current: function that returns False if the sample is no longer kept. The remaining datagrams are
+            then dropped.
     """
 
     key: tuple[bytes, bytes, int]
@@ -52,7 +53,7 @@ class Outbox:
         self._next_burst_at = -math.inf
 
     def send(self, address: Address, *parts: Buffer) -> None:
-        """Add a datagram to be sent at once."""
+        """Add a datagram to be sent immediately."""
         self._ready.append(Outgoing(address, parts))
 
     def queue(self, transfer: Transfer) -> None:

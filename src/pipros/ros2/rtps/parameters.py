@@ -86,7 +86,10 @@ def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: boo
 
 
 def read_parameter_list(payload: bytes | memoryview) -> tuple[Parameters, bool] | None:
-    """Return a payload's parameters, and whether they are little-endian; None for other payloads."""
+    """Return the parameters of a payload, and whether they are little-endian.
+
+    Return None if the payload is not a parameter list.
+    """
     if len(payload) < 4 or payload[0] != 0 or payload[1] not in (2, 3):
         return None
     is_little = payload[1] == 3
@@ -175,7 +178,7 @@ def read_locator(value: bytes, is_little: bool) -> Address | None:
 def related_sample(identity: SampleIdentity) -> bytes:
     """Encode inline QoS that names a related sample, in the standard's parameter and in that of Fast DDS.
 
-    Fast DDS before 2.14 ignores that of the standard.
+    Fast DDS before 2.14 ignores the standard's parameter.
     """
     value = identity.guid + _SEQUENCE.pack(identity.sequence >> 32, identity.sequence & 0xFFFFFFFF)
     return (
@@ -204,7 +207,7 @@ def read_related_sample(inline: Parameters | None) -> SampleIdentity | None:
 
 
 STATUS_DISPOSED: Final = b"\0\0\0\x03"
-"""Value for disposed and unregistered: the entity has ended."""
+"""Status of an entity that has ended: disposed and unregistered."""
 
 
 def ended(guid: bytes) -> bytes:

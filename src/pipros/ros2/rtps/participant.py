@@ -1,8 +1,8 @@
 """A running participant: an engine with sockets and two threads.
 
 One thread reads the sockets and polls the engine. It runs no callbacks, except those of services, which only
-pass a sample on. The other thread runs the callbacks, one at a time. `TopicWriter.write` sends in the thread
-of the caller.
+hand the sample to another thread. The other thread runs the callbacks, one at a time. `TopicWriter.write`
+sends in the thread of the caller.
 """
 
 from __future__ import annotations
@@ -45,6 +45,8 @@ _JOIN_S: Final = 2.0
 
 class Participant:
     """A participant of a domain, until `close` or the end of a `with` block.
+
+    After that, `add_writer`, `add_reader` and `write` raise PiprosError.
 
     Attributes:
         failures: number of datagrams that revealed a bug in the engine.
@@ -182,7 +184,7 @@ class Participant:
                 self._flush()
 
     def ask(self, question: Callable[[Engine], _Answer]) -> _Answer:
-        """Call a function with the engine, under the lock, and return its result. It must not block."""
+        """Return the result of a function of the engine. It is called under the lock, and must not block."""
         with self._lock:
             return question(self._engine)
 
@@ -226,7 +228,7 @@ class Participant:
         self._wake_to.close()
 
     def _wake(self) -> None:
-        with contextlib.suppress(OSError):  # it is awake already, or has ended
+        with contextlib.suppress(OSError):  # the thread is awake already, or has ended
             self._wake_to.send(b"\0")
 
     def _flush(self) -> None:

@@ -12,7 +12,7 @@ from pipros.ros2.rtps.incomplete import Budget
 from pipros.ros2.rtps.parameters import Address
 
 MAX_LEASE_S: Final = 300.0
-"""Upper bound for leases: with an infinite one, a dead peer would stay forever."""
+"""Upper bound for leases: with an infinite lease, a dead peer would stay forever."""
 _OVERHEAD_BYTES: Final = 2_000
 """Memory of an announcement besides its bytes: objects, and the state of its connections."""
 
@@ -50,7 +50,7 @@ class Peer:
         return True
 
     def forget(self, guid: bytes) -> EndpointData | None:
-        """Remove and return an endpoint, if it is known."""
+        """Remove and return an endpoint; return None if it is unknown."""
         self.kept.give_back(self._costs.pop(guid, 0))
         return self.endpoints.pop(guid, None)
 

@@ -1,4 +1,4 @@
-"""The announcements of a participant itself (SPDP): when, to whom, and at its end."""
+"""Announcements of this participant (SPDP): their times and addresses, and the one at its end."""
 
 from __future__ import annotations
 

@@ -9,14 +9,17 @@ from typing import Final
 
 
 class Reliability(IntEnum):
-    """As on the wire."""
+    """The reliability policy, with its values on the wire."""
 
     BEST_EFFORT = 1
     RELIABLE = 2
 
 
 class Durability(IntEnum):
-    """As on the wire. TRANSIENT and PERSISTENT need a storage service; ROS 2 does not use them."""
+    """The durability policy, with its values on the wire.
+
+    TRANSIENT and PERSISTENT need a storage service; ROS 2 does not use them.
+    """
 
     VOLATILE = 0
     TRANSIENT_LOCAL = 1
@@ -25,7 +28,7 @@ class Durability(IntEnum):
 
 
 class Liveliness(IntEnum):
-    """As on the wire."""
+    """The liveliness policy, with its values on the wire."""
 
     AUTOMATIC = 0
     MANUAL_BY_PARTICIPANT = 1
@@ -33,7 +36,7 @@ class Liveliness(IntEnum):
 
 
 class Policy(Enum):
-    """A policy that keeps a writer and a reader from matching, with its name in ROS 2."""
+    """A policy that can keep a writer and a reader from matching, with its name in ROS 2."""
 
     RELIABILITY = "reliability"
     DURABILITY = "durability"
@@ -58,7 +61,8 @@ class Qos:
         deadline_s: longest time between two samples.
         lease_s: longest time between two signs of life of a writer.
         partitions: names or patterns; empty is the default partition, the only one that ROS 2 uses.
-        representations: those that a writer prefers or a reader understands; empty means XCDR1.
+        representations: data representations that a writer offers, the preferred one first, or that a reader
+            understands; empty means XCDR1.
     """
 
     reliability: Reliability = Reliability.RELIABLE
@@ -100,7 +104,7 @@ def mismatch(offered: Qos, requested: Qos) -> Policy | None:
 
 
 def _share_partition(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
-    """Compare with the default partition, the only one that endpoints of pipros have."""
+    """Return whether both have the default partition, the only one that endpoints of pipros have."""
     return _has_default(one) and _has_default(other)
 
 

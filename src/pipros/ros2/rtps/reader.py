@@ -1,12 +1,13 @@
 """The reading end: samples in the order of each writer, and requests for what is missing.
 
-Theory of operation. From a reliable writer, sample n is delivered after all earlier ones that exist for us;
-a heartbeat or a GAP says which do not. Samples that arrive early wait, within a budget of bytes. A missing
-one is requested when a heartbeat reveals it, again after a pause that doubles, and given up if the writer
-answers none of `MAX_REQUESTS`. There is one request at a time: heartbeats cause no further one while its
-answers arrive, because repeated answers would crowd out what is new. Until the first heartbeat, an empty
-ACKNACK asks for one: the peer may not have known us when it sent its own. Fast DDS answers only if its base
-is 0, which Cyclone DDS refuses as malformed. From best-effort writers, late and repeated samples are dropped.
+Theory of operation. A sample of a reliable writer is delivered after all earlier samples that exist for this
+reader; heartbeats and GAPs tell which do not. Samples that arrive early wait, within a budget of bytes. A
+missing sample is requested when a heartbeat reveals it, and again at doubling intervals. If `MAX_REQUESTS`
+requests in a row bring nothing, the samples before the first early one are given up. There is one request at
+a time: while its answers arrive, heartbeats cause no further request, because repeated answers would displace
+new samples. Until the first heartbeat, empty ACKNACKs ask for one: the peer may not have known this reader
+when it sent its heartbeat. Fast DDS answers them only if their base is 0, which Cyclone DDS refuses as
+malformed. From best-effort writers, late and repeated samples are dropped.
 """
 
 from __future__ import annotations
@@ -25,27 +26,27 @@ from pipros.ros2.rtps.submessages import MAX_SET, Data, DataFrag, Gap, Heartbeat
 REQUEST_AGAIN_S: Final = 0.02
 SLOWEST_REQUEST_S: Final = 1.0
 SLOWEST_GREETING_S: Final = 10.0
-"""The interval for writers that never sent a heartbeat."""
+"""Maximum interval between ACKNACKs to a writer that has never sent a heartbeat."""
 ARRIVING_S: Final = 0.004
-"""Fragments are not requested if another one of the sample has arrived within this time."""
+"""Fragments are not requested if another fragment of the sample has arrived within this time."""
 REQUEST_BYTES: Final = 128_000
-"""What fits a receive buffer of 208 KiB, the usual size."""
+"""Number of bytes that fit a receive buffer of 208 KiB, the usual size."""
 MAX_REQUESTS: Final = 12
 MAX_GAPS: Final = 32
 MAX_ASSEMBLIES: Final = 256
 MAX_FRAGMENTS: Final = 1 << 17
 MAX_EARLY: Final = 8192
-"""Besides the bytes, these bound the work that one submessage causes."""
+"""The budgets limit memory; these numbers limit the work that one submessage causes."""
 ABANDONED_S: Final = 5.0
-"""Fragments of a best-effort sample are dropped if no further one arrived for this time."""
+"""Fragments of a best-effort sample are dropped if no further fragment arrives within this time."""
 
 
 class Sample(NamedTuple):
     """A sample as it arrived.
 
     Attributes:
-        payload: CDR with its encapsulation header, and up to three bytes of padding; a key if the entity
-            has ended.
+        payload: CDR with its encapsulation header, and up to three bytes of padding. If `has_payload` is
+            False, the key of what has ended, or empty.
     """
 
     writer: bytes
@@ -57,15 +58,15 @@ class Sample(NamedTuple):
 
 @dataclass(slots=True, eq=False)
 class WriterProxy:
-    """A matched writer.
+    """A matched writer. Samples are identified by their sequence numbers.
 
     Attributes:
         question_base: base of the ACKNACKs that ask for the first heartbeat.
         expected: the next sample to deliver.
         announced: the last sample that the writer is known to have.
         early: samples after `expected`.
-        skipped: ranges of samples after `expected` that do not exist: first, and first after it.
-        has_progressed: something expected or requested has arrived since the last poll that was due.
+        skipped: ranges of samples after `expected` that do not exist, each as its start and exclusive end.
+        has_progressed: whether data expected or requested have arrived since the last poll that was due.
         requested: the samples of the last request that are still missing, in whole or in part.
         requests: number of requests in a row without progress.
         usual_bytes: the size of the last sample that had fragments.
@@ -98,8 +99,9 @@ class Reader:
 
     Attributes:
         deliver: called for each sample.
-        request_bytes: how much is requested at a time, if the size of the samples is known.
-        lost: number of samples that reliable writers no longer had, or that exceeded the limit.
+        request_bytes: maximum number of bytes to request at a time, if the size of the samples is known.
+        lost: number of samples that were given up, that reliable writers no longer had, or that exceeded a
+            limit.
     """
 
     prefix: bytes
@@ -214,17 +216,17 @@ class Reader:
             writer.assemblies.pop(sequence).release()
 
     def _advance(self, writer: WriterProxy, first: int) -> None:
-        """Deliver what has arrived before `first`, and give up the rest."""
+        """Deliver the samples before `first` that have arrived, and give up the others."""
         if first <= writer.expected:
             return
         self._pass(writer, first)
         self._catch_up(writer)
 
     def _pass(self, writer: WriterProxy, end: int) -> None:
-        """Deliver what has arrived before `end`, and expect `end` next.
+        """Deliver the samples before `end` that have arrived, and expect `end` next.
 
-        This includes samples in a GAP. Writers send one for samples that they have replaced in their
-        history, so it does not revoke what arrived before.
+        This includes samples in a GAP that arrived before it: writers also send a GAP for samples that their
+        history no longer contains.
         """
         early = writer.early
         if end - writer.expected < len(early):  # short GAPs, of which a datagram can contain thousands
@@ -291,7 +293,7 @@ class Reader:
             return
         writer.has_progressed = True
         if start > writer.expected and len(writer.skipped) >= MAX_GAPS:
-            return  # the writer repeats it when its samples are requested
+            return  # the writer repeats the GAP when its samples are requested
         writer.skipped.append((start, end))
         for sequence in [each for each in writer.assemblies if start <= each < end]:
             writer.assemblies.pop(sequence).release()
@@ -339,7 +341,7 @@ class Reader:
         )
 
     def _is_answering(self, writer: WriterProxy) -> bool:
-        """Return True if something of the last request has not arrived yet."""
+        """Return True if a part of the last request has not been answered yet."""
         return any(self._is_pending(writer, each) for each in writer.requested)
 
     def _is_pending(self, writer: WriterProxy, sequence: int) -> bool:
@@ -351,8 +353,8 @@ class Reader:
     def _request(self, writer: WriterProxy, now: float, *, is_repeated: bool = False) -> None:
         """Acknowledge, and request the next missing samples or fragments, up to `request_bytes`.
 
-        If more were requested at once, the answers would push each other out of the receive buffer. A
-        repeated request asks for a heartbeat, too, which may reveal that the samples are no longer kept.
+        If more were requested at once, the answers would overflow the receive buffer. A repeated request asks
+        for a heartbeat, too, which may reveal that the samples are no longer kept.
         """
         whole: list[int] = []
         left_bytes = self.request_bytes

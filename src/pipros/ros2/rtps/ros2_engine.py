@@ -42,7 +42,7 @@ from pipros.ros2.rtps.topics import TopicReader, TopicWriter
 
 _LOG = logging.getLogger("pipros.ros2")
 _NO_GATEWAY: Final = "1"
-"""Value of the mark of participants that are not gateways."""
+"""Value of `PIPROS_MARK` for participants that are not gateways."""
 _REQUEST: Final = "_Request"
 _UNKNOWN_STYLE: Final = "the form of service requests is unknown for its DDS implementation"
 _MIXED: Final = "`ros2 node list` does not show it: Humble and later distributions share the domain"

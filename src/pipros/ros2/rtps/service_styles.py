@@ -1,9 +1,10 @@
 """Service requests and replies, in the two styles that DDS peers understand.
 
-The style of rmw_fastrtps names the related sample in inline QoS: a request names the client's reader of
-replies, a reply the request. The style of rmw_cyclonedds puts 16 bytes before the message: a number of the
-client and a sequence number, which the reply repeats. A peer that receives the other style misreads it, and
-may run out of memory. So the style is chosen for each peer, and nothing is sent to a peer of unknown style.
+In the style of rmw_fastrtps, inline QoS names the related sample: a request names the client's reader of
+replies, and a reply names the request. In the style of rmw_cyclonedds, 16 bytes precede the message: a number
+of the client and a sequence number, which the reply repeats. A peer that receives the other style misreads
+it, and may run out of memory. So the style is chosen for each peer, and nothing is sent to a peer of unknown
+style.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
 from pipros.ros2.rtps.reader import Sample
 
 PIPROS_MARK: Final = "pipros"
-"""Entry in the USER_DATA of participants of pipros."""
+"""Name of the entry in USER_DATA that marks participants of pipros."""
 
 _ENCAPSULATION_BYTES: Final = 4
 _CYCLONE_HEAD = Struct("<Qq")
@@ -49,7 +50,7 @@ def endpoint_id(user_data: bytes) -> str | None:
 
 
 def id_entry(guid: bytes, *, is_client: bool) -> bytes:
-    """Return the entry of USER_DATA with such an id.
+    """Return the entry of USER_DATA with the id that `endpoint_id` reads.
 
     >>> id_entry(bytes(range(16)), is_client=True)
     b'clientid=0.1.2.3.4.5.6.7.8.9.a.b.c.d.e.f;'
@@ -126,7 +127,7 @@ def cyclone_head(client: int, number: int) -> bytes:
 
 
 def read_cyclone_head(head: bytes) -> tuple[int, int] | None:
-    """Return the client and the sequence number in Cyclone's bytes."""
+    """Return the client and the sequence number in Cyclone's bytes; None if their length is wrong."""
     try:
         client, number = _CYCLONE_HEAD.unpack(head)
     except error:

@@ -53,17 +53,17 @@ class UnknownStyle(PiprosError):
 
 
 def style_at(engine: Engine, guid: bytes) -> Style | None:
-    """Return the style of the peer with this endpoint."""
+    """Return the style of the peer with this endpoint; None if it is unknown."""
     peer, endpoint = engine.peers.get(guid[:12]), engine.endpoint(guid)
     return style_of(peer.data, endpoint) if peer and endpoint else None
 
 
 class Server:
-    """A service for clients of both styles. Each reply goes to the client's reader alone.
+    """A service for clients of both styles. Each reply is sent only to the reader of its client.
 
     Attributes:
-        refused: number of requests of unknown style, of the wrong form, or beyond the limits.
-        unanswered: number of replies for which the client had no reader.
+        refused: number of requests that were malformed, of unknown style, or beyond the limits.
+        unanswered: number of replies that were not sent, because no reader of the client had matched.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class _Target:
 
 
 class Client:
-    """A client of a service. Thread-safe; calls may run at the same time."""
+    """A client of a service. Thread-safe; calls may run concurrently."""
 
     def __init__(
         self,
@@ -192,7 +192,7 @@ class Client:
         request_hash: bytes = b"",
         reply_hash: bytes = b"",
     ) -> None:
-        """See `Server` for the arguments."""
+        """Announce the client. See `Server` for the arguments."""
         requests, replies = topics_of(service)
         self._participant = participant
         self._service = service
@@ -215,7 +215,7 @@ class Client:
         return self._participant.wait_for(lambda engine: self._server(engine) is not None, timeout_s)
 
     def _server(self, engine: Engine) -> _Target | None:
-        """Return a participant that serves the service, preferably one of known style."""
+        """Return a server's request reader, preferably one of known style; None if there is no server."""
         writers = engine.reader(self._reader.entity).writers
         offering = {guid[:12] for guid in writers}
         readers = [guid for guid in engine.writer(self._writer.entity).readers if guid[:12] in offering]
@@ -223,7 +223,7 @@ class Client:
         return next((each for each in targets if each.style), targets[0] if targets else None)
 
     def call(self, payload: bytes, timeout_s: float) -> bytes:
-        """Call the service with CDR, including the encapsulation header; return the reply likewise.
+        """Call the service with CDR, including the encapsulation header; return the reply in the same form.
 
         Raises:
             NotFound: there is no server.

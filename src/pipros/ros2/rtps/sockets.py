@@ -63,7 +63,8 @@ class RtpsSockets:
         announce_to: addresses at which other participants may be found.
         local_hosts: this machine's addresses.
         receiving: the sockets to read.
-        request_bytes: payload that fits the receive buffer, where a datagram takes up to 1.7 times its size.
+        request_bytes: number of bytes to request at a time. The answers fit the receive buffer, where a
+            datagram takes up to 1.7 times its size.
     """
 
     def __init__(self, where: Discovery, limits: Limits) -> None:
@@ -132,7 +133,8 @@ class Backlog:
     """Datagrams that were read and not yet handled.
 
     Handling takes longer than reading, and the system's buffers are small: often 208 KiB, room for 14 of the
-    datagrams with which Cyclone DDS sends images. So the sockets are read several times in between.
+    datagrams with which Cyclone DDS sends images. So the sockets are read repeatedly while datagrams are
+    handled.
     """
 
     def __init__(self, limit_bytes: int) -> None:
@@ -150,7 +152,7 @@ class Backlog:
         return self._datagrams[0][2] if self._datagrams else self._read_at
 
     def read(self, sources: Iterable[socket.socket], now: float) -> None:
-        """Read the datagrams that have arrived, up to the limit; the system drops what then does not fit."""
+        """Read the datagrams that have arrived, up to the limit. The system may drop further ones."""
         for source in sources:
             while self._bytes < self._limit_bytes:
                 try:
@@ -205,7 +207,7 @@ def _multicast_socket(group: Address, interfaces: list[str]) -> socket.socket:
     opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     opened.bind((ANY if sys.platform == "win32" else group.host, group.port))
     for interface in interfaces:
-        with contextlib.suppress(OSError):  # the interface cannot do multicast
+        with contextlib.suppress(OSError):  # the interface does not support multicast
             membership = socket.inet_aton(group.host) + socket.inet_aton(interface)
             opened.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
     return opened

@@ -1,8 +1,8 @@
-"""Decoding of datagrams into submessages (OMG DDSI-RTPS 2.3, section 9.4). `encoding` writes them.
+"""Decoding of datagrams into submessages (OMG DDSI-RTPS 2.3, section 9.4). `encoding` does the reverse.
 
 `read_datagram` never raises: it returns the submessages before the first malformed one. Submessages are
-NamedTuples, which are created three times as fast as frozen dataclasses: one is created for each datagram.
-Both byte orders are read.
+NamedTuples, because they are created for every datagram, three times as fast as frozen dataclasses. Both byte
+orders are read.
 """
 
 from __future__ import annotations
@@ -136,12 +136,12 @@ Submessage: TypeAlias = Data | DataFrag | Heartbeat | AckNack | Gap | NackFrag |
 
 
 class Datagram(NamedTuple):
-    """The submessages of a datagram that are for one participant.
+    """The submessages for one participant in a datagram.
 
     Attributes:
-        prefix, vendor: the sender.
-        submessages: those before the first malformed one.
-        is_malformed: a submessage was malformed; it and the rest are missing.
+        prefix, vendor: GUID prefix and vendor id of the sender.
+        submessages: the submessages before the first malformed one.
+        is_malformed: whether a submessage was malformed.
     """
 
     prefix: bytes

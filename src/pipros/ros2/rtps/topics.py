@@ -80,7 +80,7 @@ class TopicWriter:
 
     @property
     def lost(self) -> int:
-        """Number of samples that a reader is known to have lost; see `Writer.lost`."""
+        """Number of samples that readers are known to have lost; see `Writer.lost`."""
         return self._participant.ask(lambda engine: engine.writer(self.entity).lost)
 
     def wait_for_readers(self, count: int = 1, timeout_s: float = 5.0) -> bool:

@@ -29,9 +29,9 @@ from pipros.ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
 FIRST_HEARTBEAT_S: Final = 0.02
 SLOWEST_HEARTBEAT_S: Final = 1.0
 SLOWEST_GREETING_S: Final = 10.0
-"""Interval for readers that never answered, so that a flood of them causes little work."""
+"""Maximum heartbeat interval for readers that never answered, so that a flood of them causes little work."""
 ENOUGH_QUESTIONS: Final = 3
-"""After so many questions for a heartbeat, a reader has seen one, even if it sends no final ACKNACK."""
+"""A reader that has asked for a heartbeat this often has seen one, even if it sends no final ACKNACK."""
 LOCAL_FRAGMENT_BYTES: Final = 60_000
 REMOTE_FRAGMENT_BYTES: Final = 1_344
 """Fits an Ethernet frame, as in Cyclone DDS: a larger datagram is lost if one of its IP fragments is."""
@@ -43,8 +43,8 @@ class Change:
 
     Attributes:
         inline: inline QoS, with its sentinel, or empty.
-        recipients: GUIDs of the readers that get it; None for all.
-        is_key: the payload is the key of an entity that has ended.
+        recipients: GUIDs of the readers that get the sample; None for all.
+        is_key: whether the payload is the key of an entity that has ended.
     """
 
     sequence: int
@@ -66,17 +66,17 @@ _OVERHEAD_BYTES: Final = 200
 
 @dataclass(slots=True, eq=False)
 class ReaderProxy:
-    """A matched reader.
+    """A matched reader. Samples are identified by their sequence numbers.
 
     Attributes:
-        head: the start of each datagram to it.
-        first: the first sample that concerns it.
-        sent: the last one that was sent to it, or that it must skip.
-        wanted: the last sample that it should have.
-        acked: the last sample up to which it has acknowledged all.
-        asked: number of its questions for a heartbeat.
-        given_up: the last sample that it has requested in vain, or the one before the first.
-        is_greeted: it has answered a heartbeat.
+        head: the start of each datagram to the reader.
+        first: the first sample for the reader.
+        sent: the last sample that was sent to the reader, or that it must skip.
+        wanted: the last sample that the reader should have.
+        acked: the last sample up to which the reader has acknowledged all.
+        asked: how often the reader has asked for a heartbeat.
+        given_up: the last sample that the reader has requested in vain; at first, the one before `first`.
+        is_greeted: whether the reader has answered a heartbeat.
         due: time of the next heartbeat.
     """
 
@@ -165,7 +165,7 @@ class Writer:
         """Send a sample, and keep it for requests and late readers; return its sequence number.
 
         Raises:
-            LimitExceeded: it is larger than `Limits.ros2_history_bytes`.
+            LimitExceeded: the sample is larger than `Limits.ros2_history_bytes`.
         """
         if len(payload) + _OVERHEAD_BYTES > self.history_bytes:
             text = limit_text("ros2_history_bytes", self.history_bytes)
@@ -187,7 +187,7 @@ class Writer:
     def _oldest(self) -> int:
         """Return the first sequence number in the history, or the next one if it is empty.
 
-        `next(iter(...))` would pass over the gaps that removed samples leave in a dictionary.
+        `next(iter(...))` would be slower: it passes over the gaps that removed samples leave in a dictionary.
         """
         while self._first <= self._last and self._first not in self._history:
             self._first += 1

@@ -1,8 +1,7 @@
 """The endpoints of the engine for rmw_zenoh; see `Ros2Engine` for their interfaces.
 
 eclipse-zenoh runs Python callbacks in its own threads. A process that uses such callbacks never exits unless
-it calls `Session.close`. Therefore, data is received through channels, each read by a daemon thread: one per
-subscription.
+it calls `Session.close`. Therefore, data is received through channels, each of which a daemon thread reads.
 """
 
 from __future__ import annotations
@@ -21,17 +20,17 @@ from pipros.ros2.zenoh.tokens import Arrivals, new_attachment, parse_attachment
 _LOG = logging.getLogger("pipros.ros2")
 _HEARTBEAT_S: Final = 0.5
 _REQUESTS: Final = 64
-"""Requests that a service handles, and those that wait for it."""
+"""Maximum number of requests that a service has accepted, and of those that wait in its channel."""
 _WORKERS: Final = 16
-"""Requests that a service handles at a time."""
+"""Maximum number of requests that a service handles at a time."""
 _TOKEN_S: Final = 0.5
 _NO_TOKEN_S: Final = 10.0
-"""How long new publishers are not waited for after one that has no token."""
+"""After a publisher without a token, time during which subscribers do not wait for tokens."""
 _SERVICE_QOS: Final = TopicQos(depth=10)
 
 
 class ZenohConnection(Protocol):
-    """The engine, as its endpoints see it."""
+    """The part of the engine that its endpoints use."""
 
     @property
     def session(self) -> Any: ...
@@ -40,7 +39,7 @@ class ZenohConnection(Protocol):
     def library(self) -> Any: ...
 
     def start(self, name: str, run: Callable[[], None]) -> None:
-        """Run a function in a daemon thread, which must end soon after the session."""
+        """Run a function in a daemon thread. The function must return soon after the session has ended."""
 
     def new_endpoint(
         self, kind: EndpointKind, name: str, type_name: str, type_hash: str, qos: TopicQos
@@ -52,7 +51,7 @@ class ZenohConnection(Protocol):
         """
 
     def declare(self, token: str) -> Any:
-        """Declare a token. Peers may use the endpoint at once, so it must already exist."""
+        """Declare a token. The endpoint must already exist, because peers may use it immediately."""
 
     def wait_for_endpoint(self, gid: bytes, timeout_s: float) -> bool:
         """Wait until an endpoint is known; return False after the timeout, or if the engine is closed."""
@@ -83,7 +82,7 @@ class Publisher:
         self._token = engine.declare(token)
 
     def publish(self, payload: bytes) -> None:
-        with self._lock:  # sequences must arrive in their order
+        with self._lock:  # sequence numbers must be sent in order
             attachment = new_attachment(next(self._sequences), self._gid)
             self._publisher.put(payload, attachment=attachment.to_bytes())
 

@@ -40,20 +40,20 @@ from pipros.ros2.zenoh.tokens import (
 )
 
 ROUTER: Final = "tcp/localhost:7447"
-"""Where rmw_zenoh's router listens."""
+"""The default address of rmw_zenoh's router."""
 
 _LOG = logging.getLogger("pipros.ros2")
 _CLOSE_S: Final = 1.0
 _GRAPH_CHANGES: Final = 4096
 _TOKEN_BYTES: Final = 1000
-"""Approximate memory of a parsed token, beside its text."""
+"""Approximate memory of a parsed token, besides its text."""
 
 
 def zenoh_libraries() -> tuple[Any, Any]:
     """Return the modules zenoh and xxhash.
 
     Raises:
-        MissingExtra: they are not installed.
+        MissingExtra: one of them is not installed.
     """
     try:
         import xxhash
@@ -74,7 +74,7 @@ class ZenohEngine:
         limits: defaults to the process-wide limits.
 
     Raises:
-        MissingExtra: eclipse-zenoh is not installed.
+        MissingExtra: eclipse-zenoh or xxhash is not installed.
         EngineError: no router answers.
     """
 

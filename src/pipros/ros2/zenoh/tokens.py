@@ -1,7 +1,7 @@
 """Liveliness tokens and attachments of rmw_zenoh: encoding and parsing.
 
 Every node and endpoint declares a token, which disappears with its session. All tokens together form the ROS
-graph. Parts of a token are separated by `/`, so that slashes within a part become `%`.
+graph. Parts of a token are separated by `/`, so slashes within a part become `%`.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class NodeIdentity:
     """A node of a session.
 
     Attributes:
-        session: the id of the session in Zenoh, as its API prints it.
-        namespace, name: of the node; the namespace is empty or begins with a slash.
+        session: the id of the session, as Zenoh's API prints it.
+        namespace, name: those of the node; the namespace is empty or begins with a slash.
     """
 
     domain: int
@@ -53,7 +53,7 @@ class Attachment:
     """Metadata of every message, request and reply.
 
     Attributes:
-        sequence: number of the message of its publisher, from 1.
+        sequence: number of the message, counted from 1 by its publisher or client.
         gid: identity of the publisher or client. A reply repeats the GID of its request.
     """
 
@@ -92,7 +92,7 @@ class Arrivals:
     def add(self, gid: bytes, sequence: int) -> bool:
         """Note a message, and return whether it is the first one of its publisher.
 
-        An older one of the same publisher, repeated for late subscribers, is ignored.
+        Older messages of the publisher, which it repeats for late subscribers, do not count.
         """
         is_first = gid not in self._last
         last = self._last.pop(gid, sequence - 1)
@@ -132,7 +132,7 @@ def endpoint_token(
 def parse_token(token: str) -> tuple[str, Endpoint] | None:
     """Return the session and the endpoint of a token, or None for tokens of nodes and of unknown forms.
 
-    Later versions may append parts.
+    Further parts, which later versions may append, are ignored.
     """
     parts = token.split("/")
     if len(parts) < _PARTS_OF_ENDPOINT or parts[0] != _PREFIX or parts[5] not in _KIND_OF:
@@ -156,7 +156,7 @@ def parse_token(token: str) -> tuple[str, Endpoint] | None:
 
 
 def qos_text(qos: TopicQos) -> str:
-    """Return the part of a token for QoS. Defaults of rmw_zenoh are left out."""
+    """Return the QoS part of a token. Defaults of rmw_zenoh are left out."""
     reliability = "" if qos.reliability is Reliability.RELIABLE else "2"
     durability = "" if qos.durability is Durability.VOLATILE else "1"
     history = "" if qos.depth else "2"
@@ -165,7 +165,7 @@ def qos_text(qos: TopicQos) -> str:
 
 
 def parse_qos(text: str) -> TopicQos:
-    """Parse the part of a token for QoS. Unknown values are treated as defaults."""
+    """Parse the QoS part of a token. Unknown values are treated as defaults."""
     reliability, durability, history, *_ = [*text.split(":"), "", "", ""]
     kind, _, depth = history.partition(",")
     is_number = depth.isascii() and depth.isdigit() and len(depth) < 10
