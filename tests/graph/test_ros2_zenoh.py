@@ -206,9 +206,12 @@ def test_an_engine_without_a_router_raises() -> None:
 
 def test_a_closed_engine_refuses_endpoints(router: Router) -> None:
     engine = ZenohEngine(0, "/gateway", [router.address], timeout_s=60)
+    announced = engine.announce("/chatter", KIND, STRING, TopicQos())
     engine.close()
     engine.close()
 
+    with pytest.raises(EngineError, match=r"cannot publish \[/chatter\]"):
+        announced.publish(b"")
     with pytest.raises(EngineError, match="is closed"):
         engine.announce("/chatter", KIND, STRING, TopicQos())
 

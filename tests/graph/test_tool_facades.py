@@ -146,8 +146,9 @@ def test_rosservice_finds_and_calls(make_node: MakeNode) -> None:
     assert rosservice.get_service_class_by_name("/set") is SetBool
     assert rosservice.get_service_args("/set") == "data"
     assert rosservice.rosservice_find("std_srvs/SetBool") == ["/set"]
-    request, response = rosservice.call_service("/set", [True])
-    assert (request.data, response.success, response.message) == (True, True, "done")
+    for values in ({"data": True}, [{"data": True}], [True]):
+        request, response = rosservice.call_service("/set", values)
+        assert (request.data, response.success, response.message) == (True, True, "done")
     with pytest.raises(rosservice.ROSServiceIOException, match=r"Service \[/nothing\] is not available"):
         rosservice.call_service("/nothing", [])
 

@@ -146,12 +146,12 @@ def has_service_args(service_name: str, service_class: Any = None) -> bool:
 
 
 def call_service(
-    service_name: str, service_args: Sequence[Any], service_class: Any = None
+    service_name: str, service_args: Sequence[Any] | Mapping[str, Any], service_class: Any = None
 ) -> tuple[Any, Any]:
     """Call a service, and return the request and the response. Blocks until the service responds.
 
     Args:
-        service_args: a list with the value of each field, or with a single dictionary of fields.
+        service_args: a list with the value of each field, or a dictionary of fields, or a list with one.
 
     Raises:
         ROSServiceException: the service does not exist, the values do not fit, or the call failed.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from pipros.graph.errors import GraphError
@@ -54,8 +54,8 @@ class ServiceCaller:
     def takes_arguments(self) -> bool:
         return bool(self._class._request_class.__slots__)
 
-    def request(self, values: Sequence[Any]) -> Any:
-        """Create the request from one value per field, or from a single dictionary.
+    def request(self, values: Sequence[Any] | Mapping[str, Any]) -> Any:
+        """Create the request from one value per field, or from a dictionary or a list with one.
 
         Raises:
             GraphError: the values do not fit the fields.
@@ -68,12 +68,13 @@ class ServiceCaller:
         request = self._class._request_class()
         now = Time(*divmod(time.time_ns(), NS_PER_S))
         keys = {"now": now, "auto": load_message_class("std_msgs/Header")(stamp=now)}
+        given = [values] if isinstance(values, Mapping) else list(values)
         try:
-            fill_message_args(request, list(values), keys)
+            fill_message_args(request, given, keys)
         except (MessageException, ValueError) as error:
-            given = "\n".join(f" * {value} (type {type(value).__name__})" for value in values)
+            listed = "\n".join(f" * {value} (type {type(value).__name__})" for value in given)
             raise GraphError(
-                f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{given}\n\n"
+                f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{listed}\n\n"
                 f"Service arguments are: [{argument_names(self._class)}]"
             ) from None
         for name, kind in zip(request.__slots__, request._slot_types, strict=True):

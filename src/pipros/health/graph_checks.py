@@ -320,8 +320,8 @@ def clocks(system: SystemReport) -> Findings:
     if publishers and not system.is_time_simulated:
         yield warning(
             "clock-unused",
-            f"{', '.join(map(listed, publishers))} publishes /clock, but /use_sim_time is not set, so nodes "
-            "use the wall clock",
+            f"/clock is published by {', '.join(map(listed, publishers))}, but /use_sim_time is not set, so "
+            "nodes use the wall clock",
             "rosparam set /use_sim_time true, before the nodes are started.",
             "/clock",
         )

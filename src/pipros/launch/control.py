@@ -96,7 +96,7 @@ class LaunchControl:
 
     def _answer(self, connection: socket.socket) -> Mapping[str, Any]:
         try:
-            request = json.loads(_received(connection, _REQUEST_BYTES))
+            request = json.loads(_received(connection, _REQUEST_BYTES, f"the limit is {_REQUEST_BYTES}"))
             wanted, node = request["do"], request.get("node", "")
             if wanted == "list":
                 return self._list()
@@ -159,7 +159,7 @@ def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
         with local_socket.connect(_folder(), launch, _TIMEOUT_S) as connection:
             connection.sendall(json.dumps(request).encode())
             connection.shutdown(socket.SHUT_WR)
-            text = _received(connection, limit)
+            text = _received(connection, limit, limit_text("launch_answer_bytes", limit))
             answer = json.loads(text)
     except (FileNotFoundError, ConnectionError):
         raise LaunchUnavailable(f"roslaunch {launch} has ended") from None
@@ -171,13 +171,17 @@ def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
     return answer
 
 
-def _received(connection: socket.socket, limit: int) -> bytes:
-    """Return everything that the other side sends until it ends its stream."""
+def _received(connection: socket.socket, limit: int, advice: str) -> bytes:
+    """Return everything that the other side sends until it ends its stream.
+
+    Raises:
+        ValueError: it sends more than `limit` bytes.
+    """
     text = bytearray()
     while chunk := connection.recv(_CHUNK_BYTES):
         text += chunk
         if len(text) > limit:
-            raise ValueError(f"too long; {limit_text('launch_answer_bytes', limit)}")
+            raise ValueError(f"too long; {advice}")
     return bytes(text)
 
 

@@ -373,7 +373,11 @@ class LaunchRun:
         """Return the next event; None on timeout, or if a restart or a check for ended processes is due."""
         now = time.monotonic()
         due = [SLICE_S if timeout_s is None else timeout_s]
-        due += [managed.restart_at - now for managed in self._managed if managed.restart_at is not None]
+        due += [
+            managed.restart_at - now
+            for managed in self._managed
+            if managed.restart_at is not None and managed.left_behind is None
+        ]
         # The exit of a process that is not a child of this process can only be detected by polling.
         due += [_CHECK_EVERY_S for managed in self._managed if managed.left_behind is not None]
         return get_within_slice(self._events, min(due))

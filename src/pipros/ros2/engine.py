@@ -135,7 +135,11 @@ class Announcement(Protocol):
     """A publisher of the engine. Thread-safe."""
 
     def publish(self, payload: bytes) -> None:
-        """Send CDR. Never waits: a reliable subscriber more than `depth` messages behind loses messages."""
+        """Send CDR. Never waits: a reliable subscriber more than `depth` messages behind loses messages.
+
+        Raises:
+            EngineError: the engine is closed. Not every engine notices.
+        """
 
     @property
     def subscriber_count(self) -> int:

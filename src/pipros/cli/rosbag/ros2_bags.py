@@ -24,7 +24,7 @@ def add_folders_option(parser: OptionParser) -> None:
         default=[],
         action="append",
         metavar="DIR",
-        help="find message ROS 2 definitions in DIR, which contains packages",
+        help="find ROS 2 message definitions in DIR, which contains packages",
     )
 
 

@@ -134,16 +134,12 @@ class _Converter(RunEmitter):
         end = self.source
         missing = sorted(".".join(path) for path in set(links.values()) - found.keys())
         if missing:
-            raise NotConvertible(
-                f"a rule for {pair.ros1.type} names the field {missing[0]}, which does not exist"
-            )
+            raise _no_field(pair, missing[0])
         used: set[Path] = set()
         self._fill_tree(target, (), links, found, used, pair)
         unused = sorted(".".join(path) for path in links.keys() - used)
         if unused:
-            raise NotConvertible(
-                f"a rule for {pair.ros1.type} names the field {unused[0]}, which does not exist"
-            )
+            raise _no_field(pair, unused[0])
         self.flush()
         self.source = end
 

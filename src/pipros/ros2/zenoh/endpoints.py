@@ -14,7 +14,15 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 from pipros.net.workers import Workers
-from pipros.ros2.engine import CallFailed, Durability, EndpointKind, Reliability, Sample, TopicQos
+from pipros.ros2.engine import (
+    CallFailed,
+    Durability,
+    EndpointKind,
+    EngineError,
+    Reliability,
+    Sample,
+    TopicQos,
+)
 from pipros.ros2.zenoh.tokens import Arrivals, new_attachment, parse_attachment
 
 _LOG = logging.getLogger("pipros.ros2")
@@ -84,7 +92,10 @@ class Publisher:
     def publish(self, payload: bytes) -> None:
         with self._lock:  # sequence numbers must be sent in order
             attachment = new_attachment(next(self._sequences), self._gid)
-            self._publisher.put(payload, attachment=attachment.to_bytes())
+            try:
+                self._publisher.put(payload, attachment=attachment.to_bytes())
+            except self._engine.library.ZError as error:
+                raise EngineError(f"cannot publish [{self._names[0]}]: {error}") from None
 
     @property
     def subscriber_count(self) -> int:
