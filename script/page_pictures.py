@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""Takes the pictures of the page in docs/. `script/pictures --page [NAME…]` calls it, for all or some
-pictures.
+"""Takes the pictures of the page in docs/. `script/pictures --page [NAME…]` calls it, for all or for some.
 
 The pictures show a small robot, which consists of programs in tests/browser/programs and of relays. The
 picture `battery` shows the package vehicle_battery. Chromium, Playwright and Pillow are needed.
