@@ -77,7 +77,7 @@ def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
             "md5": message._md5sum.encode(),
             "type": message._type.encode(),
         }
-        at = position + sum(map(len, out[2:]))  # of the definition if there is one: the index points to it
+        at = position + sum(map(len, out[2:]))  # where the index points: to the definition, if there is one
         if topic not in told:
             told.add(topic)
             out.append(record_bytes({"op": b"\x01", **names, "def": message._full_text.encode()}, b""))

@@ -252,7 +252,7 @@ class _Build:
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
-        """If tests will be run and genuine catkin is installed, record that it must build compiled tests."""
+        """If tests will be run, let genuine catkin build the compiled ones, provided that it is installed."""
         compiled = [test for test in project.tests if test.target]
         if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")

@@ -55,7 +55,7 @@ class PackageIndex:
     def advice(self) -> str:
         """How to correct ROS_PACKAGE_PATH if a package was not found.
 
-        Empty if it lists folders other than that of pipros, and all of them exist.
+        Empty if the path lists at least one folder besides that of pipros, and all these folders exist.
         """
         cure = (
             "source the setup file of your workspace, or export ROS_PACKAGE_PATH=FOLDER "
@@ -108,7 +108,7 @@ class PackageIndex:
         return isinstance(name, str) and self.get(name) is not None
 
     def containing(self, path: Path) -> Package | None:
-        """Return the package whose manifest is nearest above a file or in a folder or above it, or None."""
+        """Return the package that contains a file or folder, or whose folder it is; otherwise None."""
         for folder in (path.absolute(), *path.absolute().parents):
             if (folder / MANIFEST).is_file() or (folder / DRY_MANIFEST).is_file():
                 found = crawl(str(folder)).packages

@@ -1,4 +1,4 @@
-"""`CompiledMessage`, the base class of generated message classes, and readers that they rarely need."""
+"""`CompiledMessage`, the base class of generated message classes, and readers for rare cases."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class TestEntry:
 
 @dataclass(frozen=True, slots=True)
 class Download:
-    """A file to download to `path` for tests. If `md5` is empty, it is not checked."""
+    """A file to download to `path` for tests. If `md5` is empty, the MD5 sum is not checked."""
 
     url: str
     path: str
