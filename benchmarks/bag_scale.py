@@ -58,7 +58,7 @@ def started(argv, folder):
 
 
 def seconds_and_megabytes(argv, folder):
-    """Run a program. Return its duration and maximum resident size."""
+    """Run a program. Return its duration in seconds and its maximum resident size in MB."""
     start = time.perf_counter()
     process = started(argv, folder)
     _, status, usage = os.wait4(process.pid, 0)
@@ -105,7 +105,7 @@ def make_sparse(path, size, topics):
 
 
 def make_bag(path, topic, name, data, times):
-    """Write a bag that repeats one serialized message at these nanoseconds."""
+    """Write a bag that repeats one serialized message, with these timestamps in nanoseconds."""
     with path.open("w+b") as file:
         writer = BagWriter(file)
         connection = writer.add_connection(topic, header(topic, name))
@@ -155,7 +155,7 @@ def wait_for(condition):
 
 
 def recorded(recorder, player, topic, folder):
-    """Return the times in nanoseconds at which one command received the messages from another."""
+    """Return the times in nanoseconds at which `recorder` received the messages that `player` published."""
     recording = started([*recorder, "-O", "out.bag", "-b", "2000", topic], folder)
     wait_for((folder / "out.bag.active").exists)
     playing = started([*player, "-q", "-k", "-d", "2", "--queue", "1000"], folder)
@@ -246,7 +246,7 @@ def ask(browser, number, request):
 
 
 def until(browser, number, request, key):
-    """Send a request. Return the seconds until an answer contains `key`, and its value."""
+    """Send a request. Return the seconds until a response contains `key`, and the value of `key`."""
     start = time.perf_counter()
     browser.send(json.dumps({"id": number, **request}))
     while True:

@@ -102,7 +102,7 @@ class System:
         return self.start(sys.executable, "-W", "ignore", "-c", code, *arguments)
 
     def serve(self):
-        """Start `pipros foxglove`; return its process and port."""
+        """Start `pipros foxglove`. Return its process and port."""
         port = free_port()
         process = self.start(os.path.join(SCRIPTS, "pipros"), "foxglove", "--port", str(port))
         wait_for_port(port)
@@ -141,7 +141,7 @@ def wait_for_port(port):
 
 
 class Client:
-    """A Foxglove client that only counts messages, so that it is quicker than each server."""
+    """A Foxglove client that only counts messages, so that it is faster than every server."""
 
     HEADER = f"Sec-WebSocket-Protocol: {SUBPROTOCOL}\r\n"
     OPCODE = 2
@@ -156,7 +156,7 @@ class Client:
             f"{self.HEADER}\r\n".encode()
         )
         self._buffer = bytearray()
-        self._left = 0  # bytes of a large message that have not arrived
+        self._left = 0  # number of bytes of a large message that have not arrived yet
         self._chunk = memoryview(bytearray(1 << 20))
         while b"\r\n\r\n" not in self._buffer:
             self._receive()
@@ -185,7 +185,7 @@ class Client:
         self.sock.sendall(struct.pack("!BBH4x", 0x81, 0x80 | 126, len(text)) + text)  # a mask of zeros
 
     def read(self):
-        """Read what has arrived."""
+        """Receive the available data, and count the messages in it."""
         count = self.sock.recv_into(self._chunk)
         if not count:
             raise ConnectionError("the server has closed")
@@ -211,7 +211,10 @@ class Client:
         return struct.unpack_from("<II", payload, 17)
 
     def _frames(self, partial=False):
-        """Take complete frames from the buffer; with `partial`, the rest of a large one is only counted."""
+        """Remove complete frames from the buffer, and yield them.
+
+        With `partial`, the data of a large frame is discarded as it arrives, and only its size is tracked.
+        """
         buffer = self._buffer
         while len(buffer) >= 2:
             size, head = buffer[1] & 0x7F, 2
@@ -230,7 +233,7 @@ class Client:
 
 
 class RosbridgeClient(Client):
-    """A client of rosbridge that takes JSON."""
+    """A rosbridge client that receives JSON."""
 
     HEADER = ""
     OPCODE = 1
@@ -255,7 +258,7 @@ def images_a_second(port, seconds):
 
 
 def images(options):
-    """Images per second of each server, in turn."""
+    """Measure the images per second of each server, in turn. Print and return the results."""
     values = {"pipros": [], "genuine": []}
     for _ in range(options.rounds):
         with System() as system:
@@ -278,7 +281,9 @@ def images(options):
 
 
 def many_clients(count, seconds, *, is_one_stuck, serve=System.serve, client_class=Client):
-    """Messages/s of the slowest of `count` clients, ages of messages in ms, and processor time in percent."""
+    """Return the messages/s of the slowest of `count` clients, the median and 99th percentile of the ages of
+    messages in ms, and the server's processor usage in percent.
+    """
     with System() as system, selectors.DefaultSelector() as selector:
         system.run(IMU)
         process, port = serve(system)
@@ -308,7 +313,7 @@ def many_clients(count, seconds, *, is_one_stuck, serve=System.serve, client_cla
 
 
 def clients(options, name="Foxglove", **server):
-    """The costs of many clients on one topic."""
+    """Measure the costs of many clients of one topic, without and with one more client that never reads."""
     heads = ["workload", "least messages/s of a client", "median age, ms", "99 %, ms", "processor, %"]
     print(line(heads))
     print(line(["---", *["---:"] * 4]))
@@ -323,7 +328,7 @@ def clients(options, name="Foxglove", **server):
 
 
 def serve_rosbridge(system):
-    """Start a rosbridge server; return its process and port."""
+    """Start a rosbridge server. Return its process and port."""
     port = free_port()
     program = os.path.join(SCRIPTS, "rosrun")
     process = system.start(program, "rosbridge_server", "rosbridge_websocket", f"_port:={port}")
@@ -332,12 +337,12 @@ def serve_rosbridge(system):
 
 
 def rosbridge(options):
-    """The costs of many clients of rosbridge on one topic."""
+    """Measure the costs of many rosbridge clients of one topic."""
     return clients(options, "rosbridge JSON", serve=serve_rosbridge, client_class=RosbridgeClient)
 
 
 def sample_messages():
-    """An Imu, a LaserScan, a TFMessage and an image of 1 MB, with random values."""
+    """Return messages with random values, by label."""
     from pipros.msg import load_message_class
 
     generator = random.Random(1)  # noqa: S311 # the same in each run
@@ -358,7 +363,7 @@ def sample_messages():
 
 
 def encodings(options):
-    """The time that each encoding takes, in us."""
+    """Measure the time that each encoding takes, in us."""
     from pipros.bridges.rosbridge.encoding import Encoder, Encoding
     from pipros.bridges.shared_topics import TopicMessage
 

@@ -400,7 +400,7 @@ def service(world, seconds, persistent):
 
 
 def control(world, _seconds, megabytes, peers):
-    """Return the duration of the longest slave API call while subscribers connect and receive a latched
+    """Return the duration in ms of the longest slave API call while subscribers connect and receive a latched
     map.
     """
     server = world.work("map", megabytes)
@@ -441,7 +441,7 @@ def imports(world, _seconds):
 
 
 def leave(world, _seconds):
-    """Return the time from Ctrl-C to the end of a talker's process."""
+    """Return the time in ms from Ctrl-C to the end of a talker's process."""
     talker = world.work("talker")
     answer(talker)
     time.sleep(0.35)

@@ -46,8 +46,8 @@ def worker_source(seconds):
 
 
 def worker_paced(rate_hz, seconds, peers, pause_s=0.0005):
-    """Publish at a rate. Above 1 / `pause_s`, messages are sent in groups. If there is no pause, they are
-    evenly spaced, and the process uses one processor.
+    """Publish at a rate. Above 1 / `pause_s`, messages are sent in groups. If `pause_s` is 0, they are evenly
+    spaced, and the process fully uses one processor.
     """
     rospy = init("paced")
     msg = message("string")

@@ -5,10 +5,10 @@
 
 `hook`: processor time of an interpreter start, with and without the import hook. `owner`: finding the
 user of a connection in /proc/net/tcp. `definition`: time and memory of the largest message definitions that
-a peer may send. `numpy`: what it would add to the default install. `turtlesim`: processor time of a node with
-two turtles that move, and with a subscriber for each of their topics. `robots`: the same of pipros_sim with
-ten robots, whose scans of 360 rays at 10 Hz, odometry and transforms have subscribers. Only pipros is
-measured: genuine ROS has none of these.
+a peer may send. `numpy`: the import time and size that it would add to the default installation. `turtlesim`:
+processor time of a node with two moving turtles and a subscriber for each of their topics. `robots`:
+processor time of pipros_sim with ten robots and subscribers for their odometry, transforms and scans (360
+rays at 10 Hz). Only pipros is measured, because genuine ROS has none of these.
 """
 
 from __future__ import annotations

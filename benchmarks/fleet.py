@@ -39,7 +39,7 @@ TOPICS = 20
 MOST_TOPICS = 5000  # the limit fleet_topics
 
 
-# ---- workers, in processes of their own
+# ---- workers, in separate processes
 
 
 def body_of(size):
@@ -47,7 +47,7 @@ def body_of(size):
 
 
 class TcprosEnd:
-    """One end on a master. `names` are the topics that it sends and receives."""
+    """One end of a path, as a node on a master. `sends` and `receives` are its topics."""
 
     def __init__(self, master, sends, receives, on_message):
         from pipros.basics.env import Environment
@@ -67,7 +67,7 @@ class TcprosEnd:
 
 
 class ZenohEnd:
-    """One end of a bare session: as fast as Zenoh in Python can, with its own callbacks."""
+    """One end of a path, as a Zenoh session with Zenoh's own callbacks, the fastest way in Python."""
 
     def __init__(self, router, sends, receives, on_message):
         import zenoh
@@ -112,7 +112,7 @@ def echo(side, place, sends, receives):
 
 
 def count(side, place, sends, receives):
-    """Count the messages; print the count on request."""
+    """Count the messages. Print the count for each line of input."""
     seen = [0]
 
     def add(_):
@@ -122,11 +122,14 @@ def count(side, place, sends, receives):
     print("ready", flush=True)
     for _ in sys.stdin:
         print(seen[0], flush=True)
-    del end  # until now, so that its session stays open
+    del end  # keeps the session open until here
 
 
 def trips(side, place, sends, receives, size, seconds):
-    """Print the median, the 95th percentile (of at least two) and the number of the round trips, in us."""
+    """Print the median and the 95th percentile of the round trip times in us, and their number.
+
+    At least two messages must return.
+    """
     arrived = threading.Semaphore(0)
     end = end_of(side, place, sends, receives, lambda _: arrived.release())
     body = body_of(size)
@@ -218,7 +221,10 @@ def many(router, first, number):
 
 
 def senders(router, number, rate, size):
-    """Send `rate` messages per second, of `size` bytes, from each of `number` members, with send times."""
+    """Send `rate` messages per second, of `size` bytes, from each of `number` members.
+
+    Each message begins with the time at which it was sent.
+    """
     from pipros.fleet import keys
     from pipros.fleet.zenoh_session import connect
 
@@ -234,7 +240,11 @@ def senders(router, number, rate, size):
 
 
 def watch(router, pause_ms):
-    """Receive all messages, with a pause after each. Print their number and the 95th percentile of delays."""
+    """Receive all messages, with a pause after each.
+
+    For each line of input, print the number of messages since the previous line, and the 95th percentile of
+    their delays in us.
+    """
     from pipros.fleet import keys
     from pipros.fleet.zenoh_session import connect
 
@@ -252,7 +262,7 @@ def watch(router, pause_ms):
         found = sorted(delays)
         delays.clear()
         print(len(found), found[len(found) * 95 // 100] if found else 0, flush=True)
-    del held  # until now, so that messages arrive
+    del held  # keeps the subscription until here
     os._exit(0)
 
 
@@ -278,7 +288,7 @@ def free_port():
 
 
 class Program:
-    """A process that is ended with the run."""
+    """A process that ends with the benchmark."""
 
     def __init__(self, stack, *argv, wait="ready", prefix=(), **environment):
         self.process = subprocess.Popen(
@@ -318,7 +328,7 @@ class Program:
             self.process.wait()
 
     def usage(self):
-        """Return processor seconds and resident MB."""
+        """Return the processor time in seconds and the resident size in MB."""
         with open(f"/proc/{self.process.pid}/stat") as file:
             fields = file.read().rpartition(")")[2].split()
         with open(f"/proc/{self.process.pid}/status") as file:
@@ -357,7 +367,7 @@ class System:
         ]
 
     def ends(self, side):
-        """Return place and topics of the near and the far end: where, sends, receives."""
+        """Return the master or router, the sent and the received topic, for the near and for the far end."""
         if side == "zenoh":
             return (self.router, "/near", "/far"), (self.router, "/far", "/near")
         if side in ("tcpros", PAUSED):
@@ -469,7 +479,7 @@ def robots(number):
     router, half = f"tcp/127.0.0.1:{free_port()}", number // 2
 
     def until_present(expected):
-        """Return the time until the operator sees this number of members."""
+        """Return the time in seconds until the operator sees exactly `expected` members."""
         begin, number = time.monotonic(), 0
         while time.monotonic() < begin + DEADLINE_S:
             number = len({each.member for each in present(link)}) if link.is_connected else 0

@@ -33,7 +33,7 @@ PROGRAMS = {
 
 
 def environment(path: str, port: int, home: str, modules: str) -> dict[str, str]:
-    """Return the environment for both sides. Compiled modules may be cached, as on a normal machine.
+    """Return the environment for one side. Compiled modules may be cached, as on a normal machine.
 
     Args:
         modules: the folder with the built message for genuine ROS; pipros reads the definition.

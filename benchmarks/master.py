@@ -4,8 +4,8 @@
     benchmarks/master.py [--only params,dictionary] [--crowd 1000]
 
 Each master is called by its own client: the genuine master by `rosgraph.Master` in genuine ROS's Python, and
-    pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of three rounds
-counts, so that other load affects both alike. If genuine ROS is not installed, only pipros is measured.
+pipros by `pipros.net.master_client.MasterClient`. They alternate, and the best of three rounds counts, so
+that other load affects both alike. If genuine ROS is not installed, only pipros is measured.
 """
 
 import argparse

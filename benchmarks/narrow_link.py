@@ -1,7 +1,7 @@
-"""A slow link on one machine: a network namespace behind two TUN devices, with delay and lost packets.
+"""A slow link on one machine: a network namespace behind two TUN devices, with delay and packet loss.
 
-Needs root. Between the devices, a thread forwards packets, because not every kernel has netem. Each direction
-has its own bandwidth and queue, as the link of a modem: packets that find the queue full are lost, too.
+Needs root. A thread forwards packets between the devices, because not every kernel has netem. Like a modem's
+link, each direction has its own bandwidth and queue. Packets that arrive at a full queue are also lost.
 """
 
 import contextlib
@@ -23,11 +23,11 @@ _MTU = 1400
 
 
 class NarrowLink:
-    """A namespace at the other end of a link. Use as a context manager.
+    """A network namespace at the other end of a link; a context manager.
 
     Attributes:
-        prefix: start of the command line of programs in the namespace. There, HERE is this side.
-        lost: packets.
+        prefix: beginning of command lines for programs in the namespace. `HERE` is the address of this side.
+        lost: number of lost packets.
     """
 
     def __init__(self, kbit, delay_s, loss, seed=1):

@@ -100,7 +100,7 @@ VIEWS = (
 
 
 PANELS = "panels/row(column(plot//number/data~images//image)~column(topics//number~console))"
-# Notes the samples of curves as the browser receives them.
+# Records the samples of curves that the browser receives.
 NOTE_SAMPLES = """
 window.samples = [];
 window.lost = 0;
@@ -252,12 +252,15 @@ def four_panels_page(script=""):
 
 
 def drain(stream):
-    """Read a stream in a thread, so that its program does not wait for a reader."""
+    """Read a stream in a thread, so that its program is never blocked by a full pipe."""
     threading.Thread(target=lambda: [None for _ in stream], daemon=True).start()
 
 
 def four_panels(seconds):
-    """Return the frame times of four panels, and the samples of 1,000 Hz that their curve lost."""
+    """Measure the frame times of four panels, and count the samples at 1,000 Hz that their curve lost.
+
+    Return the results as text.
+    """
     with four_panels_page(NOTE_SAMPLES) as page:
         page.wait_for_function("window.samples.length > 1000")
         frames = page.evaluate(MEASURE_FRAMES, seconds)
@@ -271,10 +274,10 @@ def four_panels(seconds):
 
 
 def heap(moments):
-    """Return the sizes of the browser's heap, after garbage collection, at these minutes.
+    """Measure the size of the browser's heap, after garbage collection, at these minutes. Return text.
 
-    The buffer of a curve grows by a fifth before its older samples are dropped, which takes ten seconds: each
-    size is the smallest of that time.
+    The buffer of a curve grows by a fifth within ten seconds, before older samples are dropped. Therefore,
+    each size is the minimum over that time.
     """
     found = []
     with four_panels_page() as page:

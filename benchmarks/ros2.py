@@ -62,7 +62,7 @@ with Participant(Discovery(3)) as participant, Participant(Discovery(3)) as peer
 
 
 class Program:
-    """A peer whose output goes to a file."""
+    """A running peer, whose output is written to a file."""
 
     def __init__(self, kind, mode, name, *words, loss=0.0):
         from tests.support.dds_peers import cyclone_peer, fast_peer
@@ -88,7 +88,7 @@ class Program:
             return text.read()
 
     def wait_for(self, word, timeout_s=60):
-        """Wait for a line that begins with the word; return the time."""
+        """Wait for a line that begins with `word`. Return the time at which it was found."""
         end = time.perf_counter() + timeout_s
         while time.perf_counter() < end:
             if re.search(f"(?m)^{word}", self.text()):
@@ -177,7 +177,7 @@ def service(server, client, count):
 
 
 def crowd(count):
-    """Return the number of calls of concurrent clients with a correct answer."""
+    """Let eight clients call a service concurrently. Return text: how many calls returned the right sum."""
     with contextlib.ExitStack() as stack:
         stack.enter_context(running(OURS, "server", "/add")).wait_for("ready")
         callers = [
@@ -191,7 +191,7 @@ def crowd(count):
 
 @contextlib.contextmanager
 def gateway():
-    """Yield a node of ROS 1 whose topics a gateway passes to domain 1."""
+    """Yield a ROS 1 node whose topics a gateway forwards to domain 1."""
     from pipros.basics.env import Environment
     from pipros.master.master import Master
     from pipros.node import Node
@@ -222,7 +222,7 @@ def gateway():
 def through_gateway(size, count, ahead):
     """Return the number of lost messages from ROS 1, and the number that arrived per second.
 
-    Up to `ahead` messages are on the way at a time: the gateway keeps the last ten of a topic.
+    At most `ahead` messages are in transit at a time, because the gateway keeps only the last ten of a topic.
     """
     from pipros.msg import load_message_class
 
@@ -231,7 +231,7 @@ def through_gateway(size, count, ahead):
         with running(CYCLONE, "sub", "rt/a", "reliable") as listener:
             publisher = node.advertise("/a", blob, queue_size=0)
             wait_until(lambda: publisher.connection_count)
-            while not listener.count():  # until the whole way exists
+            while not listener.count():  # until the whole path exists
                 publisher.publish(blob(0, b""))
                 time.sleep(0.05)
             began = changed_at = time.perf_counter()
@@ -247,7 +247,7 @@ def through_gateway(size, count, ahead):
 
 
 def trips(count):
-    """Yield the times from a writer in this process to a reader in this process."""
+    """Yield rows with the median times through the gateway, and by DDS alone, within this process."""
     from pipros.msg import load_message_class
     from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
     from pipros.ros2.rtps.participant import Participant
@@ -337,7 +337,7 @@ def idle():
 
 
 def measure(arguments):
-    """Yield rows: a workload, a pair, and its figure."""
+    """Yield rows, each with a workload, a pair of implementations, and the figure."""
     wanted = arguments.only.split(",")
     count = 1000 if arguments.quick else 10_000
     for writer, reader in PAIRS:

@@ -48,7 +48,7 @@ def message(number, size):
 
 
 class Gaps:
-    """Counts missing messages of each remote writer: from its first one on, none may be missing."""
+    """Counts the messages from remote writers that are missing after the first message of each."""
 
     def __init__(self):
         self.received = self.lost = 0
@@ -63,7 +63,7 @@ class Gaps:
 
 
 class Visitors:
-    """Keeps peers running, each for a while, and checks the output of those that subscribe."""
+    """Keeps peers running, each for a while, and checks the output of the subscribers among them."""
 
     def __init__(self):
         self.started = self.killed = self.lost = self.wrong = 0

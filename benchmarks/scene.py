@@ -89,7 +89,7 @@ SCENES = {
     "the same over 10 Mbit/s, 50 ms each way": (CLOUD.format(200), "Cloud"),
 }
 SLOW = 1_250_000, 0.05
-"""Bytes per second and delay of the last row."""
+"""The slow link: its rate in bytes per second, and its delay in seconds."""
 THREE = """() => {
   const own = performance.getEntriesByType("resource").filter(({ name }) => name.includes("/vendor/three/"));
   return Math.max(...own.map((each) => each.responseEnd)) - Math.min(...own.map((each) => each.startTime));
@@ -106,7 +106,7 @@ VIEWERS = {
     "20 viewers of 5,000 points, 50 frames": (20, SMALL_VIEWS, False),
     "20 viewers, one stuck": (20, SMALL_VIEWS, True),
 }
-"""Number of viewers, what each watches, and whether one more has stopped reading."""
+"""For each row, the number of viewers, the views that each watches, and whether another one stops reading."""
 DRAW_ALONE = """async (kind) => {
   const { scene } = document.querySelector(".tab-scene");
   Object.assign(scene.canvas.style, { width: "1000px", height: "600px" });
@@ -184,7 +184,7 @@ def main():
             return chromium.launch(executable_path=program, args=["--no-sandbox", *more])
 
         def serve(displays):
-            """Start a server with a scene; return it and its address."""
+            """Start a server with a scene. Return its process and its address."""
             file = os.path.join(folder, "scene.rviz")
             with open(file, "w") as out:
                 out.write(FILE.format(displays=displays))
@@ -201,7 +201,7 @@ def main():
             if "Mbit" in label:
                 port = address.split("/")[2].rpartition(":")[2]
                 link = SlowLink(int(port), *SLOW)
-                # The page accepts its own address only.
+                # The server accepts only its own address, so the browser must use this address for the link.
                 browser = launch([f"--host-resolver-rules=MAP localhost:{port} 127.0.0.1:{link.port}"])
             browser = browser or launch([])
             tab = browser.new_page(viewport={"width": 1200, "height": 900})
@@ -235,7 +235,7 @@ def main():
             if only not in label:
                 continue
             server, address = serve("")
-            # Playwright runs an event loop in this thread.
+            # The viewers run in another thread, because Playwright runs an event loop in this one.
             with ThreadPoolExecutor(1) as pool:
                 usage = psutil.Process(server.pid)
                 watching = watch(address, usage, count, views, has_stuck, seconds)
@@ -245,7 +245,7 @@ def main():
 
 
 async def watch(address, usage, count, views, has_stuck, seconds):
-    """Return the clouds per second of the slowest viewer, and the server's share of a processor."""
+    """Return the clouds per second of the slowest viewer, and the server's usage of processors (1 is one)."""
     clouds = [0] * count
     tasks = [asyncio.create_task(view(address, views, clouds, index)) for index in range(count)]
     if has_stuck:
@@ -267,7 +267,10 @@ async def watch(address, usage, count, views, has_stuck, seconds):
 
 
 async def view(address, views, clouds, index):
-    """Watch the views; count the messages of the first. Without an index, stop reading."""
+    """Watch the views, and count the messages of the first view in `clouds[index]`.
+
+    If `index` is None, stop reading.
+    """
     host, token = address.split("/")[2], address.split("#token=")[1].split("/")[0]
     more = {"origin": f"http://{host}", "proxy": None, "max_size": None}
     async with connect(f"ws://{host}/live", **more) as socket:

@@ -61,7 +61,7 @@ STATE = """() => {
 
 
 def make_bag(path):
-    """Write a base that moves, a marker and a frame of the second half, odometry, and clouds."""
+    """Write a bag with a moving base, odometry and clouds. Its second half also has a marker and a frame."""
     names = {
         "/tf": "tf2_msgs/TFMessage",
         "/marks": "visualization_msgs/Marker",
@@ -151,7 +151,7 @@ def main():
 
 
 def watch(tab, server, end):
-    """Print the figures of each loop until a time. Return whether they are good."""
+    """Print the figures of each loop until the time `end`. Return whether the run has passed."""
     session = tab.context.new_cdp_session(tab)
     history, stale, loops, was_late = [], 0, 0, False
     begin = time.monotonic()
@@ -177,7 +177,7 @@ def watch(tab, server, end):
     if loops < 2 * SOME_LOOPS:
         print(f"fewer than {2 * SOME_LOOPS} loops")
         return False
-    # The least of some loops: the rest is what was in use at that moment.
+    # Minima over several loops are compared, because each figure includes memory that is only in use briefly.
     parts = history[:SOME_LOOPS], history[-SOME_LOOPS:]
     first, last = ([min(column) for column in zip(*part, strict=True)] for part in parts)
     print(f"page MB, server MB, objects: first {first}; last {last}")

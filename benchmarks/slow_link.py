@@ -1,4 +1,4 @@
-"""A slow link to a local port: a forwarder in a thread, with a rate, a delay and a short queue."""
+"""A slow link to a local port: a forwarder in a thread, with a limited rate, a delay and a short queue."""
 
 import asyncio
 import contextlib
@@ -10,17 +10,17 @@ QUEUE_BYTES = 65536
 
 
 class SlowLink:
-    """Forwarder of connections to a port of this computer.
+    """Forwards connections to a local port.
 
     Attributes:
-        port: where it listens.
+        port: the port on which it listens.
     """
 
     def __init__(self, target, bytes_per_s, delay_s):
-        """Start.
+        """Start forwarding.
 
         Args:
-            target: the port.
+            target: the port to which connections are forwarded.
             bytes_per_s: the rate of each direction, which all connections share.
             delay_s: the delay of each direction.
         """
@@ -38,7 +38,7 @@ class SlowLink:
 
     def _run(self):
         listener = socket.create_server(("127.0.0.1", 0))
-        # The queue of the link is short, as that of a modem: buffers of the kernel would hide its rate.
+        # The queue is short, like that of a modem. Large kernel buffers would hide the limited rate.
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, QUEUE_BYTES)
         self.port = listener.getsockname()[1]
         asyncio.set_event_loop(self._loop)

@@ -35,7 +35,7 @@ LIFE_S = 10.0, 30.0
 LINE_EVERY_S = 10.0
 KILL_EVERY = 3
 MEMORY_SLACK_MB = 8.0
-#: By then all nodes have started once, and the parent has its lasting threads, buffers and imports.
+#: After this time, all nodes have started once, and this process has its permanent threads and buffers.
 WARM_UP_S = 20.0
 
 HEADINGS = " minutes     MB threads  files nodes so far killed  received  lost   calls failed"
@@ -124,7 +124,7 @@ class Visitors:
         self._count = count
 
     def look(self) -> None:
-        """End visitors whose time is over, and start new ones instead."""
+        """End visitors whose time is over, and start a new visitor if one is missing."""
         now = time.monotonic()
         for process, end in list(self._running):
             if process.poll() is not None or now > end:

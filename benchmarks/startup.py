@@ -86,7 +86,7 @@ class World:
         return seconds
 
     def run_until(self, line: str, *argv: str) -> tuple[float, float]:
-        """Return the seconds until a line contains the text, and from Ctrl-C to the end of all processes."""
+        """Return the seconds until a line contains `line`, and from Ctrl-C to the end of all processes."""
         began = time.perf_counter()
         process = subprocess.Popen(  # noqa: S603
             argv,

@@ -9,7 +9,7 @@ import signal
 import statistics
 import sys
 
-#: Genuine ROS with an allocator that keeps freed memory: large messages cost it fewer page faults.
+#: Variables that make the allocator keep freed memory. Large messages then cause fewer page faults.
 TUNED = {"MALLOC_TOP_PAD_": str(64 << 20), "MALLOC_MMAP_THRESHOLD_": str(64 << 20)}
 
 #: The implementations, in the order of the columns. The last one is compared with the others.

@@ -1,4 +1,4 @@
-"""Starts the case study with `roslaunch --screen` (see script/demo, which makes the environment for it)."""
+"""Starts the case study with `roslaunch --screen`. script/demo calls it, in a virtual environment."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _page() -> Iterator[None]:
         page.communicate()
 
 
-# The page ends when its standard input does, however the demo ends, even while this program is starting.
+# This program ends when its standard input is closed, and so with the demo, however the demo ends.
 _PAGE = """
 import os, signal, sys, threading
 def end():

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Takes the pictures of the page in docs/: `script/pictures --page [NAME…]` calls it, for all or some.
+"""Takes the pictures of the page in docs/. `script/pictures --page [NAME…]` calls it, for all or for some.
 
-Meanwhile, a small robot runs: tests/browser/programs, with relays as its other nodes. For the picture
-    `battery`, the package vehicle_battery runs instead. It needs Chromium, Playwright and Pillow.
+The pictures show a small robot, which consists of programs in tests/browser/programs and of relays. The
+picture `battery` shows the package vehicle_battery. Chromium, Playwright and Pillow are needed.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def open_tab(browser: Browser, page: Page, place: str, scheme: str) -> Tab:
 
 
 def small(file: Path) -> None:
-    """Reduce the colours to those of a text screen; raise SystemExit if the file is still too large."""
+    """Reduce a picture to `COLOURS` colours. Raises SystemExit if it is still larger than `LARGEST_BYTES`."""
     with Image.open(file) as image:
         image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(file, optimize=True)
     if file.stat().st_size > LARGEST_BYTES:

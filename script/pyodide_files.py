@@ -1,6 +1,6 @@
-"""The files that run pipros in a browser: Pyodide from npm, the wheel of this tree, and libraries.
+"""Writes the files that run pipros in a browser: Pyodide from npm, the wheel of this tree, and libraries.
 
-`.venv/bin/python script/pyodide_files.py FOLDER` writes them. `script/docs` calls `on_post_build` for the
+Run it with `.venv/bin/python script/pyodide_files.py FOLDER`. `script/docs` calls `on_post_build` for the
 documentation, and `tests/pyodide` runs programs with the same files under Node.js.
 """
 
@@ -17,10 +17,10 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = "pyodide@314.0.7"
-"""The next version may bring another Python."""
+"""A fixed version, because the next one may contain a different version of Python."""
 
 INSTALLED = ROOT / ".venv" / "pyodide"
-"""A folder of its own: npm removes packages that it does not know of."""
+"""A separate folder, because npm removes packages that its command line does not name."""
 
 PYODIDE_FILES = (
     "pyodide.mjs",
@@ -30,7 +30,7 @@ PYODIDE_FILES = (
     "pyodide-lock.json",
 )
 LIBRARIES = ("mcap", "rospkg", "yaml")
-"""What messages, bags and parameters need besides pipros. Their compiled parts are optional."""
+"""The libraries that messages, bags and parameters need. Their compiled parts are optional."""
 
 
 def write_files(folder: Path) -> None:
@@ -55,7 +55,7 @@ def write_files(folder: Path) -> None:
 
 
 def on_post_build(config: Any) -> None:
-    """Add the files to the documentation. MkDocs calls this hook when it has written the pages."""
+    """Add the files to the documentation. MkDocs calls this hook after it has written the pages."""
     write_files(Path(config["site_dir"], "in-browser", "files"))
 
 

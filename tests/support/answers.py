@@ -1,6 +1,6 @@
-"""Cached output of genuine ROS commands that depend only on files and variables.
+"""Cached output of genuine ROS commands, for commands that depend only on files and environment variables.
 
-Starting such a program takes half a second of processor time, and its output does not change.
+Starting such a command takes half a second of processor time, and its output does not change.
 """
 
 from __future__ import annotations
@@ -39,11 +39,16 @@ class Answer:
 def ask(
     side: Side, *argv: str | Path, cwd: Path | None = None, timeout_s: float = 60.0, **more: str
 ) -> Answer:
-    """Return the output of a program that uses no master and changes no file, by default in the home.
+    """Return the output of a program that uses no master and changes no files.
 
-    An answer of genuine ROS is cached for the same arguments, variables, files below the test's home and
-    packages of Debian. The address of the test's master may differ, and is put into the answer.
-    In continuous integration nothing is cached.
+    For genuine ROS, the output is cached. The key consists of the arguments, the environment variables, the
+    files below the test's home and the installed Debian packages. The URI of the test's master is not part of
+    the key; if it occurs in the cached output, it is replaced by the current one. In continuous integration,
+    nothing is cached.
+
+    Args:
+        cwd: the working folder; defaults to the test's home.
+        more: additional environment variables.
     """
     words, folder = [str(word) for word in argv], cwd or side.home
 
@@ -75,7 +80,7 @@ def _replaced(text: str, changes: dict[str, str]) -> str:
 
 
 def _files(home: Path) -> Iterator[tuple[str, str]]:
-    """Yield path, mode and digest of each file below the home, except logs and bytecode."""
+    """Yield the path of each file below the home, with its mode and digest, except logs and bytecode."""
     for file in sorted(home.rglob("*")):
         place = file.relative_to(home)
         if file.is_file() and place.parts[0] != ".ros" and file.suffix != ".pyc":

@@ -23,7 +23,12 @@ def header_of(message: Any, topic: str, **more: str) -> dict[str, bytes]:
 
 
 def bag_bytes(rows: Iterable[Row], *, is_finished: bool = True, **options: Any) -> bytes:
-    """Return a bag with these messages, one connection for each topic; options are those of `BagWriter`."""
+    """Return the contents of a bag with these messages and one connection for each topic.
+
+    Args:
+        is_finished: whether to write the index. Without it, the bag is like that of a killed recorder.
+        options: arguments of `BagWriter`.
+    """
     file = io.BytesIO()
     writer = BagWriter(file, **options)
     connections: dict[str, Connection] = {}
@@ -39,7 +44,7 @@ def bag_bytes(rows: Iterable[Row], *, is_finished: bool = True, **options: Any) 
 
 
 def some_rows(count: int = 30) -> list[Row]:
-    """Messages of two topics, in time order."""
+    """Return messages on two topics, sorted by time."""
     return [
         (f"/{'ab'[n % 2]}", String(f"text {n}") if n % 2 else Int32(n), 10 + n // 10, n % 10 * 1000)
         for n in range(count)
@@ -54,12 +59,12 @@ def rows_of(reader: BagReader, **options: Any) -> list[tuple[str, Any, int, int]
 
 
 def values(rows: Iterable[Row]) -> list[tuple[str, Any, int, int]]:
-    """Rows in the form of `rows_of`."""
+    """Return the rows in the form that `rows_of` returns."""
     return [(topic, message.data, seconds, nanoseconds) for topic, message, seconds, nanoseconds in rows]
 
 
 def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
-    """Return a bag of format 1.2, which ROS wrote until 2010."""
+    """Return the contents of a bag in format 1.2, which ROS wrote until 2010."""
     from pipros.bag.records import TIME, U32, U64, record_bytes
 
     out = [b"#ROSBAG V1.2\n", b""]
@@ -72,7 +77,7 @@ def old_bag_bytes(rows: Iterable[Row], *, is_indexed: bool = True) -> bytes:
             "md5": message._md5sum.encode(),
             "type": message._type.encode(),
         }
-        at = position + sum(map(len, out[2:]))  # an index points to the definition, if there is one
+        at = position + sum(map(len, out[2:]))  # where the index points: to the definition, if there is one
         if topic not in told:
             told.add(topic)
             out.append(record_bytes({"op": b"\x01", **names, "def": message._full_text.encode()}, b""))

@@ -1,6 +1,6 @@
-"""Real clients of bridges: roslib for Node.js and browsers, two versions of roslibpy, Foxglove's for Node.js.
+"""Real clients for bridges: roslib for Node.js and browsers, two versions of roslibpy, and Foxglove's client.
 
-python -m tests.support.bridge_clients installs them, into .venv.
+`python -m tests.support.bridge_clients` installs them into `.venv`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 
 INSTALL = ".venv/bin/python -m tests.support.bridge_clients"
 ROSLIBPY = {"2": "roslibpy>=2,<3", "1.8": "roslibpy==1.8.*"}
-"""Versions of roslibpy that are tested: the newest, and the last one that is built on Twisted."""
+"""Versions of roslibpy that are tested: the newest one, and the last one based on Twisted."""
 
 _CLIENTS = Path(sys.prefix) / "clients"
 MODULES = _CLIENTS / "node_modules"
@@ -23,28 +23,28 @@ _FOXGLOVE = {
     "@foxglove/rosmsg-serialization": "2",
     "ws": "8",
 }
-"""Foxglove's client of its protocol, and its decoder of ROS 1 messages."""
+"""Foxglove's implementation of its protocol, its decoder for ROS 1 messages, and a WebSocket library."""
 
 
 def roslib() -> Path:
-    """The file of roslib that Node.js and browsers import."""
+    """Return the path of the roslib file that Node.js and browsers import."""
     return MODULES / "roslib" / "dist" / "RosLib.js"
 
 
 def roslibpy_python(version: str) -> Path:
-    """The Python of an environment with a version of roslibpy."""
+    """Return the Python interpreter of the virtual environment with a version of roslibpy."""
     return _CLIENTS / f"roslibpy-{version}" / "bin" / "python"
 
 
 def missing() -> list[str]:
-    """Return the missing requirements of this machine."""
+    """Return what the tests of rosbridge need and this machine lacks."""
     lacking = [] if shutil.which("node") else ["node"]
     lacking += [] if roslib().exists() else ["roslib"]
     return lacking + [f"roslibpy {each}" for each in ROSLIBPY if not _has_roslibpy(each)]
 
 
 def missing_foxglove() -> list[str]:
-    """Return the missing requirements of Foxglove's client."""
+    """Return what Foxglove's client needs and this machine lacks."""
     lacking = [] if shutil.which("node") else ["node"]
     return lacking + [name for name in _FOXGLOVE if not (MODULES / name).is_dir()]
 
@@ -55,7 +55,7 @@ def _has_roslibpy(version: str) -> bool:
 
 
 def install() -> None:
-    """Install what is missing."""
+    """Install the missing clients. Node.js must be installed."""
     if not roslib().exists() or missing_foxglove():
         options = ("--no-save", "--no-package-lock", "--prefix", str(_CLIENTS))
         packages = [_ROSLIB, *(f"{name}@{version}" for name, version in _FOXGLOVE.items())]

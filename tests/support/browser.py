@@ -15,7 +15,7 @@ def find_chromium() -> str | None:
 
 
 def missing() -> list[str]:
-    """Return the missing requirements of this machine."""
+    """Return the missing packages."""
     has_playwright = importlib.util.find_spec("playwright") is not None
     return [*([] if find_chromium() else PACKAGES), *([] if has_playwright else ["playwright"])]
 

@@ -1,7 +1,7 @@
-"""Programs for Python in a browser, which has no sockets, threads and processes.
+"""Test programs for Python in a browser, which has no sockets, threads or processes.
 
-`tests/tree/test_other_systems.py` runs them in a simulated browser, `tests/pyodide` in Pyodide. Each starts
-in an empty folder, after `BEGINNING`.
+`tests/tree/test_other_systems.py` runs them in a simulated browser, `tests/pyodide` in Pyodide. Each program
+runs in an empty folder. `BEGINNING` must be put before each.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ x, y, z, *rotation = pose_of(robot.joints[0], pi)
 assert (x, y, z, round(rotation[2], 6)) == (0, 0, 1, 1)
 """,
 }
-"""Libraries without sockets, threads and processes."""
+"""Programs that use libraries that need no sockets, threads or processes."""
 
 LIMITS = {
     "sockets": """
@@ -158,4 +158,4 @@ NO_SOCKETS = "ERROR: nodes, masters and their clients need sockets and threads, 
 assert run(rosnode.main, "list") == run(rostopic.main, "list") == (1, NO_SOCKETS)
 """,
 }
-"""What says that a browser lacks sockets."""
+"""Programs that check the errors of functions and commands that need sockets."""

@@ -1,7 +1,7 @@
-"""Sections 4.1 to 4.5 of the case study, typed in an empty folder: they create the workspace of `examples/`.
+"""Carry out sections 4.1 to 4.5 of the case study in a terminal. They create the workspace in `examples/`.
 
-Text that the reader writes in an editor is taken from the example. Edits of generated files are applied to
-those files, and must match the lines in the document's figures.
+Files that the reader writes in an editor are copied from the example. Generated files are edited; afterwards,
+they must have the lines that the document's figures show.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ FIGURE_4 = {
     58: "  <exec_depend>rospy</exec_depend>",
     59: "  <exec_depend>message_runtime</exec_depend>",
 }
-"""Lines of the edited files, by their numbers in the figures."""
+"""Lines of the edited files, by line number in the figure."""
 
 
 def make_workspace_and_package(terminal: Terminal) -> None:
-    """4.1, with the commands of figure 2."""
+    """Carry out section 4.1, with the commands of figure 2."""
     for line in (
         "mkdir feature",
         "cd feature",
@@ -61,7 +61,7 @@ def make_workspace_and_package(terminal: Terminal) -> None:
 
 
 def create_message(terminal: Terminal, package: Path) -> None:
-    """4.2, with the edits of figures 3 and 4."""
+    """Carry out section 4.2, with the edits of figures 3 and 4."""
     _do(terminal, f"cd ~/{WORKSPACE}/src/composiv_tryouts")
     _do(terminal, "mkdir msg")
     _do(terminal, "echo 'string battery' > msg/BatteryLevel.msg")
@@ -91,7 +91,7 @@ def create_message(terminal: Terminal, package: Path) -> None:
 
 
 def write_nodes_test_and_launch_file(terminal: Terminal, package: Path) -> None:
-    """The files of 4.3, 4.4 and 4.5."""
+    """Create the files of sections 4.3, 4.4 and 4.5, and build the workspace."""
     _do(terminal, f"cd ~/{WORKSPACE}/src/composiv_tryouts")
     for folder, files in {
         "scripts": ("composiv_talker.py", "composiv_listener.py"),
@@ -111,7 +111,7 @@ def write_nodes_test_and_launch_file(terminal: Terminal, package: Path) -> None:
 
 
 def edit(file: Path, changes: list[tuple[str, str]], figure: dict[int, str]) -> None:
-    """Apply changes to a generated file, each at a unique place; the result must equal the figure."""
+    """Replace texts in a generated file, each of which must occur once. The result must match the figure."""
     text = file.read_text()
     for before, after in changes:
         assert text.count(before) == 1, f"{before!r} stands {text.count(before)} times in {file}:\n{text}"

@@ -17,9 +17,9 @@ _PACKAGES = (
     EXAMPLES / "vehicle_battery",
     REPOSITORY / "tests" / "interop" / "cpp_battery",
 )
-_ROSCPP = Path("/usr/share/roscpp/package.xml")  # with its version
+_ROSCPP = Path("/usr/share/roscpp/package.xml")  # contains the version
 CATKIN = Path("/usr/share/catkin/package.xml")
-"""Has the version of genuine catkin in it, for `machine_folder`."""
+"""Contains the version of genuine catkin, for `machine_folder`."""
 _BUILD_TIMEOUT_S = 300
 
 
@@ -28,9 +28,9 @@ class CatkinWorkspace:
     """A built workspace.
 
     Attributes:
-        folder: with `src`, `build` and `devel` in it.
+        folder: the folder with `src`, `build` and `devel`.
         log: the output of `catkin_make`.
-        variables: the environment of genuine ROS after `source devel/setup.bash`.
+        variables: the environment variables that `source devel/setup.bash` sets.
     """
 
     folder: Path
@@ -39,12 +39,12 @@ class CatkinWorkspace:
 
 
 def build_once() -> CatkinWorkspace:
-    """Return the example and the C++ nodes, copied and built by genuine catkin_make.
+    """Return a workspace with copies of the examples and the C++ nodes, built by genuine catkin_make.
 
-    The workspace is kept for later runs, as long as neither these packages nor roscpp change.
+    The workspace is kept for later runs until one of these packages or roscpp changes.
 
     Raises:
-        AssertionError: with the whole output, when the build fails.
+        AssertionError: the build failed. The message contains the whole output.
     """
     base = machine_folder("catkin", (*_PACKAGES, _ROSCPP, Path(__file__)))
     folder, log, variables = base / "catkin_ws", base / "catkin_make.log", base / "variables.json"
@@ -72,14 +72,14 @@ def _variables_after_sourcing(home: Path, folder: Path) -> dict[str, str]:
         "ROSLISP_PACKAGE_DIRECTORIES",
     )
     variables = {name: value for name, _, value in pairs if name in names}
-    # Debian's packages lack the marker for which catkin's setup would add their folder.
+    # Debian's packages lack the marker file, so catkin's setup files do not add their folder.
     variables["ROS_PACKAGE_PATH"] += os.pathsep + "/usr/share"
     return variables
 
 
 def _run(home: Path, *argv: str) -> str:
     environment = genuine_environment(home, "http://127.0.0.1:1")
-    # As after `source /opt/ros/noetic/setup.bash`: the system's packages are the workspace's underlay.
+    # The system's packages are the workspace's underlay, as after `source /opt/ros/noetic/setup.bash`.
     environment |= {"CMAKE_PREFIX_PATH": "/usr", "MAKEFLAGS": f"-j{os.cpu_count() or 1}"}
     ended = subprocess.run(
         argv,

@@ -12,7 +12,7 @@ RESULT = "#="
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A script that sets the variable `o`, its line in the file of cases, and the value of `o` in CMake."""
+    """A script that sets the variable `o`, its line number in the file, and the value of `o` in CMake."""
 
     line: int
     script: str
@@ -20,7 +20,7 @@ class Case:
 
 
 def read_cases(topic: str) -> list[Case]:
-    """Return the cases of a file in `FOLDER`: each is a script, then the lines of its result behind `#=`."""
+    """Return the cases in a file in `FOLDER`: scripts, each followed by result lines that start with `#=`."""
     cases: list[Case] = []
     script: list[str] = []
     result: list[str] = []
@@ -103,9 +103,9 @@ MISTAKES = [
     "set()",
     "unset()",
 ]
-"""Scripts that CMake refuses."""
+"""Scripts that CMake rejects."""
 
 
 def line_of_mistake(text: str) -> int:
-    """Return the line of a mistake: the last one, or the first of a block."""
+    """Return the line number of the error in a script: the last line, or the first line of a block."""
     return text.count("\n") + 1 if text.startswith(("set(", "function(f")) else 1

@@ -1,6 +1,7 @@
-"""Peers on Fast DDS and Cyclone DDS, compiled once; those of each test run in a separate network.
+"""Peers on Fast DDS and Cyclone DDS, compiled once per machine. Those of each test run in a separate network.
 
-python -m tests.support.dds_peers prints the Debian packages that they need; `wheel` prints those from PyPI.
+`python -m tests.support.dds_peers` prints the Debian packages that they need. With the argument `wheel`, it
+prints the packages from PyPI.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from tests.support.processes import Process, Processes
 
 PACKAGES = "cyclonedds-dev cyclonedds-tools g++ libfastcdr-dev libfastrtps-dev tshark"
 WHEEL = "cyclonedds==11.0.1" if sys.version_info < (3, 14) and platform.machine() == "x86_64" else ""
-"""The newest Cyclone DDS, where PyPI has a wheel of it."""
+"""The newest Cyclone DDS; empty if PyPI has no wheel for this platform."""
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 MESSAGE = "example_interfaces::msg::dds_::Blob_"
 SERVICE = "example_interfaces::srv::dds_::AddTwoInts"
@@ -45,7 +46,7 @@ _PROGRAMS = {"idlc": "cyclonedds-tools", "g++": "g++", "tshark": "tshark"}
 
 
 def missing() -> list[str]:
-    """Return the packages that are missing on this machine."""
+    """Return the missing packages."""
     files = [package for file, package in _FILES.items() if not Path(file).exists()]
     if WHEEL and importlib.util.find_spec("cyclonedds") is None:
         files.append(f"{WHEEL} (PyPI)")
@@ -53,7 +54,7 @@ def missing() -> list[str]:
 
 
 def fast_peer() -> Path:
-    """Return the peer on Fast DDS."""
+    """Return the path of the peer on Fast DDS. The first call on a machine compiles it."""
     source = _SOURCES / "fast_peer.cpp"
     program = machine_folder("fast_peer", [source]) / "fast_peer"
 
@@ -66,7 +67,7 @@ def fast_peer() -> Path:
 
 
 def cyclone_peer() -> Path:
-    """Return the peer on Cyclone DDS."""
+    """Return the path of the peer on Cyclone DDS. The first call on a machine compiles it."""
     source, types = _SOURCES / "cyclone_peer.c", _SOURCES / "peer.idl"
     folder = machine_folder("cyclone_peer", [source, types])
 
@@ -80,7 +81,7 @@ def cyclone_peer() -> Path:
 
 
 class Peers:
-    """Programs in one network, with the command lines of all kinds of peers."""
+    """Starts peers of all kinds, and other programs, in a separate network."""
 
     def __init__(self, processes: Processes) -> None:
         self._processes = processes
@@ -92,12 +93,15 @@ class Peers:
             subprocess.run(self._network.command(*words), check=True)
 
     def start(self, kind: str, mode: str, name: str, *words: object) -> Process:
-        """Start a peer: `pub` and `sub` on a topic, `server` and `client` of a service or action.
+        """Start a peer.
 
         Args:
-            kind: `fast-udp`, `fast-shm`, `cyclone` (0.10), `cyclone-localhost` (the same without multicast,
-                as rmw_cyclonedds sets it up for LOCALHOST), `cyclone-wheel` (11), or for pipros the range of
-                discovery, such as `SUBNET`.
+            kind: `fast-udp`, `fast-shm`, `cyclone` (0.10), `cyclone-localhost` (0.10 without multicast, as
+                rmw_cyclonedds configures it for LOCALHOST), `cyclone-wheel` (11), or, for a peer on pipros,
+                the discovery range, such as `SUBNET`.
+            mode: `pub`, `sub`, `server`, `client`, `action-server` or `action-client`.
+            name: the topic, service or action.
+            words: the other arguments of the peer's command line.
         """
         dds_type = {"pub": MESSAGE, "sub": MESSAGE, "server": SERVICE, "client": SERVICE}.get(mode, ACTION)
         if kind.startswith("fast"):

@@ -1,8 +1,8 @@
 """The ROS packages of Debian 12 that CMake can find.
 
-They are the files `*Config.cmake` in the packages of Debian whose homepage is wiki.ros.org, and in
-libmap-msgs-dev and libmove-base-msgs-dev: `apt-cache dumpavail` lists the packages, `apt-get download`
-fetches those that are not installed, `dpkg --contents` and `dpkg --listfiles` list their files.
+The names come from the files `*Config.cmake` in Debian packages with the homepage wiki.ros.org, and in
+libmap-msgs-dev and libmove-base-msgs-dev. `apt-cache dumpavail` lists the packages, `apt-get download`
+fetches those that are not installed, and `dpkg --contents` and `dpkg --listfiles` list their files.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Packages of message definitions in a folder of a test."""
+"""Packages with message definitions that a test writes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.msg.language.definitions import Definitions
 
 
 class Packages:
-    """Packages below a folder, and the specs of their definition files."""
+    """The packages in a folder, and their definitions."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

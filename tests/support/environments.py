@@ -1,4 +1,4 @@
-"""The environments in which tests start programs: the one of pipros, and the one of genuine ROS."""
+"""The environments in which tests start programs of pipros and of genuine ROS."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 EXAMPLES = REPOSITORY / "examples" / "catkin_ws" / "src"
 SRC = REPOSITORY / "src"
 FACADES = (REPOSITORY / "facades" / "api", REPOSITORY / "facades" / "internals")
-"""The folders of the packages with Noetic's names."""
+"""The folders with the packages that have Noetic's names."""
 SOURCE_PATH = os.pathsep.join(map(str, (SRC, *FACADES)))
 """PYTHONPATH for an interpreter in which pipros is not installed."""
 VENV_BIN = Path(sys.executable).parent
@@ -26,7 +26,7 @@ _SHELL_TOOLS = (
 
 
 def source_files() -> list[Path]:
-    """Return every Python file of the library and the facades, the shipped packages included."""
+    """Return all Python files of the library and the facades, including the shipped packages."""
     return sorted(file for folder in (SRC, *FACADES) for file in folder.rglob("*.py"))
 
 
@@ -36,7 +36,7 @@ def import_path(file: Path) -> Path:
 
 
 def make_tool_folder(folder: Path) -> Path:
-    """A folder for PATH with a bare shell's tools, so that no genuine ROS command is found by accident."""
+    """Create a folder for PATH with shell tools only, in which no command of genuine ROS is found."""
     folder.mkdir(parents=True, exist_ok=True)
     for tool in _SHELL_TOOLS:
         if found := shutil.which(tool, path="/usr/bin:/bin"):
@@ -45,7 +45,7 @@ def make_tool_folder(folder: Path) -> Path:
 
 
 def pipros_environment(home: Path, master_uri: str, tools: Path) -> dict[str, str]:
-    """Return the environment after `. .venv/bin/activate` with a ROS_PACKAGE_PATH, without ROS."""
+    """Return the environment after `. .venv/bin/activate`, with the examples in ROS_PACKAGE_PATH."""
     return {
         **_common(home, master_uri),
         "PATH": f"{VENV_BIN}{os.pathsep}{tools}",
@@ -65,7 +65,7 @@ def genuine_environment(home: Path, master_uri: str) -> dict[str, str]:
 
 
 CPP_ONLY = {"ROS_LANG_DISABLE": "geneus:genlisp:gennodejs:genpy"}
-"""Lets genuine catkin generate C++ only, where no other language is looked at: a third of the time."""
+"""Makes genuine catkin generate only C++, which takes a third of the time; for tests of C++ messages."""
 
 
 def _common(home: Path, master_uri: str) -> dict[str, str]:
@@ -75,6 +75,6 @@ def _common(home: Path, master_uri: str) -> dict[str, str]:
         "ROS_MASTER_URI": master_uri,
         "LANG": "C.UTF-8",
         "TERM": "xterm",
-        # Python would buffer output to a pipe until the end, unlike output to a terminal.
+        # Otherwise, Python would buffer output to a pipe until the program ends.
         "PYTHONUNBUFFERED": "1",
     }

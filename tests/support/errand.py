@@ -1,4 +1,4 @@
-"""A realistic package with state machines of actions and services, and the output of its run."""
+"""A realistic package with state machines that use actions and services, and its expected output."""
 
 from __future__ import annotations
 

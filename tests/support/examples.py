@@ -5,9 +5,9 @@ from __future__ import annotations
 from tests.support.genuine import is_required
 
 PART = 3
-"""One in so many examples is tried outside continuous integration, which sets `CI`."""
+"""Outside continuous integration, which sets `CI`, one in `PART` examples is tried."""
 
 
 def examples(count: int) -> int:
-    """Return the number of examples to try in place of `count`."""
+    """Return the number of examples to try: `count` in continuous integration, otherwise fewer."""
     return count if is_required() else max(1, count // PART)

@@ -1,4 +1,4 @@
-"""Fleets in a test's own process: a router, and members with their masters."""
+"""Fleets in the test's process: a router, and members with their masters."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LIMIT_S = 60
 
 
 def link_to(router: str, tls: Tls | None = None, **options: Any) -> Link:
-    """Connect to a router. If it does not answer within a second, try again, as `pipros fleet join` does."""
+    """Connect to a router, with repeated attempts, as `pipros fleet join` makes them."""
 
     def connected() -> Link | None:
         try:
@@ -54,9 +54,9 @@ class Member:
     """A member with its own master.
 
     Attributes:
-        name: its name in the fleet.
-        failures: errors for which its agent must end.
-        warnings: texts that its agent logged.
+        name: the member's name in the fleet.
+        failures: the errors that its agent passed to `on_failure`.
+        warnings: the warnings and errors that its agent logged.
     """
 
     def __init__(
@@ -97,7 +97,7 @@ class Member:
             raise
 
     def node(self, name: str) -> Node:
-        """Return a running node on the member's master."""
+        """Start a node on the member's master, and return it."""
         return self._stack.enter_context(Node(name, environment=self.environment))
 
     def state(self) -> SystemState:
@@ -115,7 +115,7 @@ class Member:
         wait_until(lambda: service in self.state().services, LIMIT_S, f"{service} at {self.name}")
 
     def receive(self, topic: str, kind: Any = String, name: str = "listener") -> list[Any]:
-        """Subscribe, and return the list to which messages are added."""
+        """Subscribe to a topic, and return a list to which received messages are added."""
         found: list[Any] = []
         self.node(name).subscribe(topic, kind, found.append)
         return found

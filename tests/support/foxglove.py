@@ -1,4 +1,4 @@
-"""A Foxglove server in the test's process, and a plain client of its protocol."""
+"""A Foxglove server in the test's process, and a simple client."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CONTROL = Rules(has_control=True, longest_look_s=0.2)
 
 @contextlib.contextmanager
 def serving(node: Node, rules: Rules = CONTROL) -> Iterator[str]:
-    """Serve Foxglove clients on a node; yield the address."""
+    """Serve Foxglove clients with a node; yield the server's address."""
     loop = BackgroundLoop("foxglove")
     loop.start()
     handler = FoxgloveHandler(node, loop, rules)
@@ -43,8 +43,8 @@ class Client:
     """A client that keeps what it has received.
 
     Attributes:
-        channels, services: by name, as offered now.
-        news: all other messages, in order: JSON objects, or binary data.
+        channels, services: the current offers of the server, by topic or service.
+        news: all other messages in order, as JSON objects or binary data.
     """
 
     def __init__(self, socket: ClientConnection) -> None:
@@ -57,7 +57,7 @@ class Client:
         self.socket.send(json.dumps({"op": op, **fields}))
 
     def receive(self, timeout_s: float = 60.0) -> Any:
-        """The next message, which is kept."""
+        """Receive the next message, store it, and return it."""
         data = self.socket.recv(timeout=timeout_s)
         message = data if isinstance(data, bytes) else json.loads(data)
         if isinstance(message, bytes):
@@ -79,14 +79,17 @@ class Client:
         return message
 
     def until(self, check: Callable[[], Any]) -> Any:
-        """Receive until a condition is met; return its value."""
+        """Receive messages until `check` returns a true value, and return this value."""
         end = time.monotonic() + 60
         while not (found := check()):
             self.receive(end - time.monotonic())
         return found
 
     def next(self, op: str, **fields: Any) -> Any:
-        """Receive the next message with this operation and these fields, and forget it."""
+        """Return the oldest message in `news` with this operation and these fields, and remove it.
+
+        Receive further messages if there is none.
+        """
 
         def find() -> Any:
             for message in self.news:
@@ -98,7 +101,7 @@ class Client:
         return self.until(find)
 
     def next_binary(self, opcode: int) -> bytes:
-        """Receive the next binary message with this opcode, and return what follows the opcode."""
+        """Like `next` for a binary message. Return the bytes after the opcode."""
 
         def find() -> bytes | None:
             for message in self.news:
@@ -117,7 +120,7 @@ class Client:
         return channel
 
     def next_message(self) -> tuple[int, int, bytes]:
-        """The subscription, time and body of the next message."""
+        """Return the subscription id, the time in ns and the body of the next message on a topic."""
         data = self.next_binary(1)
         return (*struct.unpack_from("<IQ", data), data[12:])
 
@@ -136,5 +139,5 @@ def connected(address: str, subprotocol: str = SUBPROTOCOLS[0]) -> Iterator[Clie
 
 
 def only(pattern: str) -> tuple[re.Pattern[str]]:
-    """A whitelist with one pattern."""
+    """Return a whitelist with one pattern."""
     return (re.compile(pattern),)

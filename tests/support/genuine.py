@@ -1,4 +1,4 @@
-"""Genuine ROS 1 from Debian's packages: whether it is installed, and what to do if it is not."""
+"""Genuine ROS 1 from Debian's packages: check whether it is installed, and say how to install it."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ PACKAGES = " ".join(
 INSTALL = f"apt-get install --no-install-recommends {PACKAGES}"
 
 OTHER_PROGRAMS = "fish git iproute2 nftables openssh-client openssh-server systemd zsh"
-"""Debian packages of programs that do not belong to ROS, each of which a few tests need."""
+"""Debian packages with programs, other than those of ROS, that a few tests need."""
 
 
 def missing_packages() -> list[str]:

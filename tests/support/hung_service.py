@@ -12,11 +12,11 @@ from pipros.wire.header import HeaderReader, encode_header
 
 
 class HungService:
-    """Registered at a master until `close`.
+    """A service that is registered at a master. `close` closes its connections, but does not unregister it.
 
     Attributes:
-        name: the service.
-        open_calls: number of connections with an unanswered call.
+        name: the name of the service.
+        open_calls: number of open connections with an unanswered call.
     """
 
     def __init__(self, master_uri: str, name: str, type_name: str, md5sum: str) -> None:

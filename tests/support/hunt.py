@@ -26,7 +26,7 @@ from tests.support.outcomes import Outcome, read_outcomes
 AGAIN_TIMES = 10
 """Repetitions of a test that failed in CI."""
 AGAIN_LIMIT = 10
-"""More failures than this are not repeated: they are not one unlucky test."""
+"""Maximum number of failed tests to repeat. More failures are unlikely to come from unreliable tests."""
 QUARANTINE = REPOSITORY / "tests" / "quarantine.toml"
 QUARANTINE_LIMIT = 10
 
@@ -48,7 +48,7 @@ def read_quarantine(file: Path = QUARANTINE) -> dict[str, Quarantined]:
     """Return the entries of tests/quarantine.toml by test.
 
     Raises:
-        ValueError: the file has too many entries, or one without a cause, evidence or date.
+        ValueError: the file has too many entries, or an entry lacks a cause, evidence or a date.
     """
     entries = [Quarantined(**entry) for entry in _load_toml(file).get("test", ())]
     if len(entries) > QUARANTINE_LIMIT:
@@ -63,14 +63,14 @@ def _load_toml(file: Path) -> dict[str, Any]:
     if sys.version_info >= (3, 11):
         import tomllib
     else:
-        import tomli as tomllib  # pytest requires it there
+        import tomli as tomllib  # pytest requires tomli for this Python version
     with file.open("rb") as opened:
         return tomllib.load(opened)
 
 
 @contextlib.contextmanager
 def busy_processors() -> Iterator[None]:
-    """Keep every processor busy with a process that competes with the tests."""
+    """Within the block, run a busy process for each processor, which competes with the tests."""
     spinners = [subprocess.Popen([sys.executable, "-c", _SPIN]) for _ in range(os.cpu_count() or 1)]
     try:
         yield
@@ -81,7 +81,7 @@ def busy_processors() -> Iterator[None]:
 
 
 def run_tests(tests: Collection[str], outcomes: Path, words: Sequence[str] = ()) -> int:
-    """Run pytest once and return its exit code; without `tests`, all tests that `words` select."""
+    """Run pytest once, and return its exit code. If `tests` is empty, run all tests that `words` select."""
     with tempfile.NamedTemporaryFile("w", suffix=".txt", encoding="utf-8") as listed:
         listed.writelines(f"{test}\n" for test in tests)
         listed.flush()
@@ -101,7 +101,7 @@ def run_tests(tests: Collection[str], outcomes: Path, words: Sequence[str] = ())
 def judge(
     file: Path, words: Sequence[str], quarantine: Mapping[str, Quarantined], times: int = AGAIN_TIMES
 ) -> tuple[bool, str]:
-    """Repeat the tests that failed in the run of `file`; return whether CI passes, and a report."""
+    """Repeat the tests that failed according to `file`. Return whether CI passes, and a report."""
     last = {outcome.test: outcome for outcome in read_outcomes(file)}
     failed = {test: outcome for test, outcome in last.items() if outcome.result == "failed"}
     if not failed:
@@ -129,7 +129,10 @@ def judge(
 
 
 def hunt(results: Path, times: int, other_times: int, words: Sequence[str]) -> int:
-    """Run tests until each has `times` results, or `other_times` if it starts nothing."""
+    """Run tests until each has `times` results, or `other_times` if it starts no process, thread or socket.
+
+    Return an exit code.
+    """
     with busy_processors():
         if not read_outcomes(results):
             print("the first run tells which tests start processes, threads or sockets", flush=True)
@@ -153,7 +156,7 @@ def _remaining(outcomes: Sequence[Outcome], times: int, other_times: int) -> lis
 
 
 def failure_table(outcomes: Sequence[Outcome]) -> str:
-    """Return one line for each test that failed, the most frequent failure first."""
+    """Return one line for each test that failed, the highest failure rate first, and a summary line."""
     runs: defaultdict[str, list[Outcome]] = defaultdict(list)
     for outcome in outcomes:
         runs[outcome.test].append(outcome)

@@ -1,4 +1,4 @@
-"""An event loop whose clock jumps: timers run at once, in the order of their times."""
+"""An event loop with a simulated clock: timers run immediately, in the order of their times."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _Result = TypeVar("_Result")
 
 
 class _InstantSelector(selectors.SelectSelector):
-    """A selector that never blocks, and sums up the skipped waits."""
+    """A selector that never blocks, and adds up the timeouts that it skips."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -25,7 +25,7 @@ class _InstantSelector(selectors.SelectSelector):
 
 
 class InstantLoop(asyncio.SelectorEventLoop):
-    """An event loop whose `time()` starts at 0 and counts the skipped waits."""
+    """An event loop whose `time()` starts at 0 and advances by the skipped timeouts."""
 
     def __init__(self) -> None:
         self._instant = _InstantSelector()

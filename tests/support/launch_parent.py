@@ -1,4 +1,4 @@
-"""The server of a roslaunch parent, which starts nodes through a `roslaunch --child` of a test."""
+"""A fake roslaunch parent, which starts nodes through a `roslaunch --child`."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from tests.support.waiting import wait_until
 
 
 class Parent:
-    """The server of a parent; records the calls of its child.
+    """The XML-RPC server of a parent.
 
     Attributes:
-        is_mute: whether it no longer responds to liveness checks.
+        calls: the calls from the child, in order, except liveness checks.
+        is_mute: whether to leave liveness checks unanswered.
     """
 
     def __init__(self) -> None:
@@ -48,13 +49,13 @@ class Parent:
 
     @property
     def child(self) -> RpcClient:
-        """Return the child's server after its registration."""
+        """A client for the child's server; waits until the child has registered."""
         registered = wait_until(lambda: [call for call in self.calls if call[0] == "register"])
         return RpcClient(registered[0][2], timeout_s=30.0)
 
     @property
     def shown(self) -> list[tuple[int, str]]:
-        """Levels and texts of the messages received from the child."""
+        """The levels and texts of the log messages from the child."""
         return [(call[2], call[3]) for call in self.calls if call[0] == "log"]
 
     def close(self) -> None:
@@ -73,6 +74,10 @@ def start(ros: RosSystem, parent: Parent, stdin: int = subprocess.DEVNULL) -> Pr
 
 
 def launch(parent: Parent, *nodes: tuple[str, str], more: str = "") -> Any:
-    """Start nodes of these names and types through the child; return its reply."""
+    """Start nodes with these names and types through the child, and return its reply.
+
+    Args:
+        more: further XML attributes for all nodes.
+    """
     written = "".join(f'<node pkg="programs" name="{name}" type="{kind}" {more}/>' for name, kind in nodes)
     return parent.child.call("launch", f"<launch>{written}</launch>")

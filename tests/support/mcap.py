@@ -18,7 +18,7 @@ from pipros.basics.limits import Limits
 
 
 def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20, text: bytes = b"") -> bytes:
-    """A file of one channel with messages at these times in ns, without compression."""
+    """Return an uncompressed file with one channel that has messages at these times in ns."""
     file = io.BytesIO()
     writer: Any = Writer(file, chunk_size=chunk_bytes, compression=CompressionType.NONE)
     writer.start(profile="ros1", library="x")
@@ -32,7 +32,7 @@ def mcap_bytes(times: Iterable[int], *, chunk_bytes: int = 1 << 20, text: bytes 
 
 
 def with_summary(data: bytes, change: Callable[[Summary], object], more: bytes = b"") -> bytes:
-    """Return a file with `more` at the end of its data, and a changed summary."""
+    """Return a copy of a file with `more` appended to the data and a summary modified by `change`."""
     summary = read_summary(Source(io.BytesIO(data), "x.mcap", Limits()))
     assert summary is not None
     change(summary)
@@ -47,7 +47,7 @@ def with_summary(data: bytes, change: Callable[[Summary], object], more: bytes =
 
 
 def messages_record(times: Iterable[int], channel: int = 1) -> bytes:
-    """Records of empty texts."""
+    """Return the records of messages with empty texts, at these times in ns."""
     builder: Any = RecordBuilder()
     for time in times:
         Message(channel_id=channel, log_time=time, data=bytes(4), publish_time=time, sequence=0).write(
@@ -57,7 +57,7 @@ def messages_record(times: Iterable[int], channel: int = 1) -> bytes:
 
 
 def chunk_record(content: bytes, *, size: int | None = None, compression: str = "zstd") -> bytes:
-    """Return the record of a chunk; it may claim another size."""
+    """Return the record of a chunk. `size` is the size that it claims; by default, the real one."""
     builder: Any = RecordBuilder()
     Chunk(
         compression=compression,
@@ -71,7 +71,7 @@ def chunk_record(content: bytes, *, size: int | None = None, compression: str = 
 
 
 def index_of(position: int, *, start: int = 1, end: int = 2) -> ChunkIndex:
-    """A chunk index of the summary."""
+    """Return a chunk index for a summary."""
     return ChunkIndex(
         chunk_length=1,
         chunk_start_offset=position,

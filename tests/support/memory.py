@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def memory_of(most_bytes: int) -> Iterator[None]:
-    """Fail if the Python objects created in the block exceed the limit at any time."""
+    """Fail if the Python objects created in the block use more than `most_bytes` at any time."""
     tracemalloc.start()
     try:
         yield

@@ -8,7 +8,7 @@ from typing import Any
 
 
 def hosts(addresses: Mapping[str, str]) -> Callable[..., list[Any]]:
-    """Return a replacement of `socket.getaddrinfo` that reads the test's own /etc/hosts; IPv4 only."""
+    """Return a replacement for `socket.getaddrinfo` that knows only these hosts and their IPv4 addresses."""
 
     def resolve(host: str, *_: object, **__: object) -> list[Any]:
         if host not in addresses:

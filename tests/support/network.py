@@ -1,4 +1,4 @@
-"""Separate networks on this machine, made of network namespaces of Linux."""
+"""Separate networks on this machine, made of Linux network namespaces."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ needs_network = pytest.mark.skipif(not is_available(), reason="needs network nam
 
 @contextlib.contextmanager
 def steady_interfaces() -> Iterator[None]:
-    """Keep other tests from adding or removing network interfaces of this machine.
+    """Within the block, keep other tests from adding or removing network interfaces of this machine.
 
-    Chromium aborts its requests with ERR_NETWORK_CHANGED if one changes.
+    Chromium aborts its requests with ERR_NETWORK_CHANGED if an interface changes.
     """
     with _interfaces_locked(fcntl.LOCK_SH):
         yield
@@ -43,32 +43,32 @@ def steady_interfaces() -> Iterator[None]:
 def _interfaces_locked(kind: int) -> Iterator[None]:
     name = f"{tempfile.gettempdir()}/pipros-test-interfaces-{os.getuid()}"
     with Path(name).open("a") as opened:
-        with Path(f"{name}-next").open("a") as turn:  # else later tests with a page would go first, forever
+        with Path(f"{name}-next").open("a") as turn:  # so that exclusive locks are not starved by shared ones
             fcntl.flock(turn, fcntl.LOCK_EX)
             fcntl.flock(opened, kind)
         yield
 
 
 class LoneNetwork:
-    """A network of one machine with the host names of a test; `command` runs programs in it."""
+    """A network that consists of one machine with a test's host names. `command` runs programs in it."""
 
     def __init__(
         self, hosts: str, nameserver: str = "", addresses: Sequence[str] = (), hostname: str | None = None
     ) -> None:
-        """Nothing runs there yet.
+        """Create the network.
 
         Args:
-            hosts: the content of `/etc/hosts` there.
-            nameserver: an address that cannot be reached.
-            addresses: those besides loopback, such as `10.98.0.1/24`.
-            hostname: its own name; by default that of this machine.
+            hosts: the content of its `/etc/hosts`.
+            nameserver: the address of a name server, which never answers; empty for none.
+            addresses: addresses in addition to loopback, such as `10.98.0.1/24`.
+            hostname: the name of the machine; defaults to the name of this machine.
         """
         self._prefix: list[str] = []
         if hostname is not None:
             name_it = f'echo {hostname} > /proc/sys/kernel/hostname && exec "$@"'
             self._prefix = [str(shutil.which("unshare")), "--uts", "/bin/sh", "-c", name_it, "sh"]
         self._name = f"pipros-lone-{random.randrange(1 << 32)}"  # noqa: S311 - a free number, not a secret
-        self._folder = Path("/etc/netns") / self._name  # whose files `ip` lays over those of /etc
+        self._folder = Path("/etc/netns") / self._name  # `ip netns exec` mounts its files over those in /etc
         self._folder.mkdir(parents=True)
         (self._folder / "hosts").write_text(hosts)
         if nameserver:
@@ -98,9 +98,9 @@ class LoneNetwork:
 
 
 class FarNetwork:
-    """A network of two hosts behind a cable that can be cut: this machine as `near`, and `far`.
+    """A network of this machine and another host, connected by a cable that can be cut.
 
-    Programs are run on the far side by `command`.
+    `command` runs programs on the other host. `near` and `far` are the addresses of the two.
     """
 
     def __init__(self) -> None:
@@ -138,7 +138,7 @@ class FarNetwork:
         _ip("-n", self._name, "address", "add", f"{self.far}/30", "dev", "far0")
 
     def give_second_address(self) -> str:
-        """Add an address at which the far side can be reached, too; its own packets come from `far`."""
+        """Add and return a second address of the far host. The host still sends its packets from `far`."""
         address = self.far.replace("10.213.", "10.214.")
         _ip("-n", self._name, "address", "add", f"{address}/32", "dev", "lo")
         _ip("route", "add", f"{address}/32", "via", self.far)
@@ -177,18 +177,18 @@ table ip filter {{
 
 
 class NatNetwork:
-    """An open host, and hosts behind routers of their own, which map ports to them: as containers on it.
+    """An open host, and hosts that are each behind a separate router that maps ports, as for containers.
 
-    The hosts behind all have the same private address. From outside, only mapped ports of the routers'
-    addresses lead to them, and nothing leads from a host through its router back to itself.
+    The hosts behind the routers all have the same private address. From outside, they can only be reached
+    through the mapped ports of their routers. A host cannot reach itself through its router.
 
     Attributes:
         open: the address of the open host.
-        mapped: the addresses of the routers.
+        mapped: the outer addresses of the routers.
     """
 
     def __init__(self, mappings: Sequence[Mapping[int, int]]) -> None:
-        """Start with nothing running; `mappings` has for each router ports outside and inside."""
+        """Create the network. For each router, `mappings` maps outer ports to ports of the host behind it."""
         number = random.randrange(1 << 16)  # noqa: S311 - a free number, not a secret
         self._names = [f"pipros-nat-{number}-{part}" for part in ("open", *range(len(mappings)))]
         self._routers = [f"pipros-nat-{number}-router{index}" for index in range(len(mappings))]
@@ -209,12 +209,12 @@ class NatNetwork:
             raise
 
     def command(self, host: int | None, *argv: str) -> list[str]:
-        """Return the command line that runs a program on the open host (None), or on one behind a router."""
+        """Return the command line that runs a program on the open host (None) or behind router `host`."""
         name = self._names[0 if host is None else host + 1]
         return [str(shutil.which("ip")), "netns", "exec", name, *argv]
 
     def map_port(self, router: int, outer: int, inner: int) -> None:
-        """Map another port of a router to the host behind it."""
+        """Map another outer port of a router to a port of the host behind it."""
         rule = f"iifname outer tcp dport {outer} dnat to 192.168.77.2:{inner}".split()
         run = ("ip", "netns", "exec", self._routers[router])
         subprocess.run([*run, "nft", "add", "rule", "ip", "nat", "inwards", *rule], check=True)

@@ -1,4 +1,4 @@
-"""A master and nodes in the test's own process."""
+"""Fixtures for a master and nodes in the test's process."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def master() -> Iterator[Master]:
 
 @pytest.fixture
 def make_node(master: Master) -> Iterator[MakeNode]:
-    """Return a function that starts nodes of the master; they are shut down after the test."""
+    """Return a function that starts nodes on the master. They are shut down after the test."""
     nodes: list[Node] = []
 
     def make(name: str, **options: Any) -> Node:

@@ -1,4 +1,4 @@
-"""Callbacks and waits for tests with nodes in their own process."""
+"""Callbacks and waits for tests with nodes in the test's process."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ class Inbox:
         self.messages.append(message)
 
     def wait(self, count: int = 1) -> list[Any]:
-        """Wait until this number of messages has arrived; return all."""
+        """Wait until at least `count` messages have arrived. Return all messages."""
         wait_until(lambda: len(self.messages) >= count, what=lambda: f"got {len(self.messages)} of {count}")
         return self.messages
 
 
 def wait_until_connected(handle: Any, count: int = 1) -> None:
-    """Wait until a publisher or subscriber has this number of links."""
+    """Wait until a publisher or subscriber has at least `count` links."""
     wait_until(lambda: handle.connection_count >= count)
 
 
 def listening_log() -> tuple[logging.Logger, list[str]]:
-    """Return a logger and the list of its messages."""
+    """Return a logger, and a list to which its messages are added."""
     lines: list[str] = []
     log = logging.Logger("test")
     handler = logging.Handler()

@@ -1,6 +1,6 @@
-"""Development tools and clients from npm: which, where they are, and how to get them. They need Node.js.
+"""Development tools from npm: their names, their location, and the command that installs them.
 
-`python -m tests.support.npm` prints the command that installs them, or nothing if all are there.
+They need Node.js. `python -m tests.support.npm` prints the command, or an empty line if all are installed.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from pathlib import Path
 
 MODULES = Path(sys.prefix) / "node_modules"
 PACKAGES = ("pyright", "eslint@10", "@eslint/js@10", "globals@16", "typescript@5", "axe-core@4")
-"""All in one command, because npm removes packages that it does not know of."""
+"""Installed by one command, because npm removes packages that its command line does not name."""
 INSTALL = f"npm install --no-save --no-package-lock --prefix .venv {' '.join(PACKAGES)}"
 
 
 def is_installed() -> bool:
-    """Return True if npm, and with it Node.js, is in PATH."""
+    """Return True if npm is in PATH; if so, Node.js is installed, too."""
     return shutil.which("npm") is not None
 
 

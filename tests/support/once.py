@@ -24,14 +24,14 @@ def shared_folder(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> P
 
 @contextlib.contextmanager
 def alone(lock: Path) -> Iterator[None]:
-    """Run the block while no other process runs one with the same lock file."""
+    """Run the block while no other process runs a block with the same lock file."""
     with lock.open("w") as opened:
         fcntl.flock(opened, fcntl.LOCK_EX)
         yield
 
 
 def make_once(folder: Path, make: Callable[[], object]) -> Path:
-    """Call `make` to fill the folder, unless it is filled; return the folder."""
+    """Return the folder. If it has not been filled yet, create it, and call `make` to fill it."""
     made = folder / ".made"
     folder.parent.mkdir(parents=True, exist_ok=True)
     with alone(folder.with_name(f"{folder.name}.lock")):
@@ -44,9 +44,10 @@ def make_once(folder: Path, make: Callable[[], object]) -> Path:
 
 
 def machine_folder(name: str, sources: Iterable[Path]) -> Path:
-    """Return a folder for outputs of these files and folders, kept for later runs; for `make_once`.
+    """Return the path of a folder for results that depend on `sources`, to be filled by `make_once`.
 
-    Its name contains a digest of all inputs. Folders that were not used for two weeks are removed.
+    It is kept for later runs. Its name contains a digest of all files in `sources`. Folders with the same
+    `name` that have not been used for two weeks are removed.
     """
     digest = hashlib.sha256()
     for source in sources:

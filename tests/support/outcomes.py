@@ -1,7 +1,8 @@
-"""Outcomes of tests in a file, for `script/hunt` and for steps of continuous integration.
+"""Store the outcomes of tests in a file, for `script/hunt` and for continuous integration.
 
-`--outcomes-to=FILE` adds one line of JSON for each test, and `--but-passed=FILE` leaves out the tests that
-passed according to such a file. Both need the `=`: pytest takes a separate argument for a folder of tests.
+`--outcomes-to=FILE` appends one line of JSON for each test. `--but-passed=FILE` deselects the tests that
+passed according to such a file. Both options need the `=`, because pytest would take a separate argument for
+a path of tests.
 """
 
 from __future__ import annotations
@@ -34,30 +35,30 @@ class Outcome:
     """The result of one run of a test."""
 
     test: str
-    """Its node id."""
+    """The node id of the test."""
     result: str
-    """passed, failed or skipped"""
+    """`passed`, `failed` or `skipped`."""
     seconds: float
     starts: tuple[str, ...] = ()
-    """Which of process, socket and thread the test or its fixtures started."""
+    """What the test or its fixtures started: any of `process`, `socket` and `thread`."""
     output: str = ""
     """What pytest prints about a failure."""
 
 
 def read_outcomes(file: Path) -> list[Outcome]:
-    """Return the outcomes in `file`, oldest first; an incomplete last line is ignored."""
+    """Return the outcomes in `file`, oldest first. An incomplete last line is ignored."""
     lines = file.read_text(encoding="utf-8").split("\n")[:-1] if file.exists() else []
     return [Outcome(**{**fields, "starts": tuple(fields["starts"])}) for fields in map(json.loads, lines)]
 
 
 def add_options(parser: pytest.Parser) -> None:
-    """Add the two options."""
+    """Add the options `--outcomes-to` and `--but-passed`."""
     parser.addoption("--outcomes-to", metavar="FILE", type=Path, help="add the outcome of each test")
     parser.addoption("--but-passed", metavar="FILE", type=Path, help="leave out the tests that passed before")
 
 
 class Recorder:
-    """Adds each outcome to a file, in the process that all workers report to."""
+    """Appends each outcome to a file, in the process to which all workers report."""
 
     def __init__(self, file: Path) -> None:
         self._file = file
@@ -88,9 +89,9 @@ def _text(report: pytest.TestReport) -> str:
 
 
 class StartsRecorder:
-    """Record in the reports whether a test started a process, socket or thread.
+    """Records in the reports whether a test started a process, socket or thread.
 
-    A test that uses a fixture of a module or session is attributed what the fixture started.
+    What a fixture of a module or session starts is attributed to all tests that use the fixture.
     """
 
     def __init__(self) -> None:
@@ -134,7 +135,7 @@ class StartsRecorder:
 
 
 def configure(config: pytest.Config) -> None:
-    """Start recording if the option is given."""
+    """Start recording if `--outcomes-to` is given."""
     file = config.getoption("--outcomes-to")
     if file is None:
         return
@@ -144,7 +145,7 @@ def configure(config: pytest.Config) -> None:
 
 
 def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Remove the tests that passed before from `items`."""
+    """Remove the tests that passed according to `--but-passed` from `items`."""
     file = config.getoption("--but-passed")
     if file is None:
         return

@@ -1,4 +1,4 @@
-"""The page of `rqt_graph` in a test: its server, and a client of its protocol."""
+"""The server of the page of `rqt_graph`, and a client for its protocol."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Page:
     """A running `rqt_graph`.
 
     Attributes:
-        url: as printed, with the token.
-        place: the tab that it opens.
+        url: the address of the page, with the token, as the command printed it.
+        place: the tab that the address opens.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class Page:
         prefix: Sequence[str] = (),
         **variables: str,
     ) -> None:
-        """Start the command, with the program `prefix` and the environment `variables`."""
+        """Start `command`, with additional environment `variables`. `prefix` is put before the command."""
         limits = variables.get("PIPROS_LIMITS") or ros.pipros.environment.get("PIPROS_LIMITS", "")
         if "login_s" not in limits:  # the test may be stopped for seconds before it logs in
             variables["PIPROS_LIMITS"] = ", ".join(filter(None, ("login_s=60", limits)))
@@ -56,18 +56,23 @@ class Page:
         self.token = proof.removeprefix("token=")
 
     def get(self, path: str, **headers: str) -> http.client.HTTPResponse:
-        """Return the response to a request with the given headers, such as `Host`."""
+        """Request a path with the given headers, such as `Host`, and return the response."""
         connection = http.client.HTTPConnection(self.host, timeout=30)
         connection.request("GET", path, headers=headers)
         return connection.getresponse()
 
     def url_of(self, place: str) -> str:
-        """Return the address that opens another tab of the page."""
+        """Return the address that opens the tab `place`."""
         return f"http://{self.host}/#token={self.token}/{place}"
 
     @contextlib.contextmanager
     def connect(self, origin: str | None = None, first: str | None = None) -> Iterator[LivePage]:
-        """A connection like that of the page; `first` replaces the message with the token."""
+        """Connect like the page in a browser.
+
+        Args:
+            origin: the `Origin` header; defaults to the origin of the page.
+            first: sent instead of the message with the token.
+        """
         with connect(
             f"ws://{self.host}/live",
             origin=Origin(f"http://{self.host}" if origin is None else origin),
@@ -79,21 +84,21 @@ class Page:
 
 
 class LivePage:
-    """One browser: views and actions."""
+    """A connection like that of a browser with the page, which watches views and calls actions."""
 
     def __init__(self, socket: ClientConnection) -> None:
         self.socket = socket
         self._numbers = itertools.count(1)
 
     def watch(self, view: str, **args: Any) -> Iterator[Any]:
-        """Yield the updates of a view, without end. Only one view may be read at a time."""
+        """Yield the updates of a view, without end. While one view is read, updates of others are lost."""
         number = next(self._numbers)
         self.socket.send(json.dumps({"id": number, "view": view, "args": args}))
         while True:
             yield self._answer(number)
 
     def act(self, action: str, **args: Any) -> Any:
-        """Return the answer to an action; an error is `{"error": text}`."""
+        """Call an action, and return its result, or `{"error": text}` if it failed."""
         number = next(self._numbers)
         self.socket.send(json.dumps({"id": number, "action": action, "args": args}))
         return self._answer(number)

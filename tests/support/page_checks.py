@@ -23,13 +23,13 @@ VENDORED = f"{PAGES[0] / 'vendor'}{os.sep}"
 
 
 def missing() -> list[Path]:
-    """Return the programs that are not installed."""
+    """Return the paths of the programs that are not installed."""
     programs = [MODULES / ".bin" / name for name in ("eslint", "tsc")]
     return [program for program in programs if not program.exists()]
 
 
 def findings() -> list[str]:
-    """Return the lines that the two programs print, without those on vendored files."""
+    """Return the lines that the two programs print, except those about vendored files."""
     config = str(SETTINGS / "eslint.config.cjs")
     lint = ["eslint", "--format", "stylish", "--config", config, *map(str, PAGES)]
     types = ["tsc", "--pretty", "false", "--project", str(SETTINGS)]

@@ -1,4 +1,4 @@
-"""A realistic package with actions and transforms, and the output of its run."""
+"""A realistic package with actions and transforms, and its expected output."""
 
 from __future__ import annotations
 

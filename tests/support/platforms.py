@@ -1,8 +1,8 @@
 """Report the errors that pyright finds for macOS or Windows, but not for Linux.
 
-Neither system is available, so pyright shows the use of names that one of them lacks. Only files that import
-a module with such names are checked: on macOS and Windows at the same time, then, for comparison, the files
-with errors on Linux. `script/check platforms` runs this.
+Tests do not run on these systems, but pyright finds uses of names that one of them lacks. Only files that
+import a module with such names are checked, for macOS and Windows at the same time. Files with errors are
+then checked for Linux. `script/check platforms` runs this program.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MODULES = (
     "selectors shutil signal socket socketserver ssl stat subprocess syslog tempfile "
     "termios time tty webbrowser"
 )
-"""The modules whose names differ between systems, by the stubs of the standard library."""
+"""The modules whose names differ between systems, according to the stubs of the standard library."""
 
 _IMPORT = re.compile(rf"^\s*(?:from|import)\s(?:.*[\s,])?(?:{'|'.join(MODULES.split())})\b", re.MULTILINE)
 _LIMIT_S = 600
@@ -90,7 +90,7 @@ def errors_on(platform: str, files: Collection[Path], extra_paths: Iterable[Path
 def additional_errors(
     files: Collection[Path], extra_paths: Iterable[Path] = ()
 ) -> dict[str, list[Complaint]]:
-    """Return the errors on each other platform that Linux does not have."""
+    """Return the errors on macOS and on Windows that do not occur on Linux, by platform."""
     platforms = ("Darwin", "Windows")
     with ThreadPoolExecutor(len(platforms)) as pool:
         found = list(pool.map(partial(errors_on, files=files, extra_paths=extra_paths), platforms))

@@ -1,4 +1,4 @@
-"""Free ports for masters, each claimed by one test at a time, even among several users."""
+"""Free ports for masters. Each port is claimed by one test at a time, even if several users run tests."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import socket
 import tempfile
 from pathlib import Path
 
-# Below the range that Linux and macOS use for port 0, so that no node's own socket gets a port
-# between its choice here and a master's bind.
+# Below the range that Linux and macOS use for port 0, so that no node's socket gets a port after the port was
+# chosen here and before a master binds it.
 _PORTS = range(20_000, 30_000)
 _CLAIMS = Path(tempfile.gettempdir()) / "pipros-test-ports"
 
 
 class ClaimedPort:
-    """Claim a port that no other test gets meanwhile. A file lock holds it, so a killed test frees it."""
+    """A port that no other test claims until `release`. A killed test frees it, too."""
 
     def __init__(self) -> None:
         _CLAIMS.mkdir(mode=0o777, exist_ok=True)

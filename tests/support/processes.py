@@ -1,4 +1,4 @@
-"""Processes started by a test: live output, Ctrl-C, and a check that none is still running at the end."""
+"""Processes that a test starts: live output, Ctrl-C, and a check that none is still running at the end."""
 
 from __future__ import annotations
 
@@ -22,23 +22,24 @@ from tests.support.waiting import wait_until
 _VARIABLE = "PIPROS_TEST_RUN"
 _GRACE_S = 15.0
 _DESCENDANT_S = 2.0
-"""After the end of a program, a descendant that holds its output open is given this time."""
+"""How long to wait, after a program has ended, for a descendant that keeps its output open."""
 _LIMIT_S = 30.0
-"""Time limit for what is a matter of moments unless the machine is busy."""
+"""Time limit for steps that take only moments unless the machine is busy."""
 
 INTERRUPTED = 1 if sys.version_info < (3, 14) else -signal.SIGINT
 """The exit code of a script that an exception of rospy ended after Ctrl-C.
 
-It is a KeyboardInterrupt too, and from 3.14 on Python ends by SIGINT for classes derived from that one.
+This exception is derived from KeyboardInterrupt. Since Python 3.14, such exceptions end the process by
+SIGINT.
 """
 
 
 class Process:
-    """A running program in its own session. Its output is read continuously, so that it never blocks on it.
+    """A running program in its own session. Its output is read continuously, so output never blocks it.
 
     Attributes:
-        stdout, stderr: the lines so far, without their line ends.
-        lines: both, in the order of their arrival.
+        stdout, stderr: the lines printed so far, without line ends.
+        lines: the lines of both, in the order of arrival.
     """
 
     def __init__(
@@ -103,14 +104,18 @@ class Process:
         return lines if self.is_running else [*lines, f"(exit code {self.returncode})"]
 
     def mark(self) -> int:
-        """A place in the output, for `wait_for(..., since=mark)`."""
+        """Return the current position in the output, for `wait_for(..., since=mark)`."""
         return len(self.lines)
 
     def wait_for(self, pattern: str, timeout_s: float = 60.0, since: int = 0) -> re.Match[str]:
-        """Wait for a line in which the regular expression `pattern` is found.
+        """Wait for a line in which the regular expression `pattern` is found. Return the match.
+
+        Args:
+            since: the position in the output at which to start; see `mark`.
 
         Raises:
-            AssertionError: the program ended, or the time is over, without it; with the whole output.
+            AssertionError: the program ended, or the time limit expired, without such a line. The message
+                contains the whole output.
         """
         looked_for = re.compile(pattern)
         deadline = time.monotonic() + timeout_s
@@ -128,18 +133,18 @@ class Process:
                 self._changed.wait(0.1)
 
     def write_line(self, text: str) -> None:
-        """Write a line to its standard input, which must be a pipe."""
+        """Write a line to the program's standard input, which must be a pipe."""
         assert self._popen.stdin is not None
         self._popen.stdin.write(text + "\n")
         self._popen.stdin.flush()
 
     def end_input(self) -> None:
-        """Close its standard input, which must be a pipe."""
+        """Close the program's standard input, which must be a pipe."""
         assert self._popen.stdin is not None
         self._popen.stdin.close()
 
     def press_ctrl_c(self) -> None:
-        """Send SIGINT to every process of the session's foreground group, as a terminal does."""
+        """Send SIGINT to the program's process group, as a terminal does."""
         self._signal_group(signal.SIGINT)
 
     def send_signal(self, number: int) -> None:
@@ -153,7 +158,7 @@ class Process:
         """Wait until the program has exited and its output is read; return the exit code.
 
         Raises:
-            AssertionError: it is still running after `timeout_s`; with the whole output.
+            AssertionError: it is still running after `timeout_s`. The message contains the whole output.
         """
         try:
             code = self._popen.wait(timeout_s)
@@ -168,7 +173,7 @@ class Process:
         return code
 
     def end(self) -> None:
-        """End the program if it still runs: Ctrl-C, and after a while SIGKILL to its group."""
+        """If the program is still running, press Ctrl-C, and after a while, kill its process group."""
         self._signal_group(signal.SIGINT)
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._popen.wait(_GRACE_S)
@@ -190,7 +195,7 @@ class Process:
 
 
 def _has_more(stream: IO[str]) -> bool:
-    """Return whether a stream has output, or an end, that its reader has not seen."""
+    """Return whether a stream has output, or has ended, and its reader has not noticed yet."""
     try:
         return bool(select.select([stream], [], [], 0)[0])
     except ValueError:  # its reader has closed it, and is about to end
@@ -198,7 +203,7 @@ def _has_more(stream: IO[str]) -> bool:
 
 
 class Processes:
-    """Starts programs in one environment, and finds all their descendants by a token in it."""
+    """Starts programs in one environment. A token in the environment identifies all their descendants."""
 
     def __init__(self, environment: Mapping[str, str], cwd: Path | None = None) -> None:
         self._token = f"{_VARIABLE}={uuid.uuid4()}"
@@ -214,7 +219,7 @@ class Processes:
         stdin: int = subprocess.DEVNULL,
         environment: Mapping[str, str] | None = None,
     ) -> Process:
-        """Start a program; `environment` is merged into the common one."""
+        """Start a program. `environment` is merged into the common environment."""
         process = Process(
             [str(part) for part in argv],
             {**self.environment, **(environment or {})},
@@ -231,7 +236,7 @@ class Processes:
         cwd: Path | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> Process:
-        """Run a program to its end; see `.returncode`, `.stdout`, `.stderr`, `.output` of the result."""
+        """Run a program to its end. The result has `returncode`, `stdout`, `stderr` and `output`."""
         process = self.start(*argv, cwd=cwd, environment=environment)
         process.wait(timeout_s)
         return process
@@ -251,7 +256,11 @@ class Processes:
         return found
 
     def assert_nothing_left(self, timeout_s: float = 15.0) -> None:
-        """Kill remaining processes and raise AssertionError if there are any."""
+        """Wait until no process with the token is running.
+
+        Raises:
+            AssertionError: processes were still running after `timeout_s`; they were killed.
+        """
         try:
             wait_until(lambda: not self._find_left(), timeout_s)
         except AssertionError:
@@ -264,7 +273,7 @@ class Processes:
                 raise AssertionError(f"left running:\n{listing}") from None
 
     def end_all(self) -> None:
-        """End the started programs, the latest first, and check that none is still running."""
+        """End the started programs, the latest first, and check that none of their descendants is left."""
         for process in reversed(self._started):
             process.end()
         self.assert_nothing_left()

@@ -1,4 +1,4 @@
-"""pyright, the type checker inside many editors: where it is, and how to get it."""
+"""Find pyright, the type checker in many editors, and say how to install it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ __all__ = ["INSTALL", "find_pyright"]
 
 
 def find_pyright() -> str | None:
-    """Return the path of the program, in this virtual environment or else on the PATH."""
+    """Return the path of pyright in this virtual environment or on PATH; None if it is not installed."""
     places = (MODULES / ".bin", Path(sys.prefix) / "bin", os.environ.get("PATH", os.defpath))
     return shutil.which("pyright", path=os.pathsep.join(map(str, places)))

@@ -1,7 +1,7 @@
-"""The tests of `script/test --quick`, as tests/quick.txt lists them.
+"""The tests that `script/test --quick` runs, according to tests/quick.txt.
 
-`python -m tests.support.quick` prints the folders and files for pytest, whose option `--quick` leaves out
-the slow tests in them.
+`python -m tests.support.quick` prints the folders and files to pass to pytest. With pytest's option
+`--quick`, the slow tests in them are deselected.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ _BASES = ("tests/tree", "tests/unit")
 
 
 def listed(sign: str) -> list[str]:
-    """Return the entries of the list with `+` or `-`: files, or tests without their parameters."""
+    """Return the entries with the sign `+` (also run) or `-` (slow): files, or tests without parameters."""
     lines = LIST.read_text(encoding="utf-8").splitlines()
     return [line[2:] for line in lines if line.startswith(f"{sign} ")]
 
 
 def add_options(parser: pytest.Parser) -> None:
-    """Add the option."""
+    """Add the option `--quick`."""
     parser.addoption("--quick", action="store_true", help="leave out the slow tests of tests/quick.txt")
 
 
 def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Remove the slow tests from `items`."""
+    """Remove the slow tests from `items` if `--quick` is given."""
     if not config.getoption("--quick"):
         return
     slow = set(listed("-"))
@@ -42,7 +42,7 @@ def leave_out(config: pytest.Config, items: list[pytest.Item]) -> None:
 
 
 def missing() -> list[str]:
-    """Return the entries whose file or function does not exist."""
+    """Return the entries of tests/quick.txt whose file or function does not exist."""
     found = []
     for entry in [*listed("+"), *listed("-")]:
         file, *names = entry.split("::")

@@ -1,4 +1,4 @@
-"""Messages of any class with random values, and comparisons of them."""
+"""Messages of any class with random values."""
 
 from __future__ import annotations
 
@@ -14,12 +14,15 @@ _STRINGS = ["", "a", "base_link", "ünïcode \N{PILE OF POO}", 'quotes " and \\'
 
 
 def shipped_types() -> list[str]:
-    """Every message type that comes with pipros."""
+    """Return all message types that are shipped with pipros, sorted."""
     return sorted(f"{file.parent.parent.name}/{file.stem}" for file in SHARED_PACKAGES.glob("*/msg/*.msg"))
 
 
 def fill_at_random(message: Any, rng: random.Random, *, finite: bool = False) -> Any:
-    """Set all fields of a new message, and return it."""
+    """Set all fields of a new message to random values, and return it.
+
+    `finite` excludes infinity and NaN from the choice of special values.
+    """
     for slot, kind in zip(message.__slots__, message._slot_types, strict=True):
         base, bracket, digits = kind.rstrip("]").partition("[")
         count = int(digits) if digits else rng.randint(0, 3)
@@ -56,5 +59,5 @@ def _single(base: str, rng: random.Random, finite: bool, present: Any) -> Any:
 
 
 def serialized(message: Any) -> bytes:
-    """The bytes of a message, which are equal for equal messages, those with NaN included."""
+    """Return the serialized message, to compare messages even if they contain NaN."""
     return b"".join(message._to_buffers())

@@ -1,4 +1,4 @@
-"""Compare the output of programs: lines in order, without the parts that differ between runs."""
+"""Check the output of programs."""
 
 from __future__ import annotations
 
@@ -16,5 +16,5 @@ def assert_in_order(output: str, patterns: Sequence[str]) -> None:
 
 
 def without_escapes(text: str) -> str:
-    """Return the text without colours and window titles."""
+    """Return the text without the escape sequences for colours and window titles."""
     return re.sub(r"\x1b\][^\x07]*\x07|\x1b\[[0-9;]*m", "", text)

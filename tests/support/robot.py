@@ -1,4 +1,4 @@
-"""A package with a robot: a description in xacro, and a launch file that loads it."""
+"""A package with a robot description in xacro, and a launch file that loads it."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _FILES = {
 
 
 def make_robot_package(workspace: Path) -> Path:
-    """Create the package `arm_description` in a folder for `ROS_PACKAGE_PATH`, and return the package."""
+    """Create the package `arm_description` in `workspace`, and return the package's folder."""
     package = workspace / "arm_description"
     for name, text in _FILES.items():
         (package / name).parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""One ROS system of a test: a port for its master, a home, and programs of pipros or of genuine ROS in it."""
+"""A ROS system for a test: a master's address, a home folder, and programs of pipros or of genuine ROS."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from tests.support.terminal import BASH, Terminal
 from tests.support.waiting import wait_until
 
 _FOUND: dict[tuple[str | None, ...], str] = {}
-"""The files that genuine `rosrun` found."""
+"""The files that genuine `rosrun` found, by the two path variables, the package and the name."""
 
 
 class Side:
-    """The programs of one implementation in a RosSystem: `side.start("rosrun", "pkg", "node.py")`."""
+    """Starts programs of one implementation in a `RosSystem`: `side.start("rosrun", "pkg", "node.py")`."""
 
     def __init__(self, environment: Mapping[str, str], cwd: Path, *, is_genuine: bool = False) -> None:
         self.home = cwd
@@ -33,7 +33,7 @@ class Side:
         return self.processes.environment
 
     def start(self, *argv: str | Path, **more: str) -> Process:
-        """Start a program; keywords are environment variables merged into those of this side."""
+        """Start a program. `more` are environment variables, merged into those of this side."""
         return self.processes.start(*argv, environment=more)
 
     def run(self, *argv: str | Path, timeout_s: float = 60.0, **more: str) -> Process:
@@ -41,10 +41,10 @@ class Side:
         return self.processes.run(*argv, timeout_s=timeout_s, environment=more)
 
     def node(self, package: str, program: str) -> list[str]:
-        """Return the command line of a node for `rosrun`.
+        """Return a command line that runs a node like `rosrun`.
 
-        Genuine `rosrun` uses more processor time to find the file than many nodes to start. So the file is
-        looked up once, and the node is started directly.
+        To find the file, genuine `rosrun` uses more processor time than many nodes use to start. Therefore,
+        the file is looked up once, and the command line is its path.
         """
         if not self.is_genuine:
             return ["rosrun", package, program]
@@ -67,15 +67,15 @@ class Side:
         return terminal
 
     def start_master(self) -> Process:
-        """Start `roscore` on this system's port (its default would be 11311), and wait until it is ready."""
+        """Start `roscore` on this system's port, and wait until it is ready."""
         core = self.start("roscore", "-p", self.environment["ROS_MASTER_URI"].rpartition(":")[2])
         core.wait_for(r"started core service \[/rosout\]")
         return core
 
     def start_bare_master(self) -> Process:
-        """Start a master with the parameters of `roscore`, without /rosout, for tests that do not need it.
+        """Start a master with the parameters that `roscore` sets, but without /rosout.
 
-        Genuine roscore takes four times the processor time, for two processes more.
+        Genuine roscore would take four times the processor time, because it starts two more processes.
         """
         uri = self.environment["ROS_MASTER_URI"]
         process = self.start("rosmaster", "--core", "-p", uri.rpartition(":")[2])
@@ -104,9 +104,9 @@ class RosSystem:
     """A master's address, a home folder, and both implementations.
 
     Attributes:
-        port, master_uri: where the master of this system is to be. None runs until one is started.
-        home: an empty folder; `ROS_HOME` is `.ros` in it, and programs run with it as working folder.
-        pipros, genuine: the two sides.
+        port, master_uri: the address for a master. No master runs until a method starts one.
+        home: the working folder of the programs, initially empty. `ROS_HOME` is its subfolder `.ros`.
+        pipros, genuine: the sides that start programs of pipros and of genuine ROS.
     """
 
     def __init__(self, port: int, home: Path, tools: Path) -> None:
@@ -118,32 +118,32 @@ class RosSystem:
         self.genuine = Side(genuine_environment(home, self.master_uri), home, is_genuine=True)
 
     def serve_master(self) -> None:
-        """Serve a master of pipros from this process, without /rosout, for tests that need any master.
+        """Run a master of pipros in this process, without /rosout, for tests that can use any master.
 
-        It takes a tenth of the processor time of a process with one.
+        This takes a tenth of the processor time of a separate process.
         """
         environment = Environment(master_uri=self.master_uri, ros_home=self.home / ".ros")
         self._core = Core(run_id="a-test", environment=environment, port=self.port)
         self._core.start_master()
 
     def publishers(self, topic: str) -> list[str]:
-        """Return the publishers of the topic registered at the master; empty while no master answers."""
+        """Return the registered publishers of a topic; an empty list if no master answers."""
         return self._registered(0).get(topic, [])
 
     def subscribers(self, topic: str) -> list[str]:
-        """Return the subscribers of the topic registered at the master; empty while no master answers."""
+        """Return the registered subscribers of a topic; an empty list if no master answers."""
         return self._registered(1).get(topic, [])
 
     def wait_for_publisher(self, topic: str, timeout_s: float = 60.0) -> None:
-        """Wait until the topic has a publisher at the master."""
+        """Wait until the topic has a registered publisher."""
         wait_until(lambda: self.publishers(topic), timeout_s, f"a publisher of {topic}")
 
     def wait_for_subscriber(self, topic: str, timeout_s: float = 60.0) -> None:
-        """Wait until the topic has a subscriber at the master."""
+        """Wait until the topic has a registered subscriber."""
         wait_until(lambda: self.subscribers(topic), timeout_s, f"a subscriber of {topic}")
 
     def wait_for_links(self, topic: str, count: int = 1, timeout_s: float = 60.0) -> None:
-        """Wait until the publishers of the topic send to this number of subscribers."""
+        """Wait until the publishers of the topic have at least `count` links to subscribers."""
         wait_until(lambda: self._links(topic) >= count, timeout_s, f"{count} links of {topic}")
 
     def _links(self, topic: str) -> int:

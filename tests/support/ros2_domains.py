@@ -1,4 +1,4 @@
-"""Domains of ROS 2 for tests on one machine."""
+"""ROS 2 domains for tests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,10 @@ from pipros.ros2.rtps.domain import MAX_DOMAIN, multicast_port
 
 @contextlib.contextmanager
 def free_domain() -> Iterator[int]:
-    """Claim a domain that no other test on this machine uses, by a port between those of RTPS."""
+    """Yield a domain that no other test on this machine uses.
+
+    A bound UDP port, which RTPS does not use, marks the domain as used.
+    """
     for domain in range(1, MAX_DOMAIN + 1):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as claim:
             try:

@@ -1,4 +1,4 @@
-"""A gateway between a master and a ROS 2 domain, with an engine as the other side."""
+"""Gateways between a master and a ROS 2 domain, with a node on the master and an engine in the domain."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ PAIRS = TypePairs(Distribution.JAZZY, BUILTIN_RULES, process_limits())
 
 
 class System:
-    """A master and a domain; gateways, nodes and engines are added by tests."""
+    """A master with a node `ros1`, and a domain with an engine `ros2`. Tests add gateways and more nodes."""
 
     def __init__(self, domain: int, *, has_zenoh: bool) -> None:
         self._stack = ExitStack()
@@ -86,7 +86,7 @@ class System:
         return gateway
 
     def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
-        """Create a publisher in ROS 2 that lives as long as the system."""
+        """Create a publisher in ROS 2, which exists until `close`."""
         self._announcements.append(self.ros2.announce(topic, type_name, type_hash, qos))
         return self._announcements[-1]
 

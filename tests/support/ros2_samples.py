@@ -1,6 +1,6 @@
-"""Random ROS 2 messages, serialized by rosbags, and of ROS 1, serialized by their classes.
+"""Random ROS 2 messages, serialized by rosbags, and the same messages of ROS 1, serialized by their classes.
 
-python -m tests.support.ros2_samples --count 1000 compares all conversions with them.
+`python -m tests.support.ros2_samples --count 1000` compares the results of all conversions with them.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _ONLY_ROS2 = (
 
 @cache
 def plans_of(distribution: Distribution) -> Plans:
-    """Return the plans between the types in `share` and those of a distribution."""
+    """Return the plans for converting between the ROS 1 types in `share` and the types of a distribution."""
     ros1 = installed_definitions()
     return Plans(Catalog(distribution, ros1), ros1, BUILTIN_RULES)
 
@@ -45,7 +45,7 @@ def store_of(distribution: Distribution) -> Any:
 
 
 def shared_types(distribution: Distribution) -> list[str]:
-    """Return the ROS 2 messages that have a counterpart of the same name in ROS 1."""
+    """Return the ROS 2 messages for which ROS 1 has a message with the same name, sorted."""
     names = (
         name for name in carried(distribution).messages if name.partition("/")[0] not in _ONLY_ROS2.split()
     )
@@ -54,14 +54,17 @@ def shared_types(distribution: Distribution) -> list[str]:
 
 
 class Samples:
-    """Random messages of a distribution, the same for the same seed."""
+    """Generates random messages of a distribution. The same seed yields the same messages."""
 
     def __init__(self, distribution: Distribution, seed: int) -> None:
         self._store = store_of(distribution)
         self._random = random.Random(seed)  # noqa: S311 # for tests
 
     def pair(self, ros2_type: str) -> tuple[bytes, bytes]:
-        """Return a message of a shared type in ROS 1 and in CDR. Added fields have default values."""
+        """Return a message of a shared type, serialized for ROS 1 and in CDR.
+
+        Fields that only ROS 2 has are set to their defaults.
+        """
         cls = load_message_class(ros2_type.replace("/msg/", "/"))
         values = self._message(ros2_type, cls)
         cdr = self._store.serialize_cdr(self._ros2(ros2_type, values), ros2_type)
@@ -70,7 +73,7 @@ class Samples:
         return buffer.getvalue(), bytes(cdr)
 
     def _message(self, name: str, cls: Any) -> dict[str, Any]:
-        """Return random values by field. None stands for a default value."""
+        """Return random values by field. None stands for the field's default."""
         known = {each.lower(): kind for each, kind in zip(cls.__slots__, cls._slot_types, strict=True)}
         _, fields = self._store.fielddefs[name]
         return {field: self._field(kind, known.get(field)) for field, kind in fields}
@@ -150,7 +153,10 @@ def _ros1_value(kind: str, value: Any) -> Any:
 
 
 def differences(distribution: Distribution, count: int, seed: int = 1) -> Iterator[str]:
-    """Convert `count` random messages of every shared type both ways, and yield what differs from rosbags."""
+    """Convert `count` random messages of every shared type in both directions.
+
+    Yield a description of each difference from the serialized messages of rosbags and ROS 1.
+    """
     samples, plans = Samples(distribution, seed), plans_of(distribution)
     for name in shared_types(distribution):
         plan = plans.for_ros2(name)

@@ -1,4 +1,4 @@
-"""A rosbridge server in the test's process, and plain WebSocket clients of it."""
+"""A rosbridge server in the test's process, and a simple WebSocket client."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TIMEOUT_S = 60.0
 
 @contextmanager
 def rosbridge_server(node: Node, **options: Any) -> Iterator[str]:
-    """A server on a free port; its URL."""
+    """Run a server on a free port, and yield its URL."""
     server = WebSocketServer(node, ServerOptions(port=0, **options))
     port = server.start()
     try:
@@ -29,7 +29,7 @@ def rosbridge_server(node: Node, **options: Any) -> Iterator[str]:
 
 
 class RosbridgeClient:
-    """A WebSocket whose operations are dictionaries."""
+    """A client that sends and receives operations as dictionaries."""
 
     def __init__(self, url: str, **options: Any) -> None:
         self._open = ExitStack()
@@ -48,11 +48,11 @@ class RosbridgeClient:
         self.socket.send(json.dumps({"op": op, **values}))
 
     def receive(self, decode: Callable[[Any], Any] = json.loads) -> Any:
-        """The next operation."""
+        """Return the next operation. Raises TimeoutError after `TIMEOUT_S`."""
         return decode(self.socket.recv(TIMEOUT_S))
 
     def wait_for(self, op: str, **values: Any) -> Any:
-        """The next operation of this kind that has these values; others are skipped."""
+        """Return the next operation `op` that has these values. Other operations are skipped."""
         end = time.monotonic() + TIMEOUT_S
         while time.monotonic() < end:
             found = self.receive()

@@ -1,4 +1,4 @@
-"""Single C++ programs on genuine roscpp, compiled once on a machine."""
+"""C++ programs that use genuine roscpp, each compiled from one file, once per machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _BARE = {"PATH": "/usr/bin:/bin"}
 
 
 def compile_program(source: Path, *packages: str) -> Path:
-    """Compile a source file that uses these packages, and return the program; cached for later runs."""
+    """Compile a source file that uses these packages. Return the program, which is kept for later runs."""
     program = machine_folder(source.stem, (source, Path(__file__))) / source.stem
 
     def make() -> None:

@@ -1,6 +1,6 @@
-"""Rostest files for the test nodes of the package rostest, and the outcome of each.
+"""Launch files for the test nodes of the package rostest, and the outcome of each.
 
-The one node around them is plain rospy, so pipros and genuine ROS run the same files.
+The only other node uses rospy alone, so pipros and genuine ROS can run the same files.
 """
 
 from __future__ import annotations
@@ -37,11 +37,12 @@ MANIFEST = """<package format="2"><name>around</name><version>0.0.0</version><de
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A test node with parameters, among the nodes of NODES.
+    """A test node with its parameters, which runs together with `NODES`.
 
     Attributes:
-        cases: the contents of its result file: class and name of each case, and whether it passed.
-        expected: the text of a failure as pipros reports it.
+        cases: the expected contents of its result file: the class and name of each case, and whether it
+            passes.
+        expected: the text of the failure that pipros reports; empty if there is none.
     """
 
     node: str
@@ -54,7 +55,7 @@ class Scene:
         return all(passed for _, _, passed in self.cases)
 
     def write(self, folder: Path) -> None:
-        """Create the package `around` in the folder, with this scene as `scene.test`."""
+        """Create the package `around` in `folder`, with a launch file `scene.test` for this scene."""
         package = folder / "around"
         package.mkdir(parents=True)
         (package / "package.xml").write_text(MANIFEST)
@@ -70,7 +71,7 @@ Cases = tuple[tuple[str, str, bool], ...]
 
 
 def cases_in(results: Path) -> Cases:
-    """Class and name of each case of a result file, and whether it passed."""
+    """Return the class and name of each case in a result file, and whether it passed."""
     root = ElementTree.parse(results).getroot()  # noqa: S314
     return tuple(
         (case.attrib["classname"], case.attrib["name"], len(case) == 0) for case in root.iter("testcase")
@@ -78,10 +79,10 @@ def cases_in(results: Path) -> Cases:
 
 
 class LevelSystem:
-    """A master, the node of NODES, and the test nodes of one side, run one by one without rostest."""
+    """A master and the node `level`, with which the test nodes of one side are run without rostest."""
 
     def __init__(self, ros: RosSystem, side: Side, python: str, nodes: Path) -> None:
-        """Store the settings: `nodes` is the folder of the test nodes, which `python` runs."""
+        """Start the master and the node. `nodes` is the folder of the test nodes, which `python` runs."""
         self._side, self._python, self._nodes = side, python, nodes
         side.start_bare_master()
         self._master: Any = ServerProxy(ros.master_uri)
@@ -93,7 +94,7 @@ class LevelSystem:
         ros.wait_for_subscriber("/orders")
 
     def run(self, scene: Scene, name: str) -> tuple[Process, Cases]:
-        """Run the test node of a scene under its own name, and read its result file."""
+        """Run the test node of a scene under the name `name`. Return its process and its results."""
         for key, value in yaml.safe_load(scene.params).items():
             assert self._master.setParam("/a_test", f"/{name}/{key}", value)[0] == 1
         results = self._side.home / f"{name}.xml"
@@ -213,7 +214,7 @@ ONLY_OURS = (
         _subscribe(False),
         "a subscriber of [/level] did not appear within 0.5 s",
     ),
-    # If it expects silence, genuine hztest calls a method that Python 3.11 no longer has.
+    # If no messages are expected, genuine hztest calls a method that Python 3.11 no longer has.
     Scene("hztest", "{topic: silent, hz: 0, test_duration: 0.3, wait_time: 0.3}", _hz(True)),
     Scene(
         "hztest",
@@ -221,7 +222,7 @@ ONLY_OURS = (
         _hz(False),
         "expected no messages, received",
     ),
-    # Genuine nodes with nothing to check end with a traceback and without results.
+    # If they have nothing to check, genuine test nodes end with a traceback and write no results.
     Scene("publishtest", "{unused: 0}", _publish(False), "No topic is specified in rosparam."),
     Scene("subscribetest", "{unused: 0}", _subscribe(False), "No topic is specified in rosparam."),
     Scene(
@@ -231,4 +232,4 @@ ONLY_OURS = (
         "No topic or service is specified in rosparam.",
     ),
 )
-"""What genuine ROS has no node for, or what its nodes break on."""
+"""Scenes for which genuine ROS has no test node, or in which its test node fails."""

@@ -1,4 +1,4 @@
-"""Participants of RTPS in one process, with a simulated network, loss and time."""
+"""RTPS participants in one process, with a simulated network, packet loss and time."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ ADDRESSES = tuple(Address("127.0.0.1", 7410 + 2 * index) for index in range(4))
 
 @dataclass
 class Host:
-    """An engine with its events."""
+    """An engine, with its address and the events that it has reported."""
 
     engine: Engine
     address: Address
     events: list[Event] = field(default_factory=list)
 
     def payloads(self, entity: bytes) -> list[bytes]:
-        """The samples that a reader has received."""
+        """Return the payloads of the samples that a reader has received."""
         samples = [each for each in self.events if isinstance(each, Received)]
         return [each.sample.payload for each in samples if each.entity == entity]
 
@@ -58,7 +58,7 @@ class Host:
 
 
 class SimulatedNetwork:
-    """Delivers datagrams at once, except those that `drops` chooses."""
+    """Delivers datagrams without delay, except those for which `drops` returns True."""
 
     def __init__(self, seed: int = 1, loss: float = 0.0) -> None:
         self.now = 1000.0
@@ -69,7 +69,7 @@ class SimulatedNetwork:
         self._on_the_way: deque[tuple[Address, bytes, Address]] = deque()
 
     def host(self, limits: Limits | None = None, lease_s: float = 10.0, vendor: bytes = OWN_VENDOR) -> Host:
-        """Add a participant."""
+        """Add a participant, and return it. At most four are possible."""
         address = ADDRESSES[len(self.hosts)]
         prefix = bytes([0, 0, 0, 0, *bytes(7), len(self.hosts) + 1])
         me = ParticipantData(prefix, vendor, lease_s, discovery=(address,), data=(address,))
@@ -79,11 +79,11 @@ class SimulatedNetwork:
         return host
 
     def stop(self, host: Host) -> None:
-        """Remove a participant without an announcement."""
+        """Remove a participant without notifying the others."""
         del self.hosts[host.address]
 
     def flush(self) -> None:
-        """Deliver datagrams until no participant sends any."""
+        """Deliver datagrams until no participant sends any, then collect the events."""
         for _ in range(10_000):
             for host in self.hosts.values():
                 for outgoing in host.engine.take_outgoing():
@@ -101,7 +101,7 @@ class SimulatedNetwork:
             host.events += host.engine.take_events()
 
     def run(self, seconds: float) -> None:
-        """Advance the time, from one deadline to the next."""
+        """Advance the simulated time, from one deadline to the next."""
         end = self.now + seconds
         while self.now < end:
             self.flush()
@@ -112,7 +112,7 @@ class SimulatedNetwork:
         self.flush()
 
     def run_until(self, condition: Callable[[], bool], seconds: float = 20.0) -> None:
-        """Advance the time until a condition is true."""
+        """Advance the simulated time until `condition` is true, by at most `seconds`."""
         end = self.now + seconds
         while not condition():
             assert self.now < end, f"not within {seconds} simulated seconds"

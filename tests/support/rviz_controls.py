@@ -1,7 +1,7 @@
-"""Mouse actions on interactive markers, the same for genuine rviz and the Scene tab.
+"""Mouse actions on interactive markers, for genuine rviz and for the Scene tab.
 
-`script/record-rviz controls` does it in genuine rviz, and records the feedback in
-tests/golden/rviz_controls.json. `tests/browser/programs/controls_program.py` has the markers.
+`script/record-rviz controls` performs them in genuine rviz, and records the feedback in
+tests/golden/rviz_controls.json. `tests/browser/programs/controls_program.py` creates the markers.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ ROUNDED = ("position", "orientation", "mouse_point")
 
 @dataclass(frozen=True, slots=True)
 class Grip:
-    """A drag of a marker.
+    """A click on a marker, or a drag.
 
     Attributes:
-        at: where, in metres from the middle of the picture.
-        by: how far, in metres.
-        key: the key that is held, if any.
+        at: the position at which the button is pressed, in metres from the middle of the picture.
+        by: the distance of the drag, in metres.
+        button: the number of the mouse button; 1 is the left button.
+        key: the key that is held down; empty for none.
         menu_entry: the entry chosen in the menu; empty if no menu opens.
     """
 
@@ -37,7 +38,7 @@ class Grip:
     menu_entry: str = ""
 
     def pixels(self) -> tuple[tuple[int, int], tuple[int, int]]:
-        """Return where the button is pressed and released, from the upper left corner of the picture."""
+        """Return the pixels at which the button is pressed and released, from the upper left corner."""
         end = self.at[0] + self.by[0], self.at[1] + self.by[1]
         first, last = (
             (round(WIDTH / 2 + x * SCALE), round(HEIGHT / 2 - y * SCALE)) for x, y in (self.at, end)
@@ -71,9 +72,10 @@ def controls_file() -> str:
 
 
 def feedback_by_marker(lines: Sequence[Mapping[str, Any]]) -> dict[str, list[dict[str, Any]]]:
-    """Group feedback by marker, without keep-alives.
+    """Group feedback by marker, with rounded values and without keep-alives.
 
-    rviz repeats the pose in each picture: poses without a point that repeat the one before are dropped, too.
+    rviz reports the pose with each picture. Therefore, updates without a mouse point are also dropped if they
+    repeat the previous pose.
     """
     found: dict[str, list[dict[str, Any]]] = {}
     for line in lines:

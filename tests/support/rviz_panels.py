@@ -1,7 +1,8 @@
-"""Images and cameras that genuine rviz and the Scene tab show alike, beside the scene.
+"""Panels of images and cameras, which must look the same in genuine rviz and in the Scene tab.
 
-`script/record-rviz panels` records the colours of genuine rviz in tests/golden/rviz_panels.json, at pixels of
-the image around which it has one colour. The messages are those of `tests/browser/programs/scene_program.py`.
+`script/record-rviz panels` records colours from genuine rviz in tests/golden/rviz_panels.json, at those
+pixels of the image whose surroundings have a single colour. `tests/browser/programs/scene_program.py`
+publishes the messages.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from tests.support.rviz_scenes import ORTHO, ROBOT, SHAPES, TEMPLATE, display
 
 SIZES: Mapping[str, tuple[int, int]] = {"Image": (40, 30), "Camera": (160, 160)}
-"""Width and height of the images, by display."""
+"""The width and height of the images in pixels, by the class of the display."""
 STEP = 5
 Colour = tuple[int, int, int]
 
@@ -46,17 +47,26 @@ PANELS: Mapping[str, str] = {
 
 
 def display_of(name: str) -> str:
-    """Return the class of the display that has a panel."""
+    """Return the class of the display to which a panel belongs."""
     return "Camera" if name.startswith("camera") else "Image"
 
 
 def panel_file(name: str) -> str:
-    """Return the `.rviz` file of a panel."""
+    """Return the text of the `.rviz` file for a panel."""
     return TEMPLATE.format(displays=PANELS[name], view=ORTHO)
 
 
 def probes_of(rgb: bytes, size: tuple[int, int], image_size: tuple[int, int]) -> dict[str, Sequence[int]]:
-    """Return the colours of an image in a panel, by its pixels, where it has one colour around them."""
+    """Return the colours of those pixels of an image whose surroundings have a single colour.
+
+    Args:
+        rgb: the picture of the panel, in which the image is scaled.
+        size: the size of the panel.
+        image_size: the size of the image.
+
+    Returns:
+        Colours by the pixel's `column,row` in the image.
+    """
     scale = min(size[0] / image_size[0], size[1] / image_size[1])
     edge = [(whole - part * scale) / 2 for whole, part in zip(size, image_size, strict=True)]
     found: dict[str, Sequence[int]] = {}

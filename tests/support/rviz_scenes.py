@@ -1,8 +1,8 @@
-"""Scenes that genuine rviz and the Scene tab draw alike, and the record of what rviz drew.
+"""Scenes that genuine rviz and the Scene tab must draw alike, and records of rviz's pictures.
 
-`script/record-rviz` draws them with genuine rviz into tests/golden/rviz. A record has the colours of a
-lattice of pixels at least three pixels away from any edge, and the silhouette of all that differs from the
-background.
+`script/record-rviz` draws the scenes with genuine rviz, and writes the records to tests/golden/rviz. A record
+contains the colours of pixels in a grid, at least three pixels away from any edge, and the silhouette: the
+pixels that differ from the background.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 WIDTH, HEIGHT = 868, 608
-"""Size of the picture of rviz in a window of 900 by 700 pixels without docks."""
+"""Size of rviz's picture in pixels, in a window of 900 by 700 pixels without docks."""
 
 BACKGROUND = (48, 48, 48)
 EDGE = 3
@@ -42,7 +42,7 @@ Window Geometry: {{Hide Left Dock: true, Hide Right Dock: true, Width: 900, Heig
 
 
 def display(kind: str, **properties: object) -> str:
-    """Return a display in YAML; `_` in a name stands for a space."""
+    """Return a display in YAML. Underscores in the names of properties stand for spaces."""
     more = "".join(f", {name.replace('_', ' ')}: {value}" for name, value in properties.items())
     return f"{{Class: rviz/{kind}, Name: {kind}, Enabled: true, Value: true{more}}}"
 
@@ -188,15 +188,21 @@ SCENES: Mapping[str, tuple[str, str]] = {
 
 
 LEVELS: Mapping[str, int] = {"point": 3, "range": 4}
-"""Largest difference of a channel, where it is not `USUAL_LEVELS`: Ogre has other normals for curves."""
+"""Maximum difference of a colour channel in scenes that exceed `USUAL_LEVELS`.
+
+Ogre computes the normals of curved surfaces differently.
+"""
 USUAL_LEVELS = 2
 OVERLAPS: Mapping[str, float] = {"xy_orbit": 0.97}
-"""Least overlap of the silhouettes, where it is not `USUAL_OVERLAP`: squares do not turn with their frame."""
+"""Minimum overlap of the silhouettes in scenes that do not reach `USUAL_OVERLAP`.
+
+The Scene tab does not turn squares with their frame.
+"""
 USUAL_OVERLAP = 0.98
 
 
 def config_of(name: str) -> str:
-    """Return the `.rviz` file of a scene."""
+    """Return the text of the `.rviz` file for a scene."""
     view, displays = SCENES[name]
     return TEMPLATE.format(displays=displays, view=view)
 
@@ -224,7 +230,7 @@ def is_inside(rgb: bytes, x: int, y: int, colour: Sequence[int]) -> bool:
 
 
 def silhouette(rgb: bytes) -> bytes:
-    """Return a bit for each pixel, which is set if it differs from the background."""
+    """Return one bit for each pixel, which is set if the pixel differs from the background."""
     bits = bytearray((WIDTH * HEIGHT + 7) // 8)
     background = bytes(BACKGROUND)
     for number in range(WIDTH * HEIGHT):
@@ -234,7 +240,10 @@ def silhouette(rgb: bytes) -> bytes:
 
 
 def overlap(one: bytes, other: bytes) -> float:
-    """Return the share of two silhouettes' union that both cover, not counting pixels next to the other."""
+    """Return the similarity of two silhouettes, from 0 to 1.
+
+    Pixels of one silhouette that are neither in the other nor next to it reduce the result.
+    """
     first, second = int.from_bytes(one, "little"), int.from_bytes(other, "little")
     union = (first | second).bit_count()
     outside = (first & ~_grown(second)).bit_count() + (second & ~_grown(first)).bit_count()

@@ -1,7 +1,7 @@
-"""Displays whose status texts genuine rviz and the Scene tab have alike, good and bad ones.
+"""Displays, with and without errors, whose status texts must be equal in genuine rviz and the Scene tab.
 
-`script/record-rviz statuses` records genuine rviz's in tests/golden/rviz_statuses.json. The messages are
-those of `tests/browser/programs/scene_program.py` and `bad_scene_program.py`.
+`script/record-rviz statuses` records the texts of genuine rviz in tests/golden/rviz_statuses.json.
+`scene_program.py` and `bad_scene_program.py` in `tests/browser/programs` publish the messages.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tests.support.rviz_scenes import SCENES, config_of, display
 
 LEVELS = ("ok", "warning", "error")
 Statuses = dict[str, dict[str, tuple[str, str]]]
-"""Display to status name to level and text."""
+"""The level and text of each status, by display and by name of the status."""
 
 BAD = {
     "Path": "path",
@@ -48,7 +48,7 @@ DISPLAYS: Mapping[str, str] = {
 
 
 def statuses_file() -> str:
-    """Return an `.rviz` file with all these displays, and those of all scenes, by their names."""
+    """Return the text of an `.rviz` file with the displays in `DISPLAYS` and one for each different scene."""
     config: dict[str, Any] = read_rviz(config_of("grid"))
     shown = config["Visualization Manager"]["Displays"]
     shown.clear()
@@ -65,12 +65,12 @@ def _named(name: str, text: str) -> dict[str, Any]:
 
 
 NOT_COMPARED = frozenset({"Points", "Time"})
-"""Statuses that rviz leaves empty, or has for the synchronization by its panel Time."""
+"""Statuses that rviz leaves empty, or uses for its panel Time."""
 SENDER = re.compile(r"\[sender=.*\]")
 
 
 def statuses_of(lines: Iterable[str]) -> Statuses:
-    """Return the statuses that are left after the changes that rviz_statuses.c wrote."""
+    """Return the final statuses, given the lines that the library rviz_statuses.c wrote."""
     found: Statuses = {}
     for line in lines:
         what, name, *more = line.rstrip("\n").split("\t")
@@ -85,7 +85,7 @@ def statuses_of(lines: Iterable[str]) -> Statuses:
 
 
 def comparable(statuses: Mapping[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
-    """Return the statuses that can be compared, without numbers; rviz does not know who sent a message."""
+    """Return the statuses that can be compared, without numbers and senders, which rviz does not know."""
     return {
         SENDER.sub("[sender]", name): (level, re.sub(r"\d+", "#", text))
         for name, (level, text) in statuses.items()

@@ -1,4 +1,4 @@
-"""Fake nodes with only a slave API, for tests of the master."""
+"""Fake nodes that only have a slave API, for tests of the master."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pipros.net.rpc_server import RpcServer
 
 
 class FakeSlave:
-    """The slave API of a node; records the notifications of the master.
+    """The slave API of a node, which records the calls of the master.
 
     Attributes:
-        told: method and parameters of each notification, in order.
-        pid: the process id that it returns.
-        asked: number of requests for the process id.
+        told: the method and parameters of each notification, in order.
+        pid: the process id that `getPid` returns.
+        asked: number of calls of `getPid`.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class FakeSlave:
         return [1, "", 0]
 
     def publishers(self) -> list[list[str]]:
-        """Return the received publisher lists, in order."""
+        """Return the publisher lists received so far, in order."""
         return [notice[3] for notice in self.told if notice[0] == "publisherUpdate"]
 
     def stop(self) -> None:
@@ -83,7 +83,7 @@ class SilentSlave:
 
     def stop(self) -> None:
         self._listener.shutdown(socket.SHUT_RDWR)
-        self._accepting.join(30)  # it may be about to record a connection
+        self._accepting.join(30)  # the thread may still be about to store a connection
         self._listener.close()
         for connection in self.connections:
             connection.close()

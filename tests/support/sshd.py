@@ -1,4 +1,4 @@
-"""A private ssh server: a free port on loopback, new keys, this user only."""
+"""A private ssh server with new keys, on a free port, for the current user only."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class SshServer:
 
     Attributes:
         port: the port of the server.
-        folder: a home folder whose `.ssh` has the accepted key, and the server's in `known_hosts`.
+        folder: a home folder. Its `.ssh` contains an accepted key and a `known_hosts` with the server's key.
         log: the output of the server.
     """
 
     def __init__(self, folder: Path, address: str = "127.0.0.1", prefix: Sequence[str] = ()) -> None:
-        """Start it at an address; `prefix` is put before its command, to run it in another network."""
+        """Start the server. `prefix` is put before its command, for example to run it in another network."""
         self.folder = folder
         self.log = folder / "sshd.log"
         keys = folder / ".ssh"
@@ -65,7 +65,7 @@ class SshServer:
         wait_until(self._is_listening, 60, what=lambda: f"sshd: {self.log.read_text()}")
 
     def client(self, folder: Path, alias: str, address: str = "127.0.0.1") -> None:
-        """Put an `ssh` into a folder that connects to this server at an address, under any host name."""
+        """Write a program `ssh` to `folder` that connects to this server if its host is `alias`."""
         config = self.folder / "ssh_config"
         config.write_text(_CLIENT.format(alias=alias, address=address, port=self.port, folder=self.folder))
         ssh = folder / "ssh"

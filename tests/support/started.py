@@ -1,4 +1,4 @@
-"""The programs started by the running test; the report of a failure shows the output of each."""
+"""The programs that the running test has started. The report of a failure shows the output of each."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import time
 from typing import Protocol
 
 _HEAD_LINES, _TAIL_LINES = 100, 300
-"""Of a longer output the first and last lines are shown."""
+"""Number of lines shown at the beginning and at the end of long output."""
 
 
 class Program(Protocol):
-    """A process or a terminal of a test."""
+    """A process or a terminal that a test has started."""
 
     @property
     def is_running(self) -> bool: ...
 
     @property
     def transcript(self) -> list[str]:
-        """Everything that it has printed so far, line by line."""
+        """The lines printed so far."""
 
 
 class Started:
@@ -28,7 +28,7 @@ class Started:
         self._began = time.monotonic()
 
     def begin_test(self) -> None:
-        """Forget the programs of the previous test, except those that still run."""
+        """Forget the programs of the previous test, except those that are still running."""
         self._programs = [program for program in self._programs if program.is_running]
         self._began = time.monotonic()
 
@@ -36,11 +36,11 @@ class Started:
         self._programs.append(program)
 
     def elapsed(self) -> str:
-        """Return the time since the test began, as printed before each line."""
+        """Return the time in seconds since the test began, as shown before each line."""
         return f"{time.monotonic() - self._began:7.2f}"
 
     def sections(self) -> list[tuple[str, str]]:
-        """Return the command line and the output of each program."""
+        """Return a title with the command line, and the output, for each program."""
         return [
             (
                 f"{'running' if program.is_running else 'ended'}: {program}",
@@ -58,4 +58,4 @@ def _shortened(lines: list[str]) -> list[str]:
 
 
 STARTED = Started()
-"""Those of the test that runs in this process; a process runs one test at a time."""
+"""The programs of the test that is running in this process. A process runs one test at a time."""

@@ -1,4 +1,4 @@
-"""Misbehaving subscribers: raw TCPROS connections, read by the test or not at all."""
+"""Misbehaving subscribers: TCPROS connections that read slowly or not at all."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from pipros.node import Node
 from pipros.wire.header import encode_header
 
 BUFFER_BYTES = 16 * 1024
-"""Small, so that little goes out to a subscriber that does not read."""
+"""Receive buffer of a subscriber. It is small, so that the publisher soon cannot send any more."""
 
 
 @contextlib.contextmanager
 def raw_subscriber(node: Node, topic: str, name: str = "/raw") -> Iterator[socket.socket]:
-    """A subscriber that has sent its header and reads nothing, not even the response."""
+    """Yield the socket of a subscriber that has sent its header. Nothing is read, not even the response."""
     with socket.socket() as sock:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER_BYTES)
         sock.settimeout(30)
@@ -27,7 +27,7 @@ def raw_subscriber(node: Node, topic: str, name: str = "/raw") -> Iterator[socke
 
 @contextlib.contextmanager
 def dripping_subscriber(node: Node, topic: str, name: str = "/drip") -> Iterator[socket.socket]:
-    """A subscriber that reads some 40 KB a second for as long as the context lasts."""
+    """Yield the socket of a subscriber that reads about 40 KB per second within the block."""
     done = threading.Event()
     with raw_subscriber(node, topic, name) as sock:
 

@@ -1,4 +1,4 @@
-"""A master client with a table of answers, for tests without sockets."""
+"""A master client that takes its responses from a table, for tests without sockets."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ class TableMaster(MasterClient):
     """Responds to each call from a table: `{("lookupNode", "/a"): "http://…"}`. Other calls are refused.
 
     Attributes:
-        answers: the table, which a test may change.
-        calls: the calls so far, each as method and parameters.
+        answers: the table, which tests may change.
+        calls: the method and parameters of each call so far.
     """
 
     def __init__(self, answers: Answers, accepts: Collection[str] = ()) -> None:
-        """`accepts` names methods that succeed with any parameters."""
+        """`accepts` names methods that succeed with any parameters, and return 1."""
         super().__init__("http://127.0.0.1:1/", "/test")
         self.answers = dict(answers)
         self._accepts = accepts

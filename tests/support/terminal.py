@@ -1,4 +1,4 @@
-"""A terminal with an interactive shell: typed lines, a prompt, Ctrl-C, colours."""
+"""A terminal with an interactive shell: typed lines, a prompt, Ctrl-C and colours."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tests.support.started import STARTED
 
 T = TypeVar("T")
 
-# The prompt contains the exit code of the last command, so that its end and its result arrive together.
+# The prompt contains the exit code of the last command, so one match detects the end and the exit code.
 _PROMPT = re.compile(r"\[(\d+)\]> $")
 _PROMPT_SETTINGS = {"bash": "[$?]> ", "zsh": "[%?]> "}
 _ROWS, _COLUMNS = 50, 200
@@ -33,7 +33,7 @@ fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 os.execvp(sys.argv[1], sys.argv[1:])
 """
 BASH = ("bash", "--norc", "--noprofile", "--noediting", "-i")
-"""Without line editing, so that the echo of a line is the line."""
+"""Bash without line editing, so that the echo of a line equals the line."""
 EDITING_SHELLS = {
     "bash": ("bash", "--norc", "--noprofile", "-i"),
     "zsh": ("zsh", "-f", "-i"),
@@ -72,7 +72,8 @@ class Terminal:
         self.wait_for_prompt()
 
     def _read(self) -> None:
-        # A pseudo-terminal whose last program ended returns an error, not an empty read.
+        # If its last program has ended, reading from a pseudo-terminal raises OSError instead of returning
+        # b"".
         decode = codecs.getincrementaldecoder("utf-8")("replace").decode
         with contextlib.suppress(OSError):
             while chunk := os.read(self._keyboard, 65536):
@@ -91,37 +92,37 @@ class Terminal:
 
     @property
     def output(self) -> str:
-        """The output since the last typed line, escape sequences included."""
+        """The output since the last typed line, including escape sequences."""
         return self._screen[self._typed_at :]
 
     @property
     def text(self) -> str:
-        """As `output`, without escape sequences."""
+        """The output since the last typed line, without escape sequences."""
         return _ESCAPES.sub("", self.output)
 
     def press(self, keys: str) -> None:
-        """Press keys once the prompt appears; `\t` is TAB, and `\n` Enter."""
+        """Press keys after the prompt has appeared. `\t` is TAB, and `\n` Enter."""
         self.wait_for_prompt()
         self._typed_at = len(self._screen)
         os.write(self._keyboard, keys.encode())
 
     def press_in_program(self, keys: str) -> None:
-        """Press keys for the running program, without Enter."""
+        """Press keys in the running program, without Enter."""
         self._typed_at = len(self._screen)
         os.write(self._keyboard, keys.encode())
 
     def answer(self, line: str) -> None:
-        """Type a line and Enter for the running program, which reads it."""
+        """Type a line and Enter in the running program."""
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
 
     def send_keys(self, keys: str) -> None:
-        """Press keys, without Enter, for the running program."""
+        """Press keys in the running program. Same as `press_in_program`."""
         self._typed_at = len(self._screen)
         os.write(self._keyboard, keys.encode())
 
     def type(self, line: str) -> None:
-        """Type a line and Enter after the prompt has appeared."""
+        """Type a line and Enter after the prompt has appeared, and wait for the echo."""
         self.wait_for_prompt()
         self._typed_at = len(self._screen)
         os.write(self._keyboard, line.encode() + b"\n")
@@ -135,12 +136,12 @@ class Terminal:
         return code, _PROMPT.sub("", self.output)
 
     def wait_for(self, pattern: str, timeout_s: float = 60.0) -> re.Match[str]:
-        """Wait until the regular expression is found in the output of the last command."""
+        """Wait until the regular expression is found in the output of the last command. Return the match."""
         looked_for = re.compile(pattern)
         return self._wait(lambda: looked_for.search(self.output), timeout_s, f"/{pattern}/")
 
     def wait_for_prompt(self, timeout_s: float = 60.0) -> int:
-        """Wait for the end of the command; return its exit code."""
+        """Wait until the command has ended, and return its exit code."""
         found = self._wait(lambda: _PROMPT.search(self.text), timeout_s, "the prompt")
         return int(found[1])
 
@@ -149,7 +150,7 @@ class Terminal:
         os.write(self._keyboard, b"\x03")
 
     def close(self) -> None:
-        """End the command in the foreground with Ctrl-C, and close the terminal. May be repeated."""
+        """End the command in the foreground with Ctrl-C, and close the terminal. May be called repeatedly."""
         if self._is_closed:
             return
         self._is_closed = True
@@ -166,7 +167,7 @@ class Terminal:
         if self._shell.poll() is None:
             self._shell.kill()
             self._shell.wait()
-        self._reader.join(10.0)  # before another file gets the number of this one
+        self._reader.join(10.0)  # before another file gets the same descriptor
         os.close(self._keyboard)
 
     def _wait(self, condition: Callable[[], T | None], timeout_s: float, what: str) -> T:

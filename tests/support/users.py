@@ -1,4 +1,4 @@
-"""Other users of this machine: their files, and programs that run as one of them. Needs root."""
+"""Files that belong to other users, and programs that run as another user."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 STRANGER = 23456
-"""A user number that no account has."""
+"""A user id without an account."""
 
 needs_other_users = pytest.mark.skipif(
     not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can act for other users"
@@ -18,7 +18,7 @@ needs_other_users = pytest.mark.skipif(
 
 
 def give_away(path: Path, owner: int = STRANGER) -> None:
-    """Make another user the owner of a file, a link, or a folder with its contents."""
+    """Make another user the owner of a file, a link, or a folder with its contents. Needs root."""
     for entry in [path, *(path.rglob("*") if path.is_dir() and not path.is_symlink() else ())]:
         os.chown(entry, owner, owner, follow_symlinks=False)
 
@@ -29,6 +29,6 @@ def _can_be_nobody() -> bool:
 
 
 NOBODY = (shutil.which("unshare") or "", "--user", f"--map-user={STRANGER}", f"--map-group={STRANGER}")
-"""Put before a command: it runs as a user without an account, who may read what the tests may read."""
+"""Prefix for a command, which then runs as a user without an account, but with the rights of the tests."""
 
 needs_nobody = pytest.mark.skipif(not _can_be_nobody(), reason="needs user namespaces of Linux")

@@ -15,8 +15,8 @@ _LOOK_EVERY_S = 0.01
 def wait_until(condition: Callable[[], T], timeout_s: float = 60.0, what: str | Callable[[], str] = "") -> T:
     """Poll `condition`, and return its first true value.
 
-    `what` is the text of the failure: the expected condition, or a function that describes the state
-    that was found instead.
+    `what` is the text of the error: a description of the expected condition, or a function that describes
+    the actual state.
 
     Raises:
         AssertionError: `condition` did not become true within `timeout_s`.

@@ -1,7 +1,7 @@
-"""A Python without the modules and names that Windows, macOS or a browser lacks.
+"""Run code in a Python without the modules and names that Windows, macOS or a browser lacks.
 
-Modules and names in the lists are missing on at least one of these systems; Pyodide, Python in a
-browser, lacks the modules, too. `_BROWSER` has functions that exist in a browser, but do not work.
+Each module and name in the lists is missing on at least one of these systems. Pyodide, which is Python in a
+browser, also lacks the modules. `_BROWSER` replaces functions that exist in Pyodide, but do not work.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sys
 from tests.support.environments import FACADES, SRC
 
 PACKAGES = sorted(file.parent.name for root in (SRC, *FACADES) for file in root.glob("*/__init__.py"))
-"""The packages of pipros, whose imports of the modules fail. Python's own library may need them on Linux."""
+"""The packages of pipros. Only their imports fail, because Python's library needs the modules on Linux."""
 
 _BEGINNING = """
 import asyncio, builtins, bz2, concurrent.futures, logging.handlers, multiprocessing, optparse, os, pathlib
@@ -84,13 +84,13 @@ for place, names in {
 
 
 def run_without_posix(code: str, *, in_browser: bool = False) -> str:
-    """Return the output of the code.
+    """Run code in a separate process, and return its output.
 
     Args:
-        in_browser: also refuse functions that fail in Pyodide: threads, processes, connections.
+        in_browser: whether threads, processes and connections also fail, as in Pyodide.
 
     Raises:
-        AssertionError: it failed; with its standard error.
+        AssertionError: the code failed. The message contains its standard error.
     """
     code = f"OURS = {set(PACKAGES)!r}\n{_BEGINNING}\n{_BROWSER if in_browser else ''}\n{code}"
     ended = subprocess.run(

@@ -1,4 +1,4 @@
-"""Workspaces for tests of the builder."""
+"""Workspaces for tests of `pipros.workspace.build`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MANIFEST = """\
 
 
 class Workspace:
-    """A workspace in a temporary folder, with the output of its builds."""
+    """A workspace below `base`, with the output of its last build."""
 
     def __init__(self, base: Path) -> None:
         (base / "src").mkdir(parents=True, exist_ok=True)

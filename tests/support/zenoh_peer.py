@@ -1,6 +1,6 @@
-"""A router of Zenoh, and a peer that behaves like nodes with rmw_zenoh.
+"""A Zenoh router, and a peer that behaves like a node with rmw_zenoh.
 
-The peer is written from the published format, and uses nothing of `pipros.ros2`.
+The peer follows the published format, and does not use `pipros.ros2`.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Router:
 
 
 class Peer:
-    """A session with one node, `/peer`."""
+    """A Zenoh session with one node, `/peer`."""
 
     def __init__(self, router: Router, domain: int = 0) -> None:
         connect = {"connect/endpoints": [router.address], "listen/endpoints": []}
@@ -69,7 +69,7 @@ class Peer:
 
     @property
     def tokens(self) -> set[str]:
-        """The tokens of other sessions. A copy, because a thread of Zenoh changes them."""
+        """The liveliness tokens of other sessions, as a copy, because a Zenoh thread changes the set."""
         return self._tokens.copy()
 
     def _changed(self, change: zenoh.Sample) -> None:
@@ -135,7 +135,7 @@ class Peer:
         self.declare("SS", name, ADD_TYPE, ADD)
 
     def call(self, name: str, request: bytes) -> list[tuple[bytes, bytes]]:
-        """Return payloads and attachments of all replies."""
+        """Call a service, and return the payload and attachment of each reply."""
         gid = self.declare("SC", name, ADD_TYPE, ADD)
         replies = self.session.get(
             self.key(name, ADD_TYPE, ADD),

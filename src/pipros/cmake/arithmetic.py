@@ -26,7 +26,7 @@ def math(words: list[str], scope: Scope) -> None:
         # Unlike in Python, leading zeros are allowed.
         text = _LEADING_ZEROS.sub("", words[2].strip())
         value = _value(ast.parse(text, mode="eval").body)
-    # MemoryError is raised if the parser's nesting is too deep
+    # the parser raises MemoryError if the expression is nested too deeply
     except (SyntaxError, RecursionError, MemoryError):
         raise ValueError(f'cannot parse the expression: "{words[2]}"') from None
     except ZeroDivisionError:

@@ -1,6 +1,6 @@
-"""Substitute for the program `cmake`, if that is not installed: `cmake -E tool …` and `cmake -P script`.
+"""Substitute for the program `cmake` if CMake is not installed: `cmake -E tool …` and `cmake -P script`.
 
-Packages' custom commands use it to copy files and run programs.
+Custom commands of packages use `cmake` to copy files and run programs.
 """
 
 from __future__ import annotations

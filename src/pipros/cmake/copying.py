@@ -57,8 +57,8 @@ class Copy:
         target: the destination folder, absolute or relative to the `base` of `copy`.
         rename: the new name of the file; empty to keep the source's name.
         is_optional: whether the source may be missing. A folder may always be missing.
-        mode: the permissions of files, unless `keeps_permissions` is set, which keeps the source's
-            permissions.
+        mode: the permissions of files; ignored if `keeps_permissions` is true.
+        keeps_permissions: whether to keep the permissions of the source.
         only_matching: whether to skip files that do not match a pattern.
     """
 
@@ -163,7 +163,7 @@ def _pattern(keyword: str, text: str) -> Pattern:
 
 
 def copy(item: Copy, base: Path, say: Say) -> Path:
-    """Copy a file or folder, and return the path of the copy.
+    """Copy a file or folder, and return the path of the copy. An optional source may be missing.
 
     Args:
         base: the folder for a relative `item.target`.

@@ -34,7 +34,7 @@ May raise `Unsupported`, or ValueError and other built-in errors for wrong argum
 
 
 class _Flow(enum.Enum):
-    """The way in which execution continues after a command."""
+    """How execution continues after a command."""
 
     NEXT = enum.auto()
     BREAK = enum.auto()
@@ -57,7 +57,7 @@ class _Function:
 
 
 class Interpreter:
-    """Interpreter that executes CMake files.
+    """Executes CMake files.
 
     Attributes:
         scope: the current variables.
@@ -79,10 +79,10 @@ class Interpreter:
 
         Args:
             actions: implementations of commands, by name in lower case.
-            check: called before each command that is not defined in a file. It raises if the command is
-                unknown.
+            check: called before each command that is not defined in a file. Must raise `CMakeError` if the
+                command is unknown.
             on_unsupported: called with a command, and a description of the feature that needs CMake itself.
-            include_module: called with the name of each included CMake module.
+            include_module: called with the name of each included module that is not a file of the project.
             commands: additional names for which `if(COMMAND name)` is true, besides CMake's own commands.
             targets: the names for which `if(TARGET name)` is true.
         """

@@ -14,7 +14,7 @@ _SPECIAL = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
 
 @lru_cache(maxsize=256)
 def compiled(expression: str) -> re.Pattern[str]:
-    """Return the Python pattern for an expression, in which `.` matches newlines and braces are literal.
+    """Return the Python pattern for an expression. As in CMake, `.` matches newlines and braces are literal.
 
     Raises:
         ValueError: the expression is invalid.

@@ -76,7 +76,10 @@ class Scope:
 
     @contextmanager
     def inner(self) -> Iterator[None]:
-        """Open a scope for a function, block or folder. At its end, its variables are discarded."""
+        """Open a scope for a function, block or folder.
+
+        At its end, its variables are discarded, and those of `set_in_parent` are set.
+        """
         before, characters = dict(self._variables), self._values.characters
         self._for_parent.append({})
         try:
@@ -112,7 +115,7 @@ class Scope:
 
 
 ValueCommand = Callable[[list[str], Scope], None]
-"""A command that needs only the scope. Raises ValueError if the arguments are wrong."""
+"""A command that needs only the scope. Raises ValueError if the arguments are wrong, or `Unsupported`."""
 
 
 class Unsupported(Exception):

@@ -23,5 +23,5 @@ def sections(words: Sequence[str], keys: Sequence[str], switches: Sequence[str] 
 
 
 def options_of(words: list[str], *names: str) -> dict[str, str]:
-    """Return the word after each of the given names that occurs."""
+    """Return the word that follows each of `names`. Names that do not occur are missing from the result."""
     return {name: words[words.index(name) + 1] for name in names if name in words[:-1]}

@@ -9,7 +9,7 @@ from pipros.net.this_machine import Caller
 
 
 class AllowedNetworks:
-    """The networks that may connect, in addition to this machine.
+    """The networks from which callers may connect. Callers on this machine may always connect.
 
     >>> allowed = AllowedNetworks(["10.0.0.0/8", "192.168.1.7"])
     >>> str(allowed)

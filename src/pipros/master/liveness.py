@@ -33,7 +33,7 @@ PROBES_PER_S: Final = 100
 CONFIRMATIONS: Final = 3
 PROBES_AT_A_TIME: Final = 20
 SLOW_S: Final = 0.1
-"""A probe that takes longer no longer counts towards `PROBES_AT_A_TIME`."""
+"""After this time, a probe does not count towards `PROBES_AT_A_TIME`."""
 
 
 Ask = Callable[[str, str, float], Awaitable[Any]]
@@ -50,7 +50,7 @@ class ProbeResult(Enum):
 
 
 class Liveness:
-    """Probes nodes on the event loop on which it was started."""
+    """Probes nodes on the event loop on which `start` is called."""
 
     def __init__(
         self,
@@ -63,6 +63,7 @@ class Liveness:
         """
         Args:
             on_gone: called with the name and API of each node that has ended.
+            probing: the intervals and timeouts; by default, those of `Probing()`.
             ask: defaults to `ask_node`; tests replace it.
         """
         self._registry = registry
@@ -80,7 +81,7 @@ class Liveness:
 
     @property
     def unreachable(self) -> list[str]:
-        """The nodes that did not answer their last probe."""
+        """The registered nodes that could not be reached, sorted by name."""
         return sorted(name for name in self._unreachable if name in self._registry.nodes)
 
     @property

@@ -17,8 +17,8 @@ class Probing:
     """Intervals and timeouts for probing nodes.
 
     Attributes:
-        round_s: the interval at which each node is probed, unless the master is too busy.
-        newcomers_s: the delay of a node's first probe.
+        round_s: the interval at which each node is probed; longer if there are very many nodes.
+        newcomers_s: the maximum delay before a new node is first probed, unless the master is busy.
         answer_s: the timeout of a probe.
         confirmation_pause_s: the time between probes of a suspect.
     """

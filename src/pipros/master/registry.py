@@ -1,8 +1,8 @@
-"""A master's registrations: the publishers, subscribers and servers for each name. Performs no I/O.
+"""A master's registrations: the publishers, subscribers and servers for each name.
 
 A node is identified by its name, and has one API (the URI of its XML-RPC server) at a time. It is registered
 as long as it has at least one registration. A method that changes the registry returns the `Notice`s about
-the change; the `Notifier` delivers them.
+the change; the `Notifier` delivers them. This module performs no I/O.
 """
 
 from __future__ import annotations
@@ -166,7 +166,7 @@ class Registry:
     # ---- changing
 
     def register_publisher(self, node: str, topic: str, type_name: str, api: str) -> list[Notice]:
-        """Register a publisher and notify the subscribers, even if the publisher was registered before."""
+        """Register a publisher. Subscribers are notified even if it was already registered."""
         self._check_room(Role.PUBLISHER, node, topic, api, type_name, self.topic_types.get(topic))
         notices = self._enter(Role.PUBLISHER, node, topic, api)
         if type_name != ANY_TYPE or topic not in self.topic_types:
@@ -218,7 +218,7 @@ class Registry:
         return True
 
     def remove_node(self, node: str) -> list[Notice]:
-        """Remove all registrations of a node, and notify the subscribers of its topics."""
+        """Remove all registrations of a node. Return the notices to the subscribers of its topics."""
         entry = self.nodes.get(node)
         if entry is None:
             return []

@@ -33,8 +33,9 @@ RESUME_ANSWER_S: Final = 1.0
 
 
 class MasterServer:
-    """A master on the event loop in which `start()` is awaited. Only the constructor may be called
-    elsewhere.
+    """A master on the event loop on which `start()` is awaited.
+
+    Only the constructor may be called outside that loop.
     """
 
     def __init__(

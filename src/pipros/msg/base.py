@@ -44,7 +44,9 @@ class Message:
     _connection_header: dict[str, str]
 
     def __init__(self, *args: Any, **kwds: Any) -> None:
-        """Set all fields in order, or some fields by name. Fields that are not given become None.
+        """Set all fields in order, or some fields by name.
+
+        Generated classes set all other fields to their defaults; this class sets them to None.
 
         Raises:
             TypeError: there are too few or too many values, or both positional and keyword arguments.
@@ -142,7 +144,10 @@ class Message:
     __str__ = __repr__
 
     def __eq__(self, other: object) -> bool:
-        """Return True for a message of the same class with equal fields. A list and a tuple can be equal."""
+        """Return True for a message of the same class with equal fields.
+
+        A list equals a tuple with the same elements.
+        """
         if not isinstance(other, self.__class__):
             return False
         for name in self.__slots__:

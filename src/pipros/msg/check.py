@@ -1,6 +1,6 @@
-"""Find the message field whose value does not fit its type, and raise genpy's error for it.
+"""Find the message field whose value does not fit its type, and raise an error with genpy's text.
 
-This is done only after serializing a message has failed, so it does not need to be fast.
+These functions are called only after serializing a message has failed, so they do not need to be fast.
 """
 
 from __future__ import annotations

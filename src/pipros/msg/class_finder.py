@@ -18,7 +18,7 @@ _MD5_OF_NO_FIELDS = "d41d8cd98f00b204e9800998ecf8427e"
 
 
 class MissingDefinition(PiprosError):
-    """No definition was received, and no installed package has a definition with this MD5 sum."""
+    """No definition was received, and no installed package has one with the requested MD5 sum."""
 
 
 class ClassFinder:
@@ -54,7 +54,7 @@ class ClassFinder:
 
 
 def installed_class(type_name: str) -> type[Message] | None:
-    """Return the class of a type; None if its package is not on the path."""
+    """Return the class of a type from an installed package; None if it cannot be loaded."""
     from pipros.msg import load_message_class
 
     try:

@@ -88,7 +88,7 @@ class DynamicClasses:
         self._in_use: WeakValueDictionary[tuple[str, str], type[Message]] = WeakValueDictionary()
 
     def add(self, cls: type[Message]) -> None:
-        """Add the methods for `pickle` and `copy` to the class, without keeping the class alive."""
+        """Register a class, without keeping it alive, and add the methods that `pickle` and `copy` call."""
         self._in_use[cls._type, cls._full_text] = cls
         added: Any = cls
         added.__reduce_ex__ = _reduce
@@ -106,7 +106,7 @@ class DynamicClasses:
 
 @cache
 def _classes() -> DynamicClasses:
-    """Return this process's classes. They are global, because pickles find classes through modules."""
+    """Return the registry of this process. It is global, because `pickle` calls `_restore` without one."""
     return DynamicClasses()
 
 

@@ -1,4 +1,4 @@
-"""Recognize messages without importing `Message`, for modules that the module of `Message` imports."""
+"""Recognize messages without importing `base.py`, for modules that `base.py` itself imports."""
 
 from __future__ import annotations
 

@@ -38,8 +38,8 @@ def fill_message_args(msg: Message | TVal, msg_args: Any, keys: Mapping[str, Any
         keys: keywords for message or time fields, such as `now`, with their values.
 
     Raises:
-        MessageException: there are too many or too few values, or an unknown field. The message names the
-            field.
+        MessageException: there are too many or too few values, a field or keyword is unknown, or a value does
+            not fit its field.
         ValueError: `msg_args` is neither a list nor a dictionary.
     """
     args = [] if msg_args is None else msg_args

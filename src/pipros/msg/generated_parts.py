@@ -1,7 +1,7 @@
-"""Parts of the Python source that genuine genpy generates for a message, for tools that generate their own.
+"""Parts of the Python source that genuine genpy generates for messages, for tools that generate modules.
 
 pipros does not use this source for its own classes, which `pipros.msg.compile` compiles. Types are named as
-in definitions. A context has `get_registered(name)`, which returns a specification with `fields`, `types`,
+in definitions. The method `get_registered(name)` of a context returns a specification with `fields`, `types`,
 `names` and `constants`, and raises KeyError for an unknown name.
 """
 
@@ -74,12 +74,12 @@ def is_simple(type_: str) -> bool:
 
 
 def is_special(type_: str) -> bool:
-    """Return True for the built-in types with a class of their own: times, durations and headers."""
+    """Return True for the built-in types that have their own class: `time`, `duration` and `Header`."""
     return type_ in _SPECIAL
 
 
 def special(type_: str) -> Special | None:
-    """Return the code for such a built-in type, or None for other types."""
+    """Return the code for a built-in type that has its own class, or None for other types."""
     return _SPECIAL.get(type_)
 
 

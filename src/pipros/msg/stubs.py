@@ -1,7 +1,7 @@
 """Type stubs (`.pyi`) for the messages and services of ROS packages, for editors and type checkers.
 
-A field that is an array of octets or numbers is read as the type in received messages (`bytes` or a
-sequence), and can be set to any type that the codec accepts, such as a numpy array. Comments in the
+Reading an array of octets or numbers yields the type that received messages contain (`bytes` or a sequence).
+Such a field can be set to any value that the codec accepts, such as a numpy array. Comments in the
 definitions become docstrings.
 """
 
@@ -39,7 +39,7 @@ _IMPORTS = {
 def write_stubs(
     packages: Iterable[str], folder: Path, definitions: Definitions, *, suffix: str = ""
 ) -> list[Path]:
-    """Write `<folder>/<package><suffix>/msg/__init__.pyi`, the same for `srv`, and the enclosing package.
+    """Write the stubs of packages, such as `<folder>/<package><suffix>/msg/__init__.pyi`.
 
     Args:
         suffix: `-stubs` for installed packages (PEP 561), or empty for a folder of stubs.
@@ -48,8 +48,9 @@ def write_stubs(
         The paths of all files, including unchanged files.
 
     Raises:
-        NotFound: the package does not exist.
+        NotFound: a package does not exist.
         DefinitionError: a definition is invalid.
+        OSError: a file cannot be written.
     """
     written = []
     for package in packages:
@@ -65,7 +66,7 @@ def write_stubs(
 def package_stubs(package: str, definitions: Definitions) -> dict[str, str]:
     """Return the stubs for one package, as a mapping from the path within the package to the contents.
 
-    Raises the same errors as `write_stubs`.
+    Raises `NotFound` or `DefinitionError` like `write_stubs`.
     """
     stubs: dict[str, str] = {}
     messages = [definitions.message(f"{package}/{name}") for name in definitions.files.names("msg", package)]
@@ -136,7 +137,7 @@ def _service(spec: ServiceSpec) -> str:
 def _docstring(comment: str, indent: str = "    ") -> list[str]:
     """Return the lines of a docstring, or no lines for an empty comment.
 
-    Quotes in the comment are escaped.
+    Quotes and backslashes in the comment are escaped.
     """
     if not comment:
         return []

@@ -11,7 +11,7 @@ from pipros.msg.time import Time, TVal
 FieldFilter = Callable[[Any], Iterable[str]]
 
 _PLAIN_LIMIT = 70
-"""Column at which YAML folds quoted strings. Shorter strings are unchanged."""
+"""Maximum length of a string that is quoted without YAML. YAML may fold longer strings."""
 
 
 def strify_message(

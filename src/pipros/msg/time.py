@@ -45,7 +45,7 @@ class TVal:
     _slot_types: ClassVar[list[str]] = ["int32", "int32"]
 
     _kind: ClassVar[type[TVal]]
-    """The class with whose instances a value can be compared, even if the value belongs to a subclass."""
+    """Values can only be compared with instances of this class and of its subclasses."""
 
     secs: int
     nsecs: int
@@ -113,7 +113,7 @@ class TVal:
         """Return -1, 0 or 1.
 
         Raises:
-            TypeError: the other value has another type: a time cannot be compared with a duration.
+            TypeError: the values cannot be compared, such as a time and a duration.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")

@@ -1,8 +1,9 @@
-"""Build a catkin workspace: check every package, write the Python part of the devel space, and install.
+"""Build a catkin workspace: check each package, write its devel files, and install it if requested.
 
 Packages with only Python, messages, launch files and data need neither CMake nor a compiler. Packages with
 compiled code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. If a package
-fails, only the packages that depend on it are skipped. The results of earlier builds stay unchanged.
+fails, packages that depend on it are skipped, and all others are built. If genuine catkin fails, all packages
+with compiled code count as failed.
 """
 
 from __future__ import annotations
@@ -61,8 +62,8 @@ class BuildResult:
         errors: one text per problem, starting with the package or file.
         skipped: packages that were not built, each mapped to the failed package that it depends on.
         projects: the parsed `CMakeLists.txt` of each package, by package name.
-        needs_genuine: packages that were not built because only genuine catkin can build them; only set with
-            `is_alone`.
+        needs_genuine: packages that only genuine catkin can build. If there are any, nothing was built. Only
+            set with `BuildOptions.is_alone`.
     """
 
     built: list[str] = field(default_factory=list)
@@ -80,13 +81,16 @@ def build(
     variables: Mapping[str, str] | None = None,
     projects: Mapping[str, Project] | None = None,
 ) -> BuildResult:
-    """Build a workspace.
+    """Build a workspace. The result, not an exception, reports packages that fail.
 
     Args:
-        projects: packages in the workspace that an earlier call to this function built.
+        say: called with each line to print.
+        variables: the environment; defaults to the environment of this process.
+        projects: packages in the workspace that earlier calls to this function built, by name.
 
     Raises:
-        WorkspaceError: nothing can be built.
+        WorkspaceError: none of the packages in `options.only` exists, two packages have the same name, or
+            packages depend on each other in a cycle.
         OSError: a space cannot be written.
     """
     return _Build(layout, options, say, os.environ if variables is None else variables, projects or {}).run()
@@ -248,7 +252,7 @@ class _Build:
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
-        """If tests are to be run, record that genuine catkin, if installed, must build the compiled tests."""
+        """If tests will be run, let genuine catkin build the compiled ones, provided that it is installed."""
         compiled = [test for test in project.tests if test.target]
         if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")

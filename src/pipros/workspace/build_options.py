@@ -14,15 +14,15 @@ class BuildOptions:
     Attributes:
         only: names of the packages to build with all their dependencies; empty for all packages.
         left_out: names of packages to skip.
-        definitions: the `-D` settings.
+        definitions: the CMake variables set with `-D`, by name.
         installs: whether to write the install space as well.
         tests: whether tests will be run. If so, compiled tests are built.
         jobs: arguments for make, for packages with compiled code.
         targets: custom targets to run in addition to `all`.
         is_alone: whether to build the packages in `only` without their dependencies. Packages that need
             genuine catkin are then not built but listed in the result, unless they are in `genuine`.
-        genuine: if `is_alone` is true, the packages that genuine catkin builds regardless of their code.
-        sources: the source folders that the devel space lists; empty for the workspace's source space.
+        genuine: the packages that genuine catkin builds even if they have no compiled code.
+        sources: the source folders to list in the devel space; empty for the workspace's source space.
     """
 
     only: frozenset[str] = frozenset()

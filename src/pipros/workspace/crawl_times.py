@@ -10,7 +10,12 @@ from pipros.packages.crawl import crawl
 
 
 def crawl_times(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> list[str]:
-    """Return the lines printed by `rospack profile`: the slowest folders, with a star for empty folders."""
+    """Return the output of `rospack profile`: the slowest folders, with a star for folders without packages.
+
+    Args:
+        length: the maximum number of folders; negative for all.
+        only_empty: whether to return only the paths of folders without packages.
+    """
     started = time.perf_counter()
     costs: list[tuple[float, bool, str]] = []
     for root in roots:

@@ -45,8 +45,8 @@ class DependencyGraph:
     def rosdeps(self, name: str, *, only_direct: bool = False) -> list[str]:
         """Return the sorted names that rosdep has to install for a package and its dependencies.
 
-        For a dry package, these are the system packages listed by dry packages; for other packages, all names
-        in manifests.
+        For a dry package, these are the system packages in `manifest.xml` files; for other packages, all
+        dependencies in the manifests.
         """
         names = [name, *([] if only_direct else self.all(name))]
         if self.manifest(name).is_dry:
@@ -85,7 +85,10 @@ class DependencyGraph:
                 yield from self._chains(needed, target, [*path, needed])
 
     def dependents(self, name: str, *, only_direct: bool = False) -> list[str]:
-        """Return the packages that depend on a package. Packages with a broken manifest are skipped."""
+        """Return the packages that depend on a package, indirectly too unless `only_direct` is true.
+
+        Packages with an unreadable manifest are skipped.
+        """
         users: dict[str, list[str]] = {}
         for package in self._index:
             try:
@@ -104,9 +107,11 @@ class DependencyGraph:
         return list(found)
 
     def exporters(self, name: str, attribute: str, top: str | None = None) -> Iterator[tuple[Package, str]]:
-        """Yield each package that exports `<name attribute="…">` for the package `name`, with the value.
+        """Yield each package that exports `<name attribute="…">`, with the value of the attribute.
 
-        `top` limits the search to that package and its dependencies.
+        The package `name` itself and the packages that directly depend on it are searched; if `top` is given,
+        only those dependents that are `top` or its dependencies. `${prefix}` in a value is replaced by the
+        package's folder.
         """
         candidates = self.dependents(name, only_direct=True)
         if top is not None:

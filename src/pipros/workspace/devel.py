@@ -87,7 +87,8 @@ def write_devel_files(project: Project, layout: WorkspaceFolders, definitions: D
 def write_over_genuine(project: Project, devel: Path) -> None:
     """Write the programs and environment hooks of a package that genuine catkin built.
 
-    They replace catkin's own programs, which run Python scripts with the ROS installation's interpreter.
+    The programs replace those that catkin wrote, which run Python scripts with the ROS installation's
+    interpreter.
 
     Raises:
         SetupPyError: the package's `setup.py` fails.
@@ -157,7 +158,7 @@ def install_package(
     """Copy the files that a package installs.
 
     Args:
-        settings: variables for the code in `install(CODE)`.
+        settings: CMake variables for `install(CODE)` and `install(SCRIPT)`.
 
     Raises:
         PiprosError, OSError: a file is missing, or cannot be copied.

@@ -1,6 +1,6 @@
 """The complete contents of `manifest.xml`, the predecessor of catkin's `package.xml`.
 
-This module is for programs that show or edit such files. To build and find packages, pipros uses
+This module is for programs that show or edit such files. Tools such as `rospack` need less, and use
 `manifest.py`. Source: http://wiki.ros.org/Manifest
 """
 
@@ -180,7 +180,8 @@ def read_into(manifest: DryManifest, text: str, file: str) -> None:
 
     Raises:
         MalformedManifest: the text is not a manifest.
-        KeyError: an element lacks an attribute.
+        KeyError: an element lacks a required attribute.
+        ValueError: a required attribute is empty.
     """
     try:
         root = xml.parse(text, file)

@@ -1,4 +1,4 @@
-"""The environment of a workspace's `setup.*` files, computed and printed as shell code.
+"""Compute the environment that a workspace's `setup.*` files set, and print it as shell code.
 
 As in Noetic, the entries of previously sourced workspaces are removed, then this workspace and its underlays
 are prepended, so sourcing twice changes nothing. With `--extend`, no entries are removed.
@@ -42,7 +42,7 @@ def workspace_environment(
         underlays: the workspaces on which `prefix` was built, topmost first.
         variables: the current environment.
         extend: whether to keep the workspaces that are already set up, below this one.
-        own_programs: a folder to add to `PATH` if it is missing from `PATH`.
+        own_programs: a folder to put first in `PATH` unless `PATH` contains it.
     """
     known = [workspace.prefix for workspace in built_workspaces(variables)]
     chain = [folder for folder in ([prefix] if prefix else []) if folder is not None]

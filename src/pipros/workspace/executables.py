@@ -1,7 +1,7 @@
 """Find programs by package and name, for rosrun, roslaunch and rostest.
 
-Built programs (`devel/lib/<package>`) take precedence over those in the package's folder. A name without a
-folder matches at any depth; `scripts/talker.py` is compared with the end of the path.
+Built programs (`devel/lib/<package>`) take precedence over those in the package's folder. A name such as
+`talker.py` matches at any depth; a name such as `scripts/talker.py` must match the end of the path.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ _WINDOWS_SUFFIXES = ("", ".exe", ".bat", ".cmd", ".py")
 
 @dataclass(frozen=True, slots=True)
 class Executables:
-    """The programs with the same name in a package.
+    """The programs in a package that match a name.
 
     Attributes:
         runnable: executable files in order of preference, built programs first.
         unusable: matching paths that are not files or not executable.
-        searched: the folders that were searched, starting with devel and install spaces.
+        searched: the folder of built programs if there is one, and the package's folder.
     """
 
     runnable: tuple[Path, ...]
@@ -89,8 +89,8 @@ def _named(folder: Path, name: str) -> Iterator[Path]:
 
 
 def _walk(folder: Path, *, with_folders: bool = False) -> Iterator[tuple[str, str]]:
-    """Yield the folder and name of each entry below a folder, sorted. Hidden folders are skipped; links are
-    followed once.
+    """Yield the folder and name of each entry below a folder, sorted. Hidden folders are skipped. Links are
+    followed, and each folder is visited once.
     """
     visited: set[str] = set()
     for parent, folders, files in os.walk(folder, followlinks=True):

@@ -16,7 +16,7 @@ _WITH_PROJECT = ("etc", "include", "libexec", "share")
 
 
 class WrongFolders(PiprosError):
-    """A search folder is unknown, or not allowed with, or without, a project."""
+    """A search folder is unknown, is not allowed with a project, or requires one."""
 
 
 @dataclass(slots=True)
@@ -54,7 +54,7 @@ def find_files(
         only_first: whether to stop at the first match.
 
     Raises:
-        WrongFolders: a folder is not allowed with, or without, a project.
+        WrongFolders: a folder is unknown, is not allowed with a project, or requires one.
     """
     result = FoundFiles()
     for workspace in workspaces:

@@ -47,7 +47,7 @@ def find_in_workspaces(
         considered_paths: a list to which all checked paths are appended.
         first_matching_workspace_only, first_match_only: whether to stop at the first workspace with a match,
             or at the first match.
-        workspace_to_source_spaces: source folders of workspaces, if already known.
+        workspace_to_source_spaces: known source folders by workspace. Missing entries are added.
         source_path_to_packages: accepted for compatibility; has no effect.
 
     Raises:

@@ -103,7 +103,9 @@ def build(
     variables: Mapping[str, str],
     components: Collection[str] = (),
 ) -> None:
-    """Build packages into the devel space. The tools inherit this process's standard output.
+    """Build packages into the devel space, and install them if `options.installs` is true.
+
+    The tools inherit this process's standard output.
 
     Message packages of pipros that the local ROS installation lacks are built, too. Python packages of pipros
     need no build. Blocks until the tools exit, without a time limit.

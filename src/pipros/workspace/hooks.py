@@ -1,4 +1,4 @@
-"""Environment hooks: files in packages that are sourced by a workspace's setup files."""
+"""Environment hooks: files that packages provide and that a workspace's setup files source."""
 
 from __future__ import annotations
 

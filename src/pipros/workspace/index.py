@@ -44,7 +44,8 @@ class PackageIndex:
 
         Args:
             folders: the folders to search; repeated folders are ignored.
-            kinds: `PACKAGES`, or `STACKS` for metapackages without dry packages.
+            cache_folder: the folder in which search results are cached; None for no cache.
+            kinds: the kinds of packages to find: `PACKAGES` or `STACKS`.
         """
         self.folders = tuple(dict.fromkeys(folders))
         cache = None if cache_folder is None else os.fspath(cache_folder)
@@ -52,7 +53,10 @@ class PackageIndex:
 
     @property
     def advice(self) -> str:
-        """How to correct ROS_PACKAGE_PATH if a package was not found; empty if all its folders exist."""
+        """How to correct ROS_PACKAGE_PATH if a package was not found.
+
+        Empty if the path lists at least one folder besides that of pipros, and all these folders exist.
+        """
         cure = (
             "source the setup file of your workspace, or export ROS_PACKAGE_PATH=FOLDER "
             "with the folder of its packages"
@@ -104,7 +108,7 @@ class PackageIndex:
         return isinstance(name, str) and self.get(name) is not None
 
     def containing(self, path: Path) -> Package | None:
-        """Return the package that contains a file or folder, by finding the nearest manifest above it."""
+        """Return the package that contains a file or folder, or whose folder it is; otherwise None."""
         for folder in (path.absolute(), *path.absolute().parents):
             if (folder / MANIFEST).is_file() or (folder / DRY_MANIFEST).is_file():
                 found = crawl(str(folder)).packages

@@ -27,7 +27,7 @@ class IsolatedOptions:
     """Options of an isolated build.
 
     Attributes:
-        merges: whether all packages share the devel space.
+        merges: whether all packages share one devel space.
         is_quiet: whether the output of a package is printed only if it fails.
         build: the options for each package; `only` and `left_out` have no effect.
     """
@@ -60,8 +60,8 @@ def build_isolated(
 ) -> IsolatedResult:
     """Build packages one after another. The devel spaces of earlier packages are underlays of later packages.
 
-    Genuine catkin builds packages with compiled code and their dependencies. When the build reaches a package
-    that turns out to have compiled code, it starts over.
+    If a package turns out to have compiled code, the build starts over, and genuine catkin builds this
+    package and its dependencies.
 
     Args:
         layout: `build` and `devel` are the parent folders of the packages' spaces.
@@ -69,7 +69,7 @@ def build_isolated(
         chosen: the packages to build.
 
     Raises:
-        WorkspaceError: nothing can be built.
+        WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
         MissingTools: a package has compiled code, and genuine catkin is not installed.
         OSError: a space cannot be written.
     """

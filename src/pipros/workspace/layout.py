@@ -22,7 +22,7 @@ WORKSPACE_MARKER = ".catkin_workspace"
 
 
 class WorkspaceError(PiprosError):
-    """A workspace has no source folder, or contains two packages with the same name or a dependency cycle."""
+    """A workspace cannot be built, for example because two packages have the same name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class SourceSpace:
 
 
 def read_source_space(source: Path, variables: Mapping[str, str]) -> SourceSpace:
-    """Return all packages below a source folder. Packages with invalid manifests are reported and skipped.
+    """Return all packages below a source folder. Packages with invalid manifests are only listed as errors.
 
     Raises:
         WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
@@ -166,7 +166,10 @@ def _in_order(packages: Mapping[str, SourcePackage]) -> list[SourcePackage]:
 
 
 def closure(packages: Sequence[SourcePackage], wanted: set[str]) -> set[str]:
-    """Return the chosen packages and all their direct and indirect dependencies that are in the workspace."""
+    """Return the names of the wanted packages and of all their dependencies, direct and indirect.
+
+    Only packages in the workspace are included.
+    """
     by_name = {package.name: package for package in packages}
     known: set[str] = set()
     pending = [name for name in wanted if name in by_name]

@@ -55,5 +55,5 @@ def label(test: TestEntry) -> str:
 
 
 def results_label(test: TestEntry) -> str:
-    """Return the name for a launch file's results, which is the part before the first dot, as in catkin."""
+    """Return the name for a launch file's results: its label up to the first dot, as in catkin."""
     return label(test).partition(".")[0]

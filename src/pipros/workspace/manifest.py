@@ -40,7 +40,7 @@ _COMPARISON = re.compile(r"""\s*(\S+?)\s*(==|!=)\s*['"]?([^'"\s]+)['"]?\s*""")
 
 @dataclass(frozen=True, slots=True)
 class Manifest:
-    """One manifest.
+    """The parts of a manifest that tools need.
 
     Attributes:
         dependencies: (kind, name), such as `("exec_depends", "rospy")`, sorted by kind of element.
@@ -111,7 +111,7 @@ def _text(root: Element, tag: str) -> str:
 def _holds(condition: str) -> bool:
     """Return whether a format 3 condition holds.
 
-    It consists of comparisons with `==` or `!=`, joined by `and`.
+    Only comparisons with `==` or `!=`, joined by `and`, are evaluated; other expressions count as true.
     """
     for part in re.split(r"\band\b", condition):
         compared = _COMPARISON.fullmatch(part)

@@ -15,11 +15,12 @@ class NoFlags(PiprosError):
 
 
 def flags(package: str, option: str, prefix: str = "") -> list[str]:
-    """Return the flags for a package, with folders in overlays first.
+    """Return the flags for a package.
 
     Args:
         option: pkg-config option without its dashes, such as `cflags-only-I`.
-        prefix: a prefix to remove from the start of each flag, such as `-I`.
+        prefix: a prefix to remove from each flag. With `-I` or `-L`, the folders are sorted, those in the
+            topmost overlay first.
 
     Raises:
         NoFlags: pkg-config is missing or does not know the package; the message says what to do.
@@ -41,8 +42,9 @@ def flags(package: str, option: str, prefix: str = "") -> list[str]:
 
 
 def _rank(folder: str) -> int:
-    """Return the position in the chain of the workspace that contains a folder; 0 for the topmost
-    workspace.
+    """Return the position of the workspace that contains a folder, 0 for the topmost workspace.
+
+    Return the number of workspaces if none contains the folder.
     """
     prefixes = [str(workspace.prefix) for workspace in built_workspaces()]
     for number, prefix in enumerate(prefixes):

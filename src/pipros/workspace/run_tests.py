@@ -1,4 +1,4 @@
-"""`catkin_make run_tests`: runs the tests that packages list, and writes the results to
+"""`catkin_make run_tests`: runs the tests that packages declare, and writes the results to
 `build/test_results`.
 """
 
@@ -35,12 +35,12 @@ def run_tests(
     leave_error: LeaveError,
     script_runner: Sequence[str],
 ) -> None:
-    """Run tests one after another. As in Noetic, failures are reported by `catkin_test_results` only.
+    """Run tests one after another. Failures are not reported: as in Noetic, run `catkin_test_results` later.
 
     Args:
         targets: the `catkin_make` targets, such as `run_tests`.
         say: called with each line to print.
-        leave_error: function that writes a result file with the reason for a test that cannot be run.
+        leave_error: called if a test cannot be run; must write a result file with the reason.
         script_runner: command that runs a Python test without pytest, given the script and the result file.
     """
     results = layout.build / "test_results"

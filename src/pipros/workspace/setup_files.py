@@ -114,7 +114,8 @@ exec "$@"
 def functions_code(shell: str) -> str:
     """Return shell code that defines `roscd`, completion and the other shell functions.
 
-    Supports the shells of `pipros env --shell`. Code for `sh` also works in bash and zsh.
+    `shell` is `sh`, `fish` or `powershell`. The code for `sh` defines the functions in bash and zsh only; for
+    `powershell`, there is no code.
     """
     if shell == "fish":
         return f"source {quoted_for_fish(str(SHELL_FOLDER / 'ros.fish'))}\n"
@@ -166,7 +167,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
 
 
 def write_relaying_setup_files(folder: Path, prefix: Path) -> None:
-    """Write the setup files for the workspace at `prefix` to a folder.
+    """Write setup files to `folder` that source the setup files in `prefix`.
 
     Raises:
         OSError: the folder cannot be written.

@@ -52,7 +52,7 @@ print("\\0" + json.dumps(recorded))
 
 
 class SetupPyError(PiprosError):
-    """A `setup.py` failed or uses a feature that catkin does not support."""
+    """A `setup.py` failed or took too long."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ SECTION_MARK = "---\n"
 
 @dataclass(frozen=True, slots=True)
 class TypeCatalogue:
-    """One kind of interface.
+    """The types of one kind: messages, services or actions.
 
     Attributes:
         command: the tool that shows these types.
@@ -61,7 +61,7 @@ class TypeCatalogue:
         return name.startswith("/") or name.count("/") > 1
 
     def text(self, type_name: str, *, is_raw: bool) -> str:
-        """Return the definition as written, or without comments and with the fields of embedded messages.
+        """Return a definition as written if `is_raw`; otherwise without comments, and with embedded fields.
 
         Raises:
             NotFound, DefinitionError: the type does not exist or is invalid.

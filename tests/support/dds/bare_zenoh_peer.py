@@ -1,5 +1,5 @@
 # mypy: ignore-errors
-"""A peer on bare Zenoh for benchmarks, with the command line of rtps_peer.py but the endpoint of a router."""
+"""A peer on plain Zenoh for benchmarks. It has the command line of rtps_peer.py, but begins with a router."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def main(router, mode, name, _type, *words):
                     time.sleep(period_us / 1e6)
             print("published", flush=True)
         elif mode == "sub":
-            # Zenoh's thread must not wait for this one.
+            # `report` runs in another thread, so that it does not block Zenoh's thread.
             arrived = queue.SimpleQueue()
             session.declare_subscriber(key, zenoh.handlers.Callback(arrived.put, indirect=False))
             threading.Thread(

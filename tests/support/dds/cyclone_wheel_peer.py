@@ -1,7 +1,7 @@
 # mypy: ignore-errors
-"""A peer on the wheel of Cyclone DDS for tests; see cyclone_peer.c for its command line."""
+"""A peer on the Cyclone DDS wheel, for tests. It has the command line of cyclone_peer.c, without actions."""
 
-# Without postponed annotations, which cyclonedds does not resolve.
+# There is no `from __future__ import annotations`, because cyclonedds does not resolve postponed annotations.
 import select
 import sys
 import time
@@ -81,7 +81,7 @@ def main(domain: str, mode: str, name: str, *words: str) -> None:
         reader = DataReader(participant, Topic(participant, name, Blob), qos_of(words[0]))
         print("ready", flush=True)
         while not has_input_ended(0.002):
-            # The end of a writer is a sample, too, without data.
+            # When a writer ends, its reader takes a sample without data.
             for blob in (each for each in reader.take(100) if isinstance(each, Blob)):
                 is_right = all(octet == blob.number % 256 for octet in blob.data)
                 print("got" if is_right else "wrong", blob.number, len(blob.data), flush=True)

@@ -1,4 +1,4 @@
-"""A peer on pipros for tests, with the command line of fast_peer.cpp, but a range of discovery.
+"""A peer on pipros for tests. Its command line is that of fast_peer.cpp, but with a discovery range:
 
 rtps_peer.py DOMAIN LOCALHOST|SUBNET[,loss=0.05] pub TOPIC TYPE COUNT SIZE PERIOD_US reliable|latched
 """
@@ -34,7 +34,7 @@ LIMIT_S = 60.0
 
 
 class LossySocket(socket.socket):
-    """Drops a part of the datagrams that arrive."""
+    """Drops the fraction `loss` of the received datagrams."""
 
     def recvfrom(self, *arguments: int) -> tuple[bytes, tuple[str, int]]:
         while True:
@@ -44,7 +44,7 @@ class LossySocket(socket.socket):
 
 
 class LossySockets(RtpsSockets):
-    """Drops a part of the datagrams that are sent, and of those that arrive."""
+    """Drops the fraction `loss` of the sent and of the received datagrams."""
 
     def __init__(self, where: Discovery, limits: Limits) -> None:
         super().__init__(where, limits)
@@ -84,17 +84,17 @@ def add(payload: bytes) -> bytes:
 
 STATUSES = "action_msgs::msg::dds_::GoalStatusArray_"
 ENDLESS = 40
-"""Goals from this order on run until they are cancelled."""
+"""Goals with at least this order run until they are cancelled."""
 
 
 def say(*words: object) -> None:
-    """Print a line at once: two threads do it, and `print` writes each word by itself."""
+    """Print a line with a single `write`, because `print` could mix the lines of two threads."""
     sys.stdout.write(" ".join(map(str, words)) + "\n")
     sys.stdout.flush()
 
 
 def numbers(order: int) -> bytes:
-    """Fibonacci numbers, as a sequence of 32-bit numbers in CDR."""
+    """Return Fibonacci numbers as a CDR sequence of 32-bit integers."""
     found = [0, 1]
     while len(found) < order:
         found.append(found[-1] + found[-2])
@@ -103,7 +103,7 @@ def numbers(order: int) -> bytes:
 
 
 def names_of(action: str, type_name: str, part: str) -> tuple[str, str, str]:
-    """A service of an action, and the types of its requests and replies."""
+    """Return the name of a service of an action, and the types of its requests and replies."""
     whole = "".join(word.capitalize() for word in part.split("_"))
     dds_type = "action_msgs::srv::dds_::CancelGoal" if part == "cancel_goal" else f"{type_name}_{whole}"
     return f"{action}/_action/{part}", f"{dds_type}_Request_", f"{dds_type}_Response_"

@@ -93,7 +93,10 @@ def _memory(code: str, value: Any) -> memoryview | None:
 
 
 def _converted(code: str, value: Any) -> memoryview | None:
-    """Convert a numpy array with another element type as a whole, if every value fits."""
+    """Convert a numpy array with another element type as a whole.
+
+    Return None if the conversion could change values by more than rounding to a float.
+    """
     numpy = sys.modules.get("numpy")
     if numpy is None or not isinstance(value, numpy.ndarray):
         return None

@@ -6,9 +6,9 @@ Theory of operation:
   They are collected in `_codes` and `_targets` until `_flush`. Statements that need their values, such as
   those that build a fixed array, are deferred in `_afterwards`.
 - The offset of the next byte is `_base + _delta`: the sum of a local variable of the generated code, if any,
-and a constant.
+  and a constant.
 - A slice that extends beyond the data is detected by the next `unpack_from`, or by a check that is emitted
-  while `_is_end_checked` is false.
+  at the end if `_is_end_checked` is false.
 - Memory is allocated only for bytes that have arrived, never for a claimed length. If an array's elements may
   contain more values than their size suggests, the code first subtracts these values from a limit
   (`allowed`).
@@ -227,7 +227,7 @@ class _Decoder(Emitter):
         self._targets.append(target)
 
     def _length(self) -> str:
-        """Return a local name for the next array length."""
+        """Emit code that reads a length, and return the local name of the length."""
         length = self.local("n")
         self._scalar("I", length)
         self._flush()

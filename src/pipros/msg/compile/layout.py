@@ -32,7 +32,7 @@ class TypeLayout:
             any length.
         is_one_unpack: whether all messages have the same size, so that a single `struct` call reads a
             message.
-        only_code: the `struct` code that all fields share, if they are single numbers.
+        only_code: the `struct` code of all fields, if they are single numbers of one type; otherwise None.
         field_count: number of fields, including the fields of each embedded message and the elements of
             arrays that are unpacked with their neighbours.
         value_count: number of values in a new message. Each field and each embedded message counts as a
@@ -78,7 +78,7 @@ class TypeLayouts:
         self._known: dict[str, TypeLayout] = {}
 
     def of(self, spec: MessageSpec) -> TypeLayout:
-        """Return the layout of a type. `lookup` must know the embedded types, but not the type itself."""
+        """Return the layout of a type. `lookup` must know all embedded types, but need not know the type."""
         members: dict[str, TypeLayout] = {}
         for field in spec.fields:
             base = field.type.base

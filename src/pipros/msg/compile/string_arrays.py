@@ -21,7 +21,7 @@ KEPT_LIMIT = 16
 """Number of cached arrays per field."""
 
 _KEY_BYTES = 32
-"""Number of first bytes by which cached arrays are found. Arrays must be longer than this to be cached."""
+"""Number of leading bytes that are the key of a cached array. Only longer arrays are cached."""
 
 _read_length = struct.Struct("<I").unpack_from
 # One call reads a short string together with the length of the next string.

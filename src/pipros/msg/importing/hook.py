@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 KINDS = ("msg", "srv")
 NEVER_PACKAGES = frozenset(("pipros", "sitecustomize", "usercustomize", "org", "java"))
-"""Our own name, and names that Python tries to import at every start, mostly without success."""
+"""`pipros`, and names that Python tries to import at every start, mostly without success."""
 
 PACKAGE_OF_MODULE = {"urdf_parser_py": "urdfdom_py"}
 """Noetic's Python packages that belong to a ROS package with another name and are available on PyPI."""
@@ -73,7 +73,9 @@ class _Packages:
 
 
 class PackageFinder:
-    """Finder for the Python package of a ROS package. If there is none, only the messages can be imported.
+    """Finder for the Python package of a ROS package.
+
+    If a ROS package has no Python package, only its messages, services and `.cfg` modules can be imported.
 
     Modules are searched for in `src/` and in the folders listed in `setup.py`, including the `setup.py` of a
     ROS package with a different name. If a well-known module cannot be found, the ImportError names its

@@ -41,7 +41,8 @@ class Library:
         """Return the code that defines a type's classes, and the names that it uses for embedded types.
 
         Raises:
-            DefinitionError: the definition breaks the rules.
+            NotFound: the package or type does not exist.
+            DefinitionError: the definition is invalid.
         """
         if self._cache_folder is None:
             return self._compile(kind, type_name)

@@ -23,7 +23,7 @@ def load_message_class(type_name: str) -> type[Message]:
 
     Raises:
         NotFound: the package or type does not exist. The text names the places that were searched.
-        DefinitionError: the definition breaks the rules.
+        DefinitionError: the definition is invalid.
     """
     return _load("msg", type_name)  # type: ignore[no-any-return]
 

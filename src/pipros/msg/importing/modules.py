@@ -1,8 +1,8 @@
-"""The modules that the import hook creates: one for all of a package's messages, and one for each type.
+"""The modules that the import hook creates: one for a package's messages or services, and one for each type.
 
-For example, `std_msgs.msg` knows the names of its types and compiles a type when it is first needed. The
-class `String` is in `std_msgs.msg._String`, as in packages that genpy generates, so that pickles written
-with either kind of package can be read with the other.
+For example, `std_msgs.msg` knows the names of its types and compiles a type when it is first needed. As in
+packages that genpy generates, the class `String` is defined in `std_msgs.msg._String`. Pickles written with
+either kind of package can therefore be read with the other.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ else:
 def interface_spec(
     library: Library, package: str, kind: str, path: Sequence[str] | None
 ) -> ModuleSpec | None:
-    """Return the spec of `<package>.<kind>`, from a Python package or from the definitions."""
+    """Return the spec of `<package>.<kind>`, from a Python package or from definitions, or None."""
     name = f"{package}.{kind}"
     regular = PathFinder.find_spec(name, path)
     if regular is not None and regular.loader is not None:
@@ -43,7 +43,10 @@ def interface_spec(
 
 
 def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleSpec | None:
-    """Return the spec of `<package>.<kind>._Name`, or None if its package was not made from definitions."""
+    """Return the spec of `<package>.<kind>._Name`.
+
+    Return None if `<package>.<kind>` was not made from definitions or does not contain the type.
+    """
     parent = sys.modules.get(f"{package}.{kind}")
     loader = getattr(parent, "__loader__", None)
     if not isinstance(loader, _InterfaceLoader) or module.removeprefix("_") not in loader.types():

@@ -1,7 +1,7 @@
 """Find the definition files of ROS packages.
 
-This module is separate from `definitions.py`, which parses the files, because a class from the cache needs
-only their paths.
+This module is separate from `definitions.py`, which parses the files, because loading a class from the cache
+requires only their paths.
 """
 
 from __future__ import annotations

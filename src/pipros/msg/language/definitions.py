@@ -27,7 +27,7 @@ class Definitions:
 
         Raises:
             NotFound: the package or the file does not exist.
-            DefinitionError: the file breaks the rules.
+            DefinitionError: the file is invalid or cannot be read.
         """
         if type_name not in self._messages:
             file = self.files.file("msg", type_name)

@@ -41,7 +41,7 @@ class CompleteSpec:
     embedded: Mapping[str, MessageSpec]
 
     def md5_text(self) -> str:
-        """The normalised text from which the MD5 sum is computed: constants first, then fields.
+        """Return the normalised text from which the MD5 sum is computed: constants first, then fields.
 
         The type of an embedded message is replaced by its MD5 sum, so the message's fields matter but its
         name does not.
@@ -49,11 +49,11 @@ class CompleteSpec:
         return _md5_text(self.spec, self.embedded, {})
 
     def md5(self) -> str:
-        """The MD5 sum that peers compare before they exchange messages of this type."""
+        """Return the MD5 sum that peers compare before they exchange messages of this type."""
         return _hash(self.md5_text())
 
     def full_text(self) -> str:
-        """The definition, followed by the definition of each embedded type, without repetitions."""
+        """Return the definition, followed by the definition of each embedded type, without repetitions."""
         parts = [self.spec.text]
         for type_name, inner in self.embedded.items():
             parts.append(f"{SEPARATOR}\nMSG: {type_name}\n{inner.text}")
@@ -114,7 +114,7 @@ def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
 
 
 def message_md5(spec: MessageSpec, lookup: Lookup) -> str:
-    """See `CompleteSpec`."""
+    """Return `CompleteSpec.md5`."""
     return complete(spec, lookup).md5()
 
 
@@ -129,7 +129,7 @@ def md5_of_halves(request: CompleteSpec, response: CompleteSpec) -> str:
 
 
 def full_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """See `CompleteSpec`."""
+    """Return `CompleteSpec.full_text`."""
     return complete(spec, lookup).full_text()
 
 

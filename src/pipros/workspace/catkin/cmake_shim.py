@@ -1,4 +1,4 @@
-"""The program behind `${CMAKE_COMMAND}`."""
+"""The program that `${CMAKE_COMMAND}` names: CMake, or a substitute."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ sys.exit(main())
 
 
 def cmake_program(build: Path, variables: Mapping[str, str]) -> str:
-    """Return the path of CMake, or the path of a substitute script in the build space."""
+    """Return the path of CMake. If it is not installed, write a substitute to the build space, and return the
+    substitute's path.
+    """
     found = shutil.which("cmake", path=variables.get("PATH"))
     if found is not None:
         return found

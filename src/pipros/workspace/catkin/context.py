@@ -42,8 +42,10 @@ class ReadContext:
         scope: the current variables.
         components: the packages that `find_package()` has found.
         find_package: finds a package by name.
-        has_foreign_packages: whether packages were found whose commands only CMake itself knows.
-        empy_hint: the location of such commands, if they are in a template that cannot be expanded.
+        has_foreign_packages: whether the file uses packages or CMake modules that may define commands unknown
+            to pipros.
+        empy_hint: the end of error texts about such commands, if they may be in an empy template; otherwise
+            empty.
     """
 
     def __init__(
@@ -108,7 +110,7 @@ class ReadContext:
         self.project.needs_cmake.append(NativeTarget(what, self.file, command.line))
 
     def run_extras(self, package: FoundPackage) -> None:
-        """Execute the CMake extras of a found package."""
+        """Execute the CMake extras of a found package. Empy templates are recorded, not executed."""
         for file in package.extras:
             if file.endswith(".em"):
                 self.has_foreign_packages = True
@@ -127,7 +129,8 @@ class ReadContext:
 Handler = Callable[[ReadContext, Command, list[str]], None]
 """Handler for a CMake command, called with the command's arguments as words.
 
-Raises CMakeError, ValueError for wrong arguments, or `Unsupported` if only CMake itself can run the command.
+Raises `CMakeError` for errors in the file, `ValueError` for wrong arguments, or `Unsupported` if only CMake
+itself can run the command.
 """
 
 HARMLESS_MODULES = frozenset(

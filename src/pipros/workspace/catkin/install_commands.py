@@ -1,4 +1,4 @@
-"""Commands that list the files to install."""
+"""CMake commands that declare files to install."""
 
 from __future__ import annotations
 

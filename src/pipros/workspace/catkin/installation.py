@@ -21,7 +21,7 @@ class Installation:
     """A file or folder that a package installs, or CMake code to run at installation.
 
     Attributes:
-        copy: the copy to make below the install space; None for code.
+        copy: the copy to make below the install space; None for code or a script.
         is_python: whether this is a `catkin_install_python()` script, which is also written to the devel
             space.
         code: the text of `install(CODE)`.

@@ -1,4 +1,4 @@
-"""Commands that list messages, services, actions and configurations."""
+"""CMake commands that declare messages, services, actions and `.cfg` files."""
 
 from __future__ import annotations
 

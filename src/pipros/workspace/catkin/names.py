@@ -1,4 +1,4 @@
-"""The commands that catkin and ROS packages add to CMake, and the packages that pipros substitutes."""
+"""Commands that catkin and ROS packages add to CMake, and packages that CMake finds without a folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands that declare a package, its dependencies and its exports; and `message()`."""
+"""CMake commands that declare a package, its dependencies and its exports; also `message()`."""
 
 from __future__ import annotations
 

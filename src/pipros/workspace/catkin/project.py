@@ -1,4 +1,4 @@
-"""The contents of a package's `CMakeLists.txt` as values, as read by `project_reader.py`."""
+"""Data classes for the contents of a package's `CMakeLists.txt`, which `project_reader.py` reads."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class TestEntry:
         path: the file or folder; for `gtest` the name of the program.
         arguments: arguments for the launch file; for a check, options and arguments.
         written: the path as written in the `CMakeLists.txt`, relative to the package's folder.
-        target: the target to compile first.
+        target: the target to compile first; empty if there is none.
         place: file and line, for error texts.
     """
 
@@ -58,7 +58,7 @@ class TestEntry:
 
 @dataclass(frozen=True, slots=True)
 class Download:
-    """A file that is downloaded for tests; `path` is the local file."""
+    """A file to download to `path` for tests. If `md5` is empty, the MD5 sum is not checked."""
 
     url: str
     path: str

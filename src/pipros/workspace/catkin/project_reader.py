@@ -1,8 +1,8 @@
 """Read a package's `CMakeLists.txt`.
 
-The file is executed command by command, as by CMake. Only the commands that packages without compiled code
-need are supported; other commands are recorded, with file and line. The command handlers are in the
-tables of `*_commands.py`.
+The file is executed command by command, as by CMake. The commands that packages without compiled code need
+have handlers, in the tables of `*_commands.py`. For other CMake commands, the file and line are recorded as a
+reason to build the package with genuine catkin.
 """
 
 from __future__ import annotations

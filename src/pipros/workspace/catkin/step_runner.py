@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class StepRunner:
-    """Runs outdated steps, each at most once.
+    """Runs targets, and steps whose outputs are outdated, each at most once.
 
     Attributes:
         has_run: whether any command was run.
@@ -53,7 +53,7 @@ class StepRunner:
                 self.run(file)
 
     def run(self, name: str) -> bool:
-        """Run a target or make a file.
+        """Run a target or make a file, after its dependencies.
 
         Return False if the package has neither a target nor a file with that name.
 

@@ -43,14 +43,20 @@ class BuildStep:
 
 @dataclass(slots=True)
 class BuildSteps:
-    """All custom commands and targets of a package."""
+    """All custom commands and targets of a package.
+
+    Attributes:
+        targets: the steps of each custom target, by name.
+        rules: the step that creates each output, by path.
+        dependencies: the names that `add_dependencies()` lists, by target.
+    """
 
     targets: dict[str, list[BuildStep]] = field(default_factory=dict)
     rules: dict[str, BuildStep] = field(default_factory=dict)
     dependencies: dict[str, list[str]] = field(default_factory=dict)
 
     def add_target(self, words: Sequence[str], scope: Scope, file: str, line: int) -> None:
-        """Add `add_custom_target(words)`.
+        """Add the target that `add_custom_target(words)` defines.
 
         Raises:
             ValueError: the arguments are invalid.
@@ -67,7 +73,7 @@ class BuildSteps:
         self.targets.setdefault(name, []).append(step)
 
     def add_command(self, words: Sequence[str], scope: Scope, file: str, line: int) -> None:
-        """Add `add_custom_command(words)`.
+        """Add the step that `add_custom_command(words)` defines.
 
         Raises:
             ValueError: the arguments are invalid.
@@ -86,7 +92,7 @@ class BuildSteps:
             self.rules[output] = step
 
     def add_dependencies(self, words: Sequence[str]) -> None:
-        """Add `add_dependencies(words)`."""
+        """Add the dependencies that `add_dependencies(words)` declares."""
         if words:
             self.dependencies.setdefault(words[0], []).extend(words[1:])
 

@@ -1,4 +1,4 @@
-"""Commands that define compiled and custom targets."""
+"""CMake commands that define compiled and custom targets."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ def can_expand() -> bool:
 def expanded(template: str, context: ReadContext, *, is_installed: bool = False) -> str:
     """Expand a package's template with catkin's variables for environment hooks and CFG_EXTRAS.
 
-    Blocks while a separate process runs, with a time limit.
+    Blocks for at most one minute while a separate process expands the template.
 
     Args:
         is_installed: whether to expand for the install space instead of the devel space.

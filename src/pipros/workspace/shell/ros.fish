@@ -14,7 +14,7 @@ function _pipros_place  # package[/path] command -> path
     end
 end
 
-function _pipros_file  # package file -> the one file of that name, in $_pipros_found
+function _pipros_file  # package file -> path of the file, in $_pipros_found; asks if several match
     if not rospack -q find "$argv[1]" >/dev/null 2>&1
         echo "Couldn't find package [$argv[1]]" >&2
         return 1
@@ -35,7 +35,7 @@ function _pipros_file  # package file -> the one file of that name, in $_pipros_
     end
 end
 
-function _pipros_usage  # text -> 0 for --help, 1 for a mistake
+function _pipros_usage  # usage text option -> 0 for --help, otherwise 1
     printf 'usage: %s\n\n%s\n' $argv[1] $argv[2]
     test "$argv[3]" = --help
 end
@@ -109,8 +109,8 @@ function rosmv
     end
 end
 
-# A command that the shell does not find, such as gazebo, is explained. The former function for such commands
-# handles all others. Only in interactive shells: scripts keep their messages.
+# Explain the absence of some commands, such as gazebo. The previous handler handles all other unknown
+# commands. Only in interactive shells: in scripts, error messages stay unchanged.
 if status is-interactive; and not functions -q _pipros_former_command_not_found
     if functions -q fish_command_not_found
         functions -c fish_command_not_found _pipros_former_command_not_found

@@ -9,7 +9,7 @@ _pipros_place() {  # package[/path] command -> path
   if [[ $package == $1 ]]; then echo $folder; else echo $folder/${1#*/}; fi
 }
 
-_pipros_file() {  # package file -> the one file of that name
+_pipros_file() {  # package file -> path of the file, chosen by the user if several match
   local choice
   if ! rospack -q find $1 > /dev/null 2>&1; then
     echo "Couldn't find package [$1]" >&2
@@ -24,7 +24,7 @@ _pipros_file() {  # package file -> the one file of that name
   esac
 }
 
-_pipros_usage() {  # text -> 0 for --help, 1 for a mistake
+_pipros_usage() {  # usage text option -> 0 for --help, otherwise 1
   printf 'usage: %s\n\n%s\n' $1 $2
   [[ $3 == --help ]]
 }
@@ -127,8 +127,8 @@ rosmv() {
   fi
 }
 
-# A command that the shell does not find, such as gazebo, is explained. The former function for such commands,
-# which distributions define, handles all others. Only in interactive shells: scripts keep their messages.
+# Explain the absence of some commands, such as gazebo. The previous handler, which many distributions define,
+# handles all other unknown commands. Only in interactive shells: in scripts, error messages stay unchanged.
 if [[ -o interactive && ${functions[command_not_found_handler]:-} != *pipros-complete* ]]; then
   if (( $+functions[command_not_found_handler] )); then
     functions[_pipros_former_command_not_found_handler]=$functions[command_not_found_handler]
@@ -150,7 +150,7 @@ fi
 
 _pipros_complete() {
   local offers="$(pipros-complete $((CURRENT - 1)) $words 2> /dev/null)"
-  if [[ $offers == $'\x1f'* ]]; then  # one of several lines: a message to be filled in
+  if [[ $offers == $'\x1f'* ]]; then  # a single candidate of several lines: a message template
     compadd -Q -- ${offers#?}
     return
   fi

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Asks the action server `fibonacci` for the first twenty numbers after the seeds."""
+"""Requests the Fibonacci sequence of order 20 from the action server `fibonacci`."""
 
 import sys
 
@@ -10,7 +10,7 @@ import rospy
 
 
 def ask() -> FibonacciResult | None:
-    """Return the numbers; None if the node was shut down first."""
+    """Return the result; None if the node was shut down first."""
     client = actionlib.SimpleActionClient("fibonacci", FibonacciAction)
     client.wait_for_server()
     client.send_goal(FibonacciGoal(order=20))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Computes the Fibonacci sequence as an action, one number a second."""
+"""Provides an action that computes the Fibonacci sequence, one number per second."""
 
 from actionlib_tutorials.msg import FibonacciAction, FibonacciFeedback, FibonacciGoal, FibonacciResult
 

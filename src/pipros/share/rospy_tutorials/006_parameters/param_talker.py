@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads, sets, deletes and searches parameters, then publishes a text that one of them gives."""
+"""Reads, sets, deletes and searches for parameters, then publishes the parameter `utterance` repeatedly."""
 
 from std_msgs.msg import String
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes a failure in place of a result file that a test did not write, for servers that count files."""
+"""Writes a result file that reports a failure if a test has not written its result file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def main(words: list[str]) -> int:
         print(USAGE, file=sys.stderr)
         return 64  # EX_USAGE of sysexits.h
     file = files[-1]
-    if is_rostest:  # the test is named, not its result file
+    if is_rostest:  # the argument is the test file, not its result file
         folder = rospkg.RosPack().get_path(rospkg.get_package_name(file))
         name = rosunit.rostest_name_from_path(folder, file)
         file = rosunit.xml_results_file(files[0], name, is_rostest=True)

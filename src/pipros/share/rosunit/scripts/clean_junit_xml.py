@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes all test results once more, as well-formed XML, to the folder `_hudson` among them."""
+"""Writes copies of all test results, as well-formed XML, to the subfolder `_hudson` of the results."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def clean(folder: str, package: str, target: str) -> None:
             print("re-writing", file)
             with open(file, "wb") as clean_file:
                 clean_file.write(content)
-        except Exception as error:  # one bad file must not hide the others
+        except Exception as error:  # continue with the other files
             print(f"ignoring [{os.path.join(folder, name)}]: {error}", file=sys.stderr)
 
 

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Adds up the test results of a package and of those that depend on it. Ends with 1 when a test failed."""
+"""Summarizes the test results of a package and of the packages that depend on it.
+
+The exit code is 1 if a test failed.
+"""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends a frame `carrot1`, two metres to the left of turtle1."""
+"""Broadcasts the frame `carrot1`, two metres to the left of turtle1."""
 
 import rospy
 import tf

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends the pose of the turtle `~turtle` as the transform from `world` to a frame of its name."""
+"""Broadcasts the pose of the turtle `~turtle` as the transform from `world` to a frame with the same name."""
 
 import math
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends a frame `carrot1` that circles around turtle1 every two seconds."""
+"""Broadcasts the frame `carrot1`, which circles around turtle1 every two seconds."""
 
 import math
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Sends one static transform from `world`, given by the command line."""
+"""Broadcasts one static transform from `world`, which the command line specifies."""
 
 import sys
 from math import cos, sin

@@ -1,6 +1,6 @@
-"""The names of the encodings of `sensor_msgs/Image`, and what they say: what `image_encodings.h` has for C++.
+"""Names and properties of the encodings of `sensor_msgs/Image`, as in the C++ header `image_encodings.h`.
 
-Genuine sensor_msgs has no such Python module; a script that must run there, too, writes the names themselves.
+Genuine sensor_msgs has no such Python module. Scripts that must also run with genuine ROS cannot import it.
 """
 
 from __future__ import annotations
@@ -34,39 +34,39 @@ _WITH_COLORS = RGB8, RGBA8, RGB16, RGBA16, BGR8, BGRA8, BGR16, BGRA16
 
 
 def isColor(encoding: str) -> bool:  # noqa: N802
-    """Whether the pixels have red, green and blue."""
+    """Return True for the RGB and BGR encodings, with or without alpha."""
     return encoding in _WITH_COLORS
 
 
 def isMono(encoding: str) -> bool:  # noqa: N802
-    """Whether it is mono8 or mono16."""
+    """Return True for `mono8` and `mono16`."""
     return encoding in (MONO8, MONO16)
 
 
 def isBayer(encoding: str) -> bool:  # noqa: N802
-    """Whether each pixel has one colour of a pattern."""
+    """Return True for the Bayer encodings."""
     return encoding.startswith("bayer_") and encoding in _encodings.COLORS
 
 
 def hasAlpha(encoding: str) -> bool:  # noqa: N802
-    """Whether the pixels have a fourth value, for what shines through."""
+    """Return True for the RGB and BGR encodings with an alpha channel."""
     return encoding in (RGBA8, BGRA8, RGBA16, BGRA16)
 
 
 def numChannels(encoding: str) -> int:  # noqa: N802
-    """Values of a pixel.
+    """Return the number of values per pixel.
 
     Raises:
-        RuntimeError: no encoding has this name.
+        RuntimeError: the encoding is unknown.
     """
     return _known(encoding).channels
 
 
 def bitDepth(encoding: str) -> int:  # noqa: N802
-    """Bits of a value.
+    """Return the number of bits per value.
 
     Raises:
-        RuntimeError: no encoding has this name.
+        RuntimeError: the encoding is unknown.
     """
     return _known(encoding).bits
 

@@ -1,4 +1,4 @@
-"""Reads points out of a `sensor_msgs/PointCloud2`, and makes clouds of points."""
+"""Read points from `sensor_msgs/PointCloud2` messages, and create such messages."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ def read_points(
     skip_nans: bool = False,
     uvs: Iterable[tuple[int, int]] = (),
 ) -> Iterator[tuple[Any, ...]]:
-    """The points of a cloud, row by row, each a tuple with its values in the order of their offsets.
+    """Yield the points of a cloud, row by row. Each point is a tuple of values in the order of their offsets.
 
     Args:
-        field_names: the fields to read; all when None.
-        skip_nans: whether to leave out points in which any value is not a number.
-        uvs: column and row of the points to read; all when empty.
+        field_names: the fields to read; None for all fields.
+        skip_nans: whether to omit points in which a value is NaN.
+        uvs: the column and row of each point to read; empty for all points.
 
     Raises:
-        AssertionError: it is no cloud.
-        struct.error: there is less data than width and height promise.
+        AssertionError: `cloud` is not a `PointCloud2`.
+        struct.error: the data is too short for the cloud's width and height, or for a point in `uvs`.
     """
     _check_is_cloud(cloud)
     layout = _get_struct_fmt(cloud.is_bigendian, cloud.fields, field_names)
@@ -57,10 +57,10 @@ def read_points_list(
     skip_nans: bool = False,
     uvs: Iterable[tuple[int, int]] = (),
 ) -> list[Any]:
-    """As `read_points`, all at once, each point a named tuple.
+    """Like `read_points`, but return a list of named tuples.
 
     Raises:
-        ValueError: a field has a name that no named tuple can have.
+        ValueError: the name of a field cannot be a field name of a named tuple.
     """
     _check_is_cloud(cloud)
     names = [field.name for field in _in_order(cloud.fields, field_names)]
@@ -72,10 +72,10 @@ def read_points_list(
 def create_cloud(
     header: Header, fields: Sequence[PointField], points: Sequence[Sequence[float]]
 ) -> PointCloud2:
-    """A cloud of one row. Each point has its values in the order of the fields' offsets.
+    """Return a cloud with one row. The values of each point must be in the order of the fields' offsets.
 
     Raises:
-        struct.error: a point has another number of values, or one that its field cannot carry.
+        struct.error: a point has the wrong number of values, or a value does not fit its field.
     """
     layout = struct.Struct(_get_struct_fmt(False, fields))
     return PointCloud2(
@@ -92,7 +92,7 @@ def create_cloud(
 
 
 def create_cloud_xyz32(header: Header, points: Sequence[Sequence[float]]) -> PointCloud2:
-    """A cloud of points with x, y and z as float32."""
+    """Return a cloud with one row and the float32 fields x, y and z. Raises the errors of `create_cloud`."""
     fields = [PointField(name, 4 * place, PointField.FLOAT32, 1) for place, name in enumerate("xyz")]
     return create_cloud(header, fields, points)
 
@@ -132,7 +132,10 @@ def _in_order(fields: Iterable[PointField], names: Container[str] | None) -> lis
 def _get_struct_fmt(
     is_bigendian: bool, fields: Iterable[PointField], field_names: Container[str] | None = None
 ) -> str:
-    """The layout of a point for the `struct` module, without what follows the last field."""
+    """Return the `struct` format of a point, without padding after the last field.
+
+    Fields of unknown types are skipped, with a warning on standard error.
+    """
     layout = ">" if is_bigendian else "<"
     end = 0
     for field in _in_order(fields, field_names):

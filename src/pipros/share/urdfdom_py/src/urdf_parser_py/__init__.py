@@ -1,4 +1,4 @@
-"""Found only where the real urdf_parser_py is not installed."""
+"""Imported only if urdf_parser_py is not installed: raises an error that says how to install it."""
 
 from pipros.basics.extras import install_command
 

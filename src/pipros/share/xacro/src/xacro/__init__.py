@@ -1,4 +1,4 @@
-"""Found only where the real xacro is not installed."""
+"""Imported only if xacro is not installed: raises an error that says how to install it."""
 
 from pipros.basics.extras import install_command
 
