@@ -321,7 +321,9 @@ class Interpreter:
             raise self.error(command, f"include could not find requested file:\n\n    {words[0]}")
 
     def _add_subdirectory(self, command: Command, words: list[str]) -> None:
-        path = self.scope.in_source(words[0] if words else "")
+        if not words:
+            raise self.error(command, "add_subdirectory needs the source directory")
+        path = self.scope.in_source(words[0])
         if not os.path.isfile(os.path.join(path, "CMakeLists.txt")):
             raise self.error(command, f"The source directory {path} does not contain a CMakeLists.txt file")
         binary = self.scope.in_binary(words[1] if len(words) > 1 else words[0])

@@ -43,6 +43,11 @@ def test_a_mistake_is_named_with_its_line(text: str, tmp_path: Path, monkeypatch
     assert f"mistake.cmake:{line_of_mistake(text)}" in str(error.value)
 
 
+def test_a_missing_source_directory_is_named() -> None:
+    with pytest.raises(CMakeError, match="add_subdirectory needs the source directory"):
+        script_interpreter({}).run_text("add_subdirectory()", "mistake.cmake")
+
+
 def test_the_environment_of_the_process_is_left_alone(tmp_path: Path) -> None:
     script_interpreter({}).run_text("set(ENV{PIPROS_TEST_OF_CMAKE} x)", "case.cmake")
     assert "PIPROS_TEST_OF_CMAKE" not in os.environ
