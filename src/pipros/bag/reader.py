@@ -259,7 +259,8 @@ class BagReader:
 
         Args:
             connections: connections to read; defaults to all.
-            start_ns, end_ns: earliest and latest timestamp, inclusive; None for no limit.
+            start_ns: earliest timestamp; None for no limit.
+            end_ns: latest timestamp, inclusive; None for no limit.
 
         Raises:
             BagFormatError: the file is damaged at the position of the next message.
@@ -354,7 +355,8 @@ class BagReader:
 
         Args:
             topics: the topic or topics to read; defaults to all.
-            start, end: earliest and latest timestamp, inclusive; numbers are seconds.
+            start: earliest timestamp; a number is in seconds.
+            end: latest timestamp, inclusive; a number is in seconds.
             where: function that selects connections; defaults to all.
 
         Raises:
