@@ -1,4 +1,4 @@
-// The status line of the picture: pictures and data per second, and the maximum number of points in this browser, which can be changed here.
+// The status line of the picture: pictures and data per second, and the maximum number of points in this browser, which can be set here.
 
 import { h, replace } from "../dom.js";
 
