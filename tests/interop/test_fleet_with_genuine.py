@@ -10,8 +10,11 @@ from pathlib import Path
 import pytest
 
 from pipros.fleet import keys
-from tests.support.fleet import Member, running_router
+from pipros.fleet.zenoh_session import open_router
+from tests.chaos.test_fleet_links import cable_to
+from tests.support.fleet import LIMIT_S, Member, running_router
 from tests.support.ports import ClaimedPort
+from tests.support.processes import Process
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
 
@@ -86,3 +89,55 @@ def test_an_operator_uses_two_genuine_robots(plain_ros: RosSystem, robots: dict[
                 60,
                 expected_text,
             )
+
+
+def wait_for_more(echo: Process) -> None:
+    before = len(echo.stdout)
+    wait_until(lambda: len(echo.stdout) > before + 5, LIMIT_S, lambda: f"{echo} prints no more")
+
+
+@pytest.mark.timeout(400)
+def test_genuine_nodes_receive_again_after_a_cut_and_after_kills(
+    plain_ros: RosSystem, robots: dict[str, RosSystem]
+) -> None:
+    """The robot's cable is pulled, the router is replaced, and the robot is killed and started again."""
+    plain_ros.serve_master()
+    robot = robots["robot1"]
+    robot.genuine.start_bare_master()
+    port = ClaimedPort()
+    address = f"tcp/127.0.0.1:{port.number}"
+    with ExitStack() as stack:
+        stack.callback(port.release)
+        routers = [open_router([address])]
+        stack.callback(lambda: routers[-1].close())
+        cable = stack.enter_context(cable_to(port.number))
+        operator = stack.enter_context(Member("operator", address, master_uri=plain_ros.master_uri))
+        join = ("pipros", "fleet", "join", "robot1", "--router", cable.address)
+        talk = ("rostopic", "pub", "-r", "20", "/chatter", "std_msgs/String", "beat")
+        agent, talker = robot.pipros.start(*join), robot.genuine.start(*talk)
+        near = robot.genuine.start("rostopic", "echo", "/chatter")
+        operator.wait_for_topic("/robot1/chatter")
+        far = plain_ros.genuine.start("rostopic", "echo", "/robot1/chatter")
+        wait_for_more(far)
+
+        cable.stall()
+        wait_until(
+            lambda: "robot1" not in operator.agent.statistics()["members"], LIMIT_S, "the robot to be missed"
+        )
+        wait_for_more(near)
+        cable.stall(stall=False)
+        cable.cut()
+        wait_for_more(far)
+
+        routers[-1].close()
+        wait_until(lambda: not operator.agent.sender.is_up, LIMIT_S, "the operator to notice")
+        wait_for_more(near)
+        routers.append(open_router([address]))
+        wait_for_more(far)
+
+        agent.kill()
+        talker.kill()
+        wait_until(lambda: not plain_ros.publishers("/robot1/chatter"), LIMIT_S, "the topic to go")
+        robot.pipros.start(*join)
+        robot.genuine.start(*talk)
+        wait_for_more(far)
