@@ -13,7 +13,7 @@ export class TreePanel {
   constructor(scene, context) {
     this.scene = scene;
     this.context = context;
-    this.list = h("div", { class: "scene-displays", role: "tree", "aria-label": "Displays" });
+    this.list = h("div", { class: "scene-displays", role: "group", "aria-label": "Displays" });
     this.search = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter displays", oninput: () => this.filter() });
     this.kinds = h("select", { "aria-label": "Add a display", onchange: () => this.addChosen() });
     this.element = h("div", { class: "scene-tree" }, h("div", { class: "scene-head" }, this.search, this.kinds), this.list);
@@ -103,13 +103,13 @@ export class TreePanel {
     const parts = h("div", { class: "scene-parts" });
     const children = display.displays ? h("div", { class: "scene-children" }, display.displays.map((each) => this.row(each, display))) : null;
     this.rows.set(display, { sign, statuses });
-    const element = this.details(display.config, [sign, box, name, h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, children, body, parts]);
+    const element = this.details(display.config, [sign, h("span", { class: "scene-box" }), name, h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, children, body, parts]);
     this.makeDraggable(element.querySelector("summary"), display, parent);
     const offerParts = () => element.open && this.offerParts(display, parts);
     element.addEventListener("toggle", offerParts);
     parts.addEventListener("scene-refresh", offerParts);
-    element.dataset.name = `${display.name} ${kind}`.toLowerCase();
-    return element;
+    // The check box lies over its place in the summary: inside it, screen readers would not offer it.
+    return h("div", { class: "scene-entry", "data-name": `${display.name} ${kind}`.toLowerCase() }, element, box);
   }
 
   // Shows a switch for each frame, link or namespace of a display.
@@ -145,7 +145,7 @@ export class TreePanel {
 
   filter() {
     const wanted = this.search.value.trim().toLowerCase();
-    for (const row of this.list.querySelectorAll("details[data-name]")) row.hidden = Boolean(wanted) && !row.dataset.name.includes(wanted) && !row.querySelector(`details[data-name*="${CSS.escape(wanted)}"]`);
+    for (const row of this.list.querySelectorAll(".scene-entry")) row.hidden = Boolean(wanted) && !row.dataset.name.includes(wanted) && !row.querySelector(`[data-name*="${CSS.escape(wanted)}"]`);
   }
 
   // -- changes of the list ------------------------------------------------------------------------------------------------
