@@ -26,7 +26,7 @@ MOMENTS = (
     "SyntaxWarning",
 )
 ENDS_WITHIN_S = 30.0
-"""Half a second is promised; what is looked for here are endless waits."""
+"""Half a second is promised; this test looks for waits that never end."""
 
 
 def end(ros: RosSystem, launch: Process) -> None:

@@ -17,7 +17,7 @@ from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
 
 ENDS_WITHIN_S = 30.0
-"""Half a second is promised; what is looked for here are waits of a hundred seconds."""
+"""Half a second is promised; this test looks for waits of a hundred seconds."""
 
 SERVER = """
 import sys, time

@@ -20,7 +20,7 @@ from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
 
 AT_ONCE_S = 9.0
-"""Half a second is promised; what is looked for here are waits of ten seconds and more."""
+"""Half a second is promised; this test looks for waits of ten seconds and more."""
 
 SILENT_NAMES = """
 import socket, time

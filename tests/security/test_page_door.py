@@ -34,7 +34,7 @@ from tests.support.waiting import wait_until
 
 CERTIFICATES = Path(__file__).parents[1] / "support" / "certificates"
 AT_ONCE_S = 9.0
-"""Half a second is promised; what is looked for here are waits of ten seconds and more."""
+"""Half a second is promised; this test looks for waits of ten seconds and more."""
 
 CAMERA = """
 import rospy

@@ -44,7 +44,7 @@ class StorageReader(Protocol):
 
     @property
     def range_ns(self) -> tuple[int, int] | None:
-        """The times of the first and the last message in ns, or None if there are no messages."""
+        """The times of the first and the last message in ns; None if the bag is empty."""
 
     def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
         """Yield topic id, time in ns and CDR of the messages from `first_ns` to `last_ns`, in time order."""

@@ -22,10 +22,6 @@ class Playback extends EventTarget {
     this.tell();
   }
 
-  close() {
-    this.open("");
-  }
-
   end() {
     this.stop();
     this.stop = () => {};
