@@ -127,6 +127,7 @@ def zenoh_router():
         "listen/endpoints": [ROUTER],
         "connect/endpoints": [],
         "scouting/multicast/enabled": False,
+        "transport/shared_memory/enabled": False,
     }.items():
         config.insert_json5(key, json.dumps(value))
     return zenoh.open(config)
