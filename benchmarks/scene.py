@@ -3,22 +3,28 @@
 
     benchmarks/scene.py [--seconds 8] [--only TEXT]
 
-Needs Chromium and Playwright, which draw in software (SwiftShader) at 1000 x 600 pixels. A publisher sends 50
-frames, a robot of 30 links, a scan, and clouds of 50,000 and 200,000 points of 32 bytes ten times a second.
-The first picture includes loading three.js, whose time is in the second column. In the row of 10 Mbit/s,
-a forwarder between server and browser is such a link, with a delay. Then come pictures of lines and cubes
-alone, and viewers without a browser, which receive data and do not draw: the messages of the slowest of
-them, and the server's processor time. Nothing else should be running.
+Needs Chromium and Playwright, which draw in software (SwiftShader) at 1000 x 600 pixels, without
+anti-aliasing except where the row says so. A publisher sends 50 frames, a robot of 30 links, a scan, and
+clouds of 50,000 and 200,000 points of 32 bytes ten times a second. The first picture includes loading
+three.js, whose time is in the second column. In the row of 10 Mbit/s, a forwarder between server and browser
+is such a link, with a delay. Then come pictures of lines and cubes alone, and of the same ones drawn with
+three.js's own LineSegments2 and InstancedMesh (from npm); and viewers without a browser, which receive data
+and do not draw: the messages of the slowest of them, and the server's processor time. Nothing else should be
+running.
 """
 
 import argparse
 import asyncio
 import contextlib
+import functools
+import http.server
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -27,6 +33,7 @@ from playwright.sync_api import sync_playwright
 from slow_link import SlowLink
 from websockets.asyncio.client import connect
 
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 SCRIPTS = os.path.dirname(sys.executable)
 PORT = 13971
 PUBLISHER = """
@@ -84,10 +91,12 @@ ROBOT = (
 CLOUD = "{{Class: rviz/PointCloud2, Name: Cloud, Topic: /cloud{0}, Style: Points}}"
 SCENES = {
     "robot of 30 links, 50 frames, grid, scan": (ROBOT, "Scan"),
+    "the same, anti-aliased": (ROBOT, "Scan"),
     "50,000 points at 10 Hz": (CLOUD.format(50), "Cloud"),
     "200,000 points at 10 Hz": (CLOUD.format(200), "Cloud"),
-    "the same over 10 Mbit/s, 50 ms each way": (CLOUD.format(200), "Cloud"),
+    "200,000 points over 10 Mbit/s, 50 ms": (CLOUD.format(200), "Cloud"),
 }
+JAGGED = "--disable-anti-aliasing"
 SLOW = 1_250_000, 0.05
 """The slow link: its rate in bytes per second, and its delay in seconds."""
 THREE = """() => {
@@ -127,6 +136,48 @@ DRAW_ALONE = """async (kind) => {
     times.push(performance.now() - begin);
     await new Promise(requestAnimationFrame);
   }
+  const { camera } = scene.view;
+  return [times.sort((a, b) => a - b)[10], camera.projectionMatrix.elements, camera.matrixWorld.elements];
+}"""
+BARE_PAGE = """<canvas width="1000" height="600"></canvas><script type="importmap">
+{"imports": {"three": "/build/three.module.js", "three/addons/": "/examples/jsm/"}}</script>"""
+DRAW_BARE = """async ([kind, projection, world]) => {
+  const THREE = await import("three");
+  const { LineSegments2 } = await import("three/addons/lines/LineSegments2.js");
+  const { LineSegmentsGeometry } = await import("three/addons/lines/LineSegmentsGeometry.js");
+  const { LineMaterial } = await import("three/addons/lines/LineMaterial.js");
+  const canvas = document.querySelector("canvas");
+  const renderer = new THREE.WebGLRenderer({ canvas, preserveDrawingBuffer: true });
+  const camera = new THREE.PerspectiveCamera();
+  camera.matrixAutoUpdate = false;
+  camera.projectionMatrix.fromArray(projection);
+  camera.projectionMatrixInverse.copy(camera.projectionMatrix).invert();
+  camera.matrix.fromArray(world);
+  const count = kind === "lines" ? 10000 : 20000;
+  const places = Float32Array.from({ length: count * 3 }, (_, i) => Math.sin(i * 12.9898) * 4);
+  let made;
+  if (kind === "lines") {
+    const material = new LineMaterial({ color: 0xff0000, linewidth: 0.03, worldUnits: true });
+    made = new LineSegments2(new LineSegmentsGeometry().setPositions(places), material);
+  } else {
+    const box = new THREE.BoxGeometry(0.05, 0.05, 0.05);
+    made = new THREE.InstancedMesh(box, new THREE.MeshBasicMaterial(), count);
+    const matrix = new THREE.Matrix4();
+    for (let i = 0; i < count; i += 1) {
+      made.setMatrixAt(i, matrix.setPosition(...places.subarray(i * 3, i * 3 + 3)));
+    }
+  }
+  made.frustumCulled = false;
+  const scene = new THREE.Scene().add(made);
+  const gl = renderer.getContext();
+  const times = [];
+  for (let i = 0; i < 20; i += 1) {
+    const begin = performance.now();
+    renderer.render(scene, camera);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    times.push(performance.now() - begin);
+    await new Promise(requestAnimationFrame);
+  }
   return times.sort((a, b) => a - b)[10];
 }"""
 IS_DRAWN = """(name) => {
@@ -157,6 +208,30 @@ MEASURE = """async ([seconds, name]) => {
 }"""
 
 
+@contextlib.contextmanager
+def bare_three():
+    """Serve a page on which three.js of the same version can draw. Yield its address."""
+    vendored = os.path.join(ROOT, "src", "pipros", "web", "page", "vendor", "three", "three.core.js")
+    with open(vendored) as file:
+        revision = re.search(r"REVISION = .(\d+)", file.read())[1]
+    with tempfile.TemporaryDirectory() as folder:
+        command = ["npm", "install", "--silent", "--prefix", folder, f"three@0.{revision}.0"]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        files = os.path.join(folder, "node_modules", "three")
+        with open(os.path.join(files, "index.html"), "w") as page:
+            page.write(BARE_PAGE)
+        handler = functools.partial(Quiet, directory=files)
+        with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+            threading.Thread(target=server.serve_forever).start()
+            yield f"http://127.0.0.1:{server.server_port}/"
+            server.shutdown()
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *_):
+        pass
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=8.0)
@@ -183,20 +258,20 @@ def main():
         def launch(more):
             return chromium.launch(executable_path=program, args=["--no-sandbox", *more])
 
-        def serve(displays):
+        def serve(displays, *more):
             """Start a server with a scene. Return its process and its address."""
             file = os.path.join(folder, "scene.rviz")
             with open(file, "w") as out:
                 out.write(FILE.format(displays=displays))
             rviz = os.path.join(SCRIPTS, "rviz")
-            server = start(rviz, "--no-browser", "-d", file, stderr=subprocess.PIPE, text=True)
+            server = start(rviz, "--no-browser", *more, "-d", file, stderr=subprocess.PIPE, text=True)
             return server, server.stderr.readline().split(": ", 1)[1].strip()
 
         print(f"{'scene':42} first picture    three  a picture  pictures/s  messages/s  server")
         for label, (displays, name) in SCENES.items():
             if only not in label:
                 continue
-            server, address = serve(displays)
+            server, address = serve(displays, *([] if "anti-aliased" in label else [JAGGED]))
             link, browser = None, None
             if "Mbit" in label:
                 port = address.split("/")[2].rpartition(":")[2]
@@ -223,12 +298,17 @@ def main():
         for label, kind in ALONE.items():
             if only not in label:
                 continue
-            server, address = serve("{Class: rviz/Grid, Name: Grid}")
+            server, address = serve("{Class: rviz/Grid, Name: Grid}", JAGGED)
             browser = launch([])
             tab = browser.new_page(viewport={"width": 1200, "height": 900})
             tab.goto(address, wait_until="commit")
             tab.wait_for_function(IS_DRAWN, arg="Grid", timeout=120_000)
-            print(f"{label:42} {'':22} {tab.evaluate(DRAW_ALONE, kind):7.0f} ms", flush=True)
+            picture, projection, world = tab.evaluate(DRAW_ALONE, kind)
+            print(f"{label:42} {'':22} {picture:7.0f} ms", flush=True)
+            with bare_three() as address:
+                tab.goto(address)
+                picture = tab.evaluate(DRAW_BARE, [kind, projection, world])
+            print(f"{label + ', three.js alone':42} {'':22} {picture:7.0f} ms", flush=True)
             browser.close()
             server.terminate()
         for label, (count, views, has_stuck) in VIEWERS.items():

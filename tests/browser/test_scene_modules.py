@@ -127,6 +127,18 @@ def test_counts_beyond_the_message_are_refused(tab: Tab) -> None:
     assert found == "an array of 4294967295 elements does not fit into the message"
 
 
+def test_a_selected_line_has_the_box_of_its_points(tab: Tab) -> None:
+    found = tab.evaluate(
+        """async () => {
+          const { wideLines } = await import("/scene/shapes.js");
+          const THREE = await import("three");
+          const { min, max } = new THREE.Box3().setFromObject(wideLines([1, 2, 3, -4, 5, 6], 0.1, [1, 0, 0, 1]));
+          return [...min.toArray(), ...max.toArray()];
+        }"""
+    )
+    assert found == [-4, 2, 3, 1, 5, 6]
+
+
 def test_compressed_batches_are_unpacked(tab: Tab) -> None:
     batches = [b"\1" + zlib.compress(b"body" * 100, 1), b"\0" + b"body" * 100]
     found = tab.evaluate(

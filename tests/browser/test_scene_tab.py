@@ -139,6 +139,19 @@ def test_displays_are_switched_added_and_saved(system: RosSystem, open_tab: Open
     assert re.search(r"Class: rviz/Map\n.*\n.*\n.*\n +Topic: /map", saved)
 
 
+@pytest.mark.parametrize(("options", "is_smooth"), [((), True), (("--disable-anti-aliasing",), False)])
+def test_anti_aliasing_can_be_disabled(
+    ros: RosSystem, open_tab: OpenTab, options: Sequence[str], is_smooth: bool
+) -> None:
+    ros.pipros.start_master()
+    tab = open_tab(Page(ros, *options, command="rviz"), "scene", (1200, 900))
+    tab.wait_for_function("() => document.querySelector('.tab-scene')?.scene")
+    found = tab.evaluate(
+        "document.querySelector('.tab-scene').scene.renderer.getContext().getContextAttributes().antialias"
+    )
+    assert found is is_smooth
+
+
 def test_a_goal_is_published_with_control(system: RosSystem, open_tab: OpenTab, tmp_path: Path) -> None:
     echo = system.pipros.start("rostopic", "echo", "-n1", "/move_base_simple/goal")
     tab = scene_of(

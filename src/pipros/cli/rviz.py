@@ -32,7 +32,9 @@ def _main(argv: Sequence[str]) -> int:
 
     try:
         path = config_path(name)
-        file = SceneFile(path, options.fixed_frame or "")
+        file = SceneFile(
+            path, options.fixed_frame or "", is_smooth=not options.disable_anti_aliasing
+        )
     except OSError as error:
         raise CommandError(f"cannot read {name}: {error.strerror}") from None
     if path.is_relative_to(SHARE):  # start from the default; saving creates the user's own file
@@ -50,6 +52,8 @@ def _save_picture(options: Any, name: str, argv: Sequence[str]) -> int:
         arguments += ["-d", name]
     if options.fixed_frame:
         arguments += ["-f", options.fixed_frame]
+    if options.disable_anti_aliasing:
+        arguments.append("--disable-anti-aliasing")
     size = picture_size(options.size)
     for problem in save_picture(Path(options.png), arguments, size, options.timeout):
         print(f"rviz: {problem}", file=sys.stderr)
@@ -67,13 +71,13 @@ def _parser() -> OptionParser:
     parser.add_option(
         "--timeout", metavar="SECONDS", type="float", default=10.0, help="how long that waits for data (10)"
     )
+    add_flag(parser, "--disable-anti-aliasing", help="draw faster, with jagged edges")
     for names in (("-s", "--splash-screen"), ("--help-file",), ("--opengl",)):
         parser.add_option(*names, metavar="VALUE", help=_IGNORED)
     for names in (
         ("--fullscreen",),
         ("-l", "--ogre-log"),
         ("--in-mc-wrapper",),
-        ("--disable-anti-aliasing",),
         ("--no-stereo",),
         ("-v", "--verbose"),
         ("--log-level-debug",),

@@ -16,12 +16,14 @@ class SceneFile:
     Attributes:
         path: the file to save to; None if no file was opened.
         fixed_frame: overrides the file's fixed frame, if not empty.
+        is_smooth: whether the scene is drawn with anti-aliasing.
         version: increases with each change by a service or a browser.
     """
 
-    def __init__(self, path: Path | None = None, fixed_frame: str = "") -> None:
+    def __init__(self, path: Path | None = None, fixed_frame: str = "", *, is_smooth: bool = True) -> None:
         self.path = path
         self.fixed_frame = fixed_frame
+        self.is_smooth = is_smooth
         self.version = 0
         self.config: dict[str, Any] = {}
         if path is not None:

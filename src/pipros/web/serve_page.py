@@ -259,6 +259,7 @@ def services(
             "node": system.node.name,
             "control": permitted == CHANGING,
             "may": sorted(permitted),
+            "smooth": scene_file is None or scene_file.is_smooth,
         }
 
     actions: Mapping[str, Action] = {

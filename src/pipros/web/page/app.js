@@ -164,6 +164,7 @@ live.addEventListener("state", async () => {
   if (live.isOpen) {
     about = await live.act("about");
     live.node = about.node;
+    live.isSmooth = about.smooth;
     resolveKnown();
     showState();
   }

@@ -16,6 +16,7 @@ class Live extends EventTarget {
     this.isOpen = false;
     this.isRefused = false; // the token is missing or wrong
     this.node = ""; // the name of the server's own node
+    this.isSmooth = true; // whether scenes are drawn with anti-aliasing
     this.isRestarted = false; // the server rejects a token that it once accepted
     this.trouble = ""; // the server's reason for closing the connection
     this.connect();

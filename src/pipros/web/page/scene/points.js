@@ -1,7 +1,7 @@
 // Many points in one object: discs, squares and boxes with a colour each.
 
 import * as THREE from "three";
-import { BOX, NUMBER_TINT, OPAQUE } from "./shapes.js";
+import { NUMBER_TINT, OPAQUE, drawnFromTexture } from "./shapes.js";
 
 const STYLES = { Points: 0, "Flat Squares": 1, Squares: 2, Spheres: 3 };
 
@@ -46,28 +46,43 @@ void main() {
   gl_FragColor = vec4(rgb, colour.a * alpha);
 }`;
 
-// Each face has its own constant shade, as in rviz without geometry shaders.
+// Of the six faces, only three can face the viewer. Each face has its own constant shade, as in rviz without geometry
+// shaders.
 const BOX_VERTEX = `
-attribute vec3 offset;
-attribute vec4 tint;
 uniform vec3 sizes;
 uniform float perDepth;
 uniform float number;
-varying vec4 colour;
+uniform vec4 eye;
+flat varying vec4 colour;
 varying vec2 place;
 flat varying float own;
 void main() {
-  own = number < 0.0 ? -number : number + float(gl_InstanceID);
-  float shade = normal.z > 0.5 ? 0.9 : normal.z < -0.5 ? 0.5 : abs(normal.x) > 0.5 ? 0.6 : normal.y > 0.5 ? 0.4 : 1.0;
+  int box = gl_VertexID / 18;
+  int corner = gl_VertexID % 6;
+  int axis = gl_VertexID % 18 / 6;
+  own = number < 0.0 ? -number : number + float(box);
+  vec4 tint;
+  vec3 middle = placeOf(box, tint);
+  vec3 extent = perDepth > 0.0 ? abs(vec3(perDepth * middle.z)) : sizes;
+  float towards = (eye.xyz - eye.w * middle)[axis];
+  bool isUpper = towards > 0.0;
+  if (!(abs(towards) > 0.5 * eye.w * extent[axis])) {
+    gl_Position = vec4(0.0, 0.0, 2.0, 1.0);
+    return;
+  }
+  place = vec2(corner == 1 || corner >= 4, corner == 2 || corner == 3 || corner == 5);
+  vec2 across = place - 0.5;
+  float along = isUpper ? 0.5 : -0.5;
+  vec3 at = axis == 0 ? vec3(along, across) : axis == 1 ? vec3(across.y, along, across.x) : vec3(across, along);
+  float shade = axis == 2 ? (isUpper ? 0.9 : 0.5) : axis == 0 ? 0.6 : isUpper ? 0.4 : 1.0;
   colour = vec4(tint.rgb * shade, tint.a);
-  place = uv;
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(offset + position * (perDepth > 0.0 ? vec3(perDepth * offset.z) : sizes), 1.0);
+  gl_Position = projectionMatrix * modelViewMatrix * vec4(middle + at * extent, 1.0);
 }`;
 
 const BOX_FRAGMENT = `
 uniform float alpha;
 uniform float number;
-varying vec4 colour;
+flat varying vec4 colour;
 varying vec2 place;
 flat varying float own;
 ${NUMBER_TINT}
@@ -108,16 +123,19 @@ export function points(style, positions, tints, size, alpha = 1, hasAlpha = fals
 }
 
 function boxes(positions, tints, size, alpha, blending, perDepth) {
-  const geometry = new THREE.InstancedBufferGeometry();
-  for (const name of ["position", "normal", "uv"]) geometry.setAttribute(name, BOX.getAttribute(name).clone());
-  geometry.setIndex(BOX.getIndex().clone());
-  geometry.setAttribute("offset", new THREE.InstancedBufferAttribute(positions, 3));
-  geometry.setAttribute("tint", new THREE.InstancedBufferAttribute(tints, 4, true));
-  geometry.instanceCount = positions.length / 3;
   const sizes = new THREE.Vector3(...(Array.isArray(size) ? size : [size, size, size]));
-  const uniforms = { sizes: { value: sizes }, perDepth: { value: perDepth }, alpha: { value: alpha }, number: { value: 0 } };
-  const material = new THREE.ShaderMaterial({ vertexShader: BOX_VERTEX, fragmentShader: BOX_FRAGMENT, uniforms, ...blending });
-  const mesh = new THREE.Mesh(geometry, material);
-  mesh.frustumCulled = false;
+  const eye = new THREE.Vector4();
+  const mesh = drawnFromTexture(positions, tints, 18, {
+    vertexShader: BOX_VERTEX,
+    fragmentShader: BOX_FRAGMENT,
+    uniforms: { sizes: { value: sizes }, perDepth: { value: perDepth }, alpha: { value: alpha }, eye: { value: eye } },
+    ...blending,
+  });
+  const inverse = new THREE.Matrix4();
+  mesh.onBeforeRender = (_renderer, _scene, camera) => {
+    // Of an orthographic camera, the third column is the direction to the viewer.
+    eye.fromArray(camera.matrixWorld.elements, camera.isOrthographicCamera ? 8 : 12).applyMatrix4(inverse.copy(mesh.matrixWorld).invert());
+    mesh.material.uniformsNeedUpdate = true;
+  };
   return mesh;
 }

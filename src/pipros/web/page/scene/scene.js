@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { playback } from "../bags/playback.js";
+import { live } from "../live.js";
 import { Frames } from "./frames.js";
 import { Headlight } from "./headlight.js";
 import { Meshes, resourceOf } from "./meshes.js";
@@ -34,7 +35,7 @@ export class Scene {
     this.world = new THREE.Scene();
     this.world.add(this.objects, this.tools);
     this.light = new Headlight(this.world);
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: live.isSmooth, preserveDrawingBuffer: true });
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.renderer.sortObjects = true;
     this.config = {};

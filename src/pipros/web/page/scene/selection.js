@@ -163,9 +163,9 @@ function isWithin(object, root) {
 // Returns the box around a selected object, in the fixed frame.
 function boxOf({ unit, index }) {
   if (!unit.count) return new THREE.Box3().setFromObject(unit.object);
-  const geometry = unit.object.geometry;
-  const places = geometry.getAttribute("offset") ?? geometry.getAttribute("position");
-  const at = new THREE.Vector3().fromBufferAttribute(places, index).applyMatrix4(unit.object.matrixWorld);
+  const { geometry } = unit.object;
+  const places = geometry.userData.places ?? geometry.getAttribute("position").array;
+  const at = new THREE.Vector3().fromArray(places, 3 * index).applyMatrix4(unit.object.matrixWorld);
   return new THREE.Box3(at, at).expandByScalar(unit.radius || POINT_RADIUS);
 }
 

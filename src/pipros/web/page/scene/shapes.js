@@ -29,6 +29,36 @@ export const CONE = new THREE.ConeGeometry(0.5, 1, 32).rotateX(Math.PI / 2);
 const ROD = CYLINDER.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2); // from the origin along +x
 const TIP = CONE.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2);
 const SHARED = new Set([BOX, SPHERE, CYLINDER, CONE, ROD, TIP]);
+const CROSSES = new Map(); // thickness to a geometry of three rods
+const MOST_CROSSES = 100;
+
+// Returns three rods of length 1, coloured as axes, in one geometry.
+function crossOf(thickness) {
+  const known = CROSSES.get(thickness);
+  if (known) return known;
+  if (CROSSES.size >= MOST_CROSSES) CROSSES.clear();
+  const rod = ROD.clone().scale(1, thickness, thickness);
+  const made = joined([rod, rod.clone().rotateZ(Math.PI / 2), rod.clone().rotateY(-Math.PI / 2)]);
+  made.userData.isShared = true;
+  CROSSES.set(thickness, made);
+  return made;
+}
+
+// Returns one geometry from several, coloured with the given colours (r, g, b of 0 to 1), because each object takes time
+// to draw.
+export function joined(geometries, colours = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) {
+  const made = new THREE.BufferGeometry();
+  const join = (name, values) => made.setAttribute(name, new THREE.BufferAttribute(Float32Array.from(values), 3));
+  for (const name of ["position", "normal"]) join(name, geometries.flatMap((each) => [...each.getAttribute(name).array]));
+  join("color", geometries.flatMap((each, index) => Array(each.getAttribute("position").count).fill(colours[index]).flat()));
+  let first = 0;
+  made.setIndex(geometries.flatMap((each) => {
+    const own = Array.from(each.getIndex().array, (index) => index + first);
+    first += each.getAttribute("position").count;
+    return own;
+  }));
+  return made;
+}
 
 // An arrow along +x, from the origin. The head's colour may differ.
 export function arrow(shaftLength, shaftDiameter, headLength, headDiameter, material, headMaterial = material) {
@@ -42,17 +72,27 @@ export function arrow(shaftLength, shaftDiameter, headLength, headDiameter, mate
   return group;
 }
 
-// Axes from the origin: x red, y green, z blue. `diameter` is what rviz calls radius.
+// Returns an arrow along +x as one geometry, whose shaft and head have the given colours (r, g, b of 0 to 1).
+export function arrowShape(shaftLength, shaftDiameter, headLength, headDiameter, shaftColour, headColour) {
+  const shaft = ROD.clone().scale(shaftLength || 1e-6, shaftDiameter || 1e-6, shaftDiameter || 1e-6);
+  const head = TIP.clone().scale(headLength || 1e-6, headDiameter || 1e-6, headDiameter || 1e-6).translate(shaftLength, 0, 0);
+  return joined([shaft, head], [shaftColour, headColour]);
+}
+
+// Axes from the origin: x red, y green, z blue. `diameter` is what rviz calls radius. The material's `userData.fade`
+// has the part of grey in the colours (0 to 1) as its value.
 export function axes(length, diameter, alpha = 1) {
-  const group = new THREE.Group();
-  [[255, 0, 0], [0, 255, 0], [0, 0, 255]].forEach((colour, index) => {
-    const rod = new THREE.Mesh(ROD, lit(colour, alpha));
-    rod.scale.set(length || 1e-6, diameter || 1e-6, diameter || 1e-6);
-    if (index === 1) rod.rotation.z = Math.PI / 2;
-    if (index === 2) rod.rotation.y = -Math.PI / 2;
-    group.add(rod);
-  });
-  return group;
+  const long = length || 1e-6;
+  const material = lit([255, 255, 255], alpha, { vertexColors: true });
+  const fade = material.userData.fade = { value: 0 };
+  material.onBeforeCompile = (shader) => {
+    shader.uniforms.fade = fade;
+    shader.fragmentShader = `uniform float fade;\n${shader.fragmentShader}`
+      .replace("#include <color_fragment>", "diffuseColor.rgb = mix(vColor.rgb, vec3(0.7), fade);");
+  };
+  const rods = new THREE.Mesh(crossOf((diameter || 1e-6) / long), material);
+  rods.scale.setScalar(long);
+  return new THREE.Group().add(rods);
 }
 
 // Lines one pixel wide. `points` has x, y, z of each point; with `isStrip` they are connected.
@@ -68,24 +108,68 @@ export function thinLines(points, rgb, alpha = 1, { isStrip = false, colours = n
   return lines;
 }
 
+// Places and colours in a texture, from which a shader reads them by number. A geometry with instances would take less
+// memory; but drawing in software, each instance takes as long as 200 triangles.
+const READ_PLACE = `
+uniform highp usampler2D places;
+vec3 placeOf(int number, out vec4 colour) {
+  int across = textureSize(places, 0).x;
+  uvec4 words = texelFetch(places, ivec2(number % across, number / across), 0);
+  colour = vec4((uvec4(words.w) >> uvec4(0u, 8u, 16u, 24u)) & 255u) / 255.0;
+  return uintBitsToFloat(words.xyz);
+}`;
+const ACROSS = 2048;
+
+// Returns an object whose vertex shader gets `verticesEach` vertices for each place.
+//   positions: x, y, z of each place (Float32Array)
+//   tints: r, g, b, a of each place (Uint8Array)
+export function drawnFromTexture(positions, tints, verticesEach, options) {
+  const count = Math.floor(positions.length / 3);
+  const across = Math.max(1, Math.min(count, ACROSS));
+  const high = Math.max(1, Math.ceil(count / across));
+  const words = new Uint32Array(across * high * 4);
+  const [places, colours] = [positions, tints].map((each) => new Uint32Array(each.slice().buffer));
+  for (let i = 0; i < count; i += 1) {
+    words.set(places.subarray(i * 3, i * 3 + 3), i * 4);
+    words[i * 4 + 3] = colours[i];
+  }
+  const texture = new THREE.DataTexture(words, across, high, THREE.RGBAIntegerFormat, THREE.UnsignedIntType);
+  texture.internalFormat = "RGBA32UI";
+  texture.needsUpdate = true;
+  const geometry = new THREE.BufferGeometry();
+  geometry.setDrawRange(0, count * verticesEach);
+  geometry.userData.places = positions;
+  const { vertexShader, uniforms, ...more } = options;
+  const material = new THREE.ShaderMaterial({
+    vertexShader: READ_PLACE + vertexShader,
+    uniforms: { places: { value: texture }, number: { value: 0 }, ...uniforms },
+    side: THREE.DoubleSide,
+    ...more,
+  });
+  const mesh = new THREE.Mesh(geometry, material);
+  mesh.frustumCulled = false;
+  return mesh;
+}
+
 const WIDE_VERTEX = `
-attribute vec3 from;
-attribute vec3 to;
-attribute vec4 tintFrom;
-attribute vec4 tintTo;
 uniform float width;
 varying vec4 tint;
 void main() {
-  vec3 a = (modelViewMatrix * vec4(from, 1.0)).xyz;
-  vec3 b = (modelViewMatrix * vec4(to, 1.0)).xyz;
-  vec3 here = mix(a, b, position.x);
+  int line = gl_VertexID / 6;
+  int corner = gl_VertexID % 6;
+  float end = corner == 1 || corner >= 4 ? 1.0 : 0.0;
+  float edge = corner == 2 || corner == 3 || corner == 5 ? 0.5 : -0.5;
+  vec4 tintFrom, tintTo;
+  vec3 a = (modelViewMatrix * vec4(placeOf(2 * line, tintFrom), 1.0)).xyz;
+  vec3 b = (modelViewMatrix * vec4(placeOf(2 * line + 1, tintTo), 1.0)).xyz;
+  vec3 here = mix(a, b, end);
   vec3 along = b - a;
   vec3 view = isOrthographic ? vec3(0.0, 0.0, -1.0) : here;
   vec3 side = cross(along, view);
   float size = length(side);
   side = size > 0.0 ? side / size : vec3(0.0);
-  tint = mix(tintFrom, tintTo, position.x);
-  gl_Position = projectionMatrix * vec4(here + side * position.y * width, 1.0);
+  tint = mix(tintFrom, tintTo, end);
+  gl_Position = projectionMatrix * vec4(here + side * edge * width, 1.0);
 }`;
 
 // The colour of a number, by which Selection recognises what is drawn at a pixel. If the uniform `number` is not 0, its
@@ -101,31 +185,19 @@ void main() { gl_FragColor = number != 0.0 ? tintOf(abs(number)) : tint; }`;
 // Lines with a width in metres that face the camera. `points` has x, y, z of each point, two per line; `colours` RGBA
 // of each (0 to 1), or of all.
 export function wideLines(points, width, colours, isTransparent = false) {
-  const geometry = new THREE.InstancedBufferGeometry();
-  const corners = new Float32Array([0, -0.5, 0, 1, -0.5, 0, 1, 0.5, 0, 0, 0.5, 0]);
-  geometry.setAttribute("position", new THREE.BufferAttribute(corners, 3));
-  geometry.setIndex([0, 1, 2, 0, 2, 3]);
-  const count = Math.floor(points.length / 6);
-  const ends = new THREE.InstancedInterleavedBuffer(Float32Array.from(points.slice(0, count * 6)), 6, 1);
-  geometry.setAttribute("from", new THREE.InterleavedBufferAttribute(ends, 3, 0));
-  geometry.setAttribute("to", new THREE.InterleavedBufferAttribute(ends, 3, 3));
-  const isEach = count > 0 && colours.length >= count * 8;
-  const all = Float32Array.from({ length: count * 8 }, (_, i) => colours[isEach ? i : i % 4]);
-  const tints = new THREE.InstancedInterleavedBuffer(all, 8, 1);
-  geometry.setAttribute("tintFrom", new THREE.InterleavedBufferAttribute(tints, 4, 0));
-  geometry.setAttribute("tintTo", new THREE.InterleavedBufferAttribute(tints, 4, 4));
-  geometry.instanceCount = count;
-  const material = new THREE.ShaderMaterial({
+  const count = 2 * Math.floor(points.length / 6);
+  const isEach = count > 0 && colours.length >= count * 4;
+  const tints = Uint8ClampedArray.from({ length: count * 4 }, (_, i) => 255 * colours[isEach ? i : i % 4]);
+  const places = Float32Array.from(points.slice(0, count * 3));
+  const lines = drawnFromTexture(places, tints, 3, {
     vertexShader: WIDE_VERTEX,
     fragmentShader: TINT_FRAGMENT,
-    uniforms: { width: { value: width }, number: { value: 0 } },
-    side: THREE.DoubleSide,
+    uniforms: { width: { value: width } },
     transparent: isTransparent,
     depthWrite: !isTransparent,
   });
-  const mesh = new THREE.Mesh(geometry, material);
-  mesh.frustumCulled = false;
-  return mesh;
+  lines.geometry.boundingBox = new THREE.Box3().setFromArray(places);
+  return lines;
 }
 
 // Returns x, y, z of both ends of each line of a strip.
@@ -172,9 +244,9 @@ export function dispose(object) {
     if (each.geometry && !SHARED.has(each.geometry) && !each.geometry.userData.isShared && !each.isSprite) each.geometry.dispose();
     for (const material of [each.material ?? []].flat()) {
       if (material.map && !material.map.userData.isShared) material.map.dispose();
+      material.uniforms?.places?.value.dispose();
       material.dispose();
     }
-    if (each.isInstancedMesh) each.dispose();
   });
 }
 

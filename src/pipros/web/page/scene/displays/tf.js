@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { Display } from "../display.js";
 import { poseTexts } from "../pose.js";
-import { arrow, axes, clear, lit, place, textSprite } from "../shapes.js";
+import { arrowShape, axes, clear, lit, place, textSprite } from "../shapes.js";
 
 const MOST_DRAWN = 1000;
 
@@ -117,11 +117,9 @@ export class Tf extends Display {
     const shown = `${fade.toFixed(2)} ${alpha.toFixed(2)}`;
     if (entry.shown === shown) return;
     entry.shown = shown;
-    entry.axes.children.forEach((rod, axis) => {
-      const own = [0, 1, 2].map((channel) => (channel === axis ? 1 : 0));
-      rod.material.color.setRGB(...own.map((part) => part + (0.7 - part) * fade));
-      setAlpha(rod.material, alpha);
-    });
+    const { material } = entry.axes.children[0];
+    material.userData.fade.value = fade;
+    setAlpha(material, alpha);
     setAlpha(entry.label.material, alpha);
     entry.label.material.transparent = true;
   }
@@ -142,7 +140,7 @@ export class Tf extends Display {
     if (Math.abs(entry.length - distance) > 1e-4 * distance || entry.scale !== scale) {
       clear(entry.line);
       const head = distance < 0.1 * scale ? 0.1 * scale * distance : 0.1 * scale;
-      entry.line.add(arrow(distance - head, 0.01 * scale, head, 0.04 * scale, lit([204, 204, 76.5]), lit([255, 25.5, 153])));
+      entry.line.add(new THREE.Mesh(arrowShape(distance - head, 0.01 * scale, head, 0.04 * scale, [0.8, 0.8, 0.3], [1, 0.1, 0.6]), lit([255, 255, 255], 1, { vertexColors: true })));
       entry.length = distance;
       entry.scale = scale;
     }
