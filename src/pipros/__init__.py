@@ -1,10 +1,10 @@
 """ROS 1 from pip: master, client, messages, launch and tools, with no ROS installation.
 
-The public API: `from pipros import Node`. docs/api.md describes it. The module that defines a name is
-imported when the name is first used.
+Import the public names from here: `from pipros import Node`. docs/api.md describes them. The module that
+defines a name is imported when the name is first used.
 
-PYTEST_DONT_REWRITE keeps pytest, which rewrites the asserts of plugins, from warning that this package has
-already been imported (by the import hook of every interpreter).
+PYTEST_DONT_REWRITE stops pytest from rewriting the asserts of this package. Otherwise, pytest would warn that
+it is too late: pipros's import hook imports the package when the interpreter starts.
 """
 
 __version__ = "0.2.0"

@@ -72,7 +72,7 @@ def test_a_member_ends_with_ctrl_c_while_it_waits_for_the_router(
 @pytest.mark.parametrize(
     ("arguments", "reason"),
     [
-        (["router", "tcp/0.0.0.0:7447"], "Without TLS everyone there can control all robots"),
+        (["router", "tcp/0.0.0.0:7447"], "Without TLS, everyone there can control all robots"),
         (["router", "udp/127.0.0.1:1"], "must have the form tcp/HOST:PORT or tls/HOST:PORT"),
         (["router", "tls/127.0.0.1:1"], "needs --keys FOLDER"),
         (["router", "--history-topic", "/x"], "--history-topic needs --history DIR"),

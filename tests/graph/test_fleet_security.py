@@ -192,7 +192,7 @@ def test_an_authority_adds_renews_and_revokes_members(tmp_path: Path) -> None:
     assert authority.members() == {"robot1": Role.MEMBER}
     for wrong, reason in (
         (lambda: authority.add("robot1"), "already exists"),
-        (lambda: authority.add("router"), "the name of the routers"),
+        (lambda: authority.add("router"), "is reserved for routers"),
         (lambda: authority.add("a/b"), "is not a legal name"),
         (lambda: authority.renew("robot2"), "there is no member"),
         (lambda: authority.revoke("robot2"), "there is no member"),

@@ -254,7 +254,7 @@ def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[s
     ("arguments", "error"),
     [
         (["--control", "--read-only"], "--control and --read-only cannot be combined"),
-        (["-s", "rqt_shell"], "rqt has no plugin [rqt_shell] in pipros; there are bag, console, graph, "),
+        (["-s", "rqt_shell"], "pipros has no rqt plugin [rqt_shell]; the plugins are bag, console, graph, "),
         (["-s"], "-s must be followed by the name of a plugin"),
         (["--perspective-file", "/missing.json"], "cannot read /missing.json: No such file or directory"),
         (["--perspective", "nothing"], "there is no layout [nothing]"),

@@ -172,7 +172,7 @@ class ActionServer:
                 self.cancel_callback(handle)
 
     def _cancelled(self, goal_id: Any) -> list[ServerGoalHandle]:
-        """Record a cancellation request. Return handles for the goals that it newly cancels."""
+        """Record a cancellation request. Return handles for the goals whose status it changes."""
         cancelled = []
         with self.lock:
             if not self.started:

@@ -64,7 +64,7 @@ class SimpleActionServer:
         if execute_cb:
             self.execute_thread = Thread(target=self.executeLoop, name=f"goals of {name}", daemon=True)
             self.execute_thread.start()
-            # As in Noetic, a program whose main thread ends without `rospy.spin()` serves until shutdown.
+            # As in Noetic, a program keeps serving until shutdown, even without `rospy.spin()`.
             Thread(target=self._keep_process, name=f"server of {name}").start()
         if auto_start:
             rospy.logwarn(

@@ -1,4 +1,4 @@
-"""Convert messages from and to YAML."""
+"""Convert messages to and from YAML."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def to_yaml(obj: Any) -> str:
 
 
 def yaml_msg_str(type_: Any, yaml_str: str, filename: str | None = None) -> Any:
-    """Return a message of class `type_` with the fields of a YAML mapping. Missing fields keep defaults.
+    """Return a message of class `type_` with the fields of a YAML mapping. Missing fields get default values.
 
     Raises:
         ValueError: the text is not a mapping.

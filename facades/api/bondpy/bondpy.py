@@ -160,7 +160,7 @@ class Bond:
         self.on_formed = on_formed
 
     def set_broken_callback(self, on_broken: Callable[[], object] | None) -> None:
-        """Set the function to call when the bond is broken, whether it was formed or not."""
+        """Set the function to call when the bond is broken, whether or not it was ever formed."""
         self.on_broken = on_broken
 
     # -- lifecycle ---------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The state of a bond as a state machine of smclib, for Noetic's attribute `Bond.sm`."""
+"""A bond's state as an smclib state machine, for Noetic's attribute `Bond.sm`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's camera_info_manager_py: a camera's calibration and its service."""
+"""Drop-in replacement for Noetic's camera_info_manager_py: camera calibrations that a service can change."""
 
 from camera_info_manager.camera_info_manager import CameraInfoError as CameraInfoError
 from camera_info_manager.camera_info_manager import CameraInfoManager as CameraInfoManager

@@ -1,4 +1,4 @@
-"""The names that old `.cfg` files import."""
+"""`ParameterGenerator` and type names, under the module name that old `.cfg` files import."""
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.reconfigure.generator import ParameterGenerator as ParameterGenerator

@@ -143,7 +143,7 @@ class InteractiveMarkerServer:
         return marker
 
     def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
-        """Handle feedback from a viewer: make a new pose a pending change, and call the marker's callback.
+        """Handle viewer feedback: store a new pose as a pending change, and call the marker's callback.
 
         Feedback is ignored if another viewer was active shortly before.
         """

@@ -15,7 +15,7 @@ from pipros.libraries.robot_model.urdf import UrdfError, read_robot
 
 
 def get_param(name: str, value: Any = None) -> Any:
-    """Return the private parameter `name`, or else the one in the node's namespace, or else `value`."""
+    """Return the private parameter `name`. Fall back to the node's namespace, then to `value`."""
     for wanted in (f"~{name}", name):
         if rospy.has_param(wanted):
             return rospy.get_param(wanted)
@@ -64,13 +64,13 @@ class JointStatePublisher:
         self.pub = rospy.Publisher("joint_states", JointState, queue_size=5)
 
     def source_cb(self, msg: Any) -> None:
-        """Handle a message from a source."""
+        """Handle a message on one of the topics in `source_list`."""
         self._values.update(msg.name, position=msg.position, velocity=msg.velocity, effort=msg.effort)
         if self.source_update_cb is not None:
             self.source_update_cb()
 
     def set_source_update_cb(self, user_cb: Callable[[], object]) -> None:
-        """Set a function to call without arguments after each message from a source."""
+        """Set a function to call without arguments after each message on the topics in `source_list`."""
         self.source_update_cb = user_cb
 
     def loop(self) -> None:

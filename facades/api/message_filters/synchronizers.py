@@ -67,7 +67,7 @@ class TimeSynchronizer(SimpleFilter):
         ]
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Add a message from the input with this queue and index."""
+        """Add a message from the input with the given queue and index."""
         stamp: int = msg.header.stamp.to_nsec()
         with self.lock:
             now = self._simulated_now()
@@ -112,7 +112,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         return ApproximateSynchronizer(inputs, queue_size, self.slop.to_nsec(), reset)
 
     def add(self, msg: Any, my_queue: Queue, my_queue_index: int | None = None) -> None:
-        """Add a message from the input with this queue and index."""
+        """Add a message from the input with the given queue and index."""
         stamp_as_time = stamp_of(msg, self.allow_headerless)
         if stamp_as_time is None:
             return

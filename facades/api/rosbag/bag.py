@@ -58,7 +58,7 @@ class Compression:
 class Bag(IndexAccess):
     """A bag file, open for reading, writing or appending. Not thread-safe.
 
-    Unlike genuine rosbag, messages are always read in time order, even if written out of order; each
+    Unlike in genuine rosbag, messages are always read in time order, even if written out of order; each
     combination of topic, type and connection header gets its own connection; and the bag can be read while
     it is written.
 

@@ -78,7 +78,7 @@ def fixbag(migrator: MessageMigrator, inbag: str, outbag: str) -> bool:
 def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = False) -> list[Change]:
     """Write the migrated bag. If rules are missing, write nothing and return the changes that lack a rule.
 
-    If `force` is true, write the bag in any case, and copy messages that lack a rule unchanged. Raises the
+    If `force` is true, write the bag anyway, and copy messages that lack a rule unchanged. Raises the
     same errors as `checkbag`.
     """
     try:

@@ -63,7 +63,7 @@ class Protocol:
         return json.dumps(msg)
 
     def deserialize(self, msg: str | bytes, cid: Any = None) -> Any:
-        """Return the operation that a JSON text contains."""
+        """Parse an operation from a JSON document."""
         del cid
         return json_object(msg)
 

@@ -136,7 +136,7 @@ def _command_line() -> dict[str, str]:
 
 
 def _parameter(name: str, default: Any) -> Any:
-    """Return a private parameter; the default if it is not set, empty or "None"."""
+    """Return a private parameter, or the default if the parameter is unset, empty or "None"."""
     value = rospy.get_param(f"~{name}", default)
     return default if value in ("None", "") else value
 

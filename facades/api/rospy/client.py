@@ -96,7 +96,7 @@ def init_node(
         disable_signals: whether to leave SIGINT and SIGTERM to the caller.
         xmlrpc_port: the port of the node's slave API; 0 selects a free port.
         tcpros_port: the port for topics and services; 0 selects a free port. If neither port is given
-            and `PIPROS_PORTS` is set, both use one free port of that range.
+            and `PIPROS_PORTS` is set, both use one free port from that range.
 
     Raises:
         ValueError: the name is empty, or has a namespace.

@@ -97,7 +97,7 @@ def is_shutdown_requested() -> bool:
 
 
 def signal_shutdown(reason: str) -> None:
-    """Shut the node down: run the hooks, unregister from the master, then close all links.
+    """Shut the node down: run the hooks, unregister from the master, then close all connections.
 
     Blocks until the shutdown is complete. May be called repeatedly.
     """
@@ -121,7 +121,7 @@ def add_client_shutdown_hook(h: Callable[[], object]) -> None:
 
 
 def add_preshutdown_hook(h: Callable[[str], object]) -> None:
-    """Call `h` with the reason after the client's hooks.
+    """Call `h` with the shutdown reason, after the client hooks.
 
     Raises the same errors as `add_client_shutdown_hook`.
     """
@@ -130,7 +130,7 @@ def add_preshutdown_hook(h: Callable[[str], object]) -> None:
 
 
 def add_shutdown_hook(h: Callable[[str], object]) -> None:
-    """Call `h` with the reason once the node has unregistered.
+    """Call `h` with the shutdown reason, once the node has unregistered.
 
     Raises the same errors as `add_client_shutdown_hook`.
     """
@@ -148,7 +148,7 @@ def register_signals() -> None:
 
 
 def configure_logging(node_name: str, level: int = logging.INFO) -> None:
-    """Open the log file of a node, as `init_node` does; see `rosgraph.roslogging.configure_logging`.
+    """Open a node's log file, as `init_node` does; see `rosgraph.roslogging.configure_logging`.
 
     Raises:
         ROSInitException: the name is empty, or not a base name.
@@ -186,7 +186,7 @@ def get_ros_root(required: bool = False, env: dict[str, str] | None = None) -> s
 
 
 def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
-    """Return the host and port in a service's URI.
+    """Return the host and port of a service URI.
 
     Raises:
         ParameterInvalid: the URI is not `rosrpc://host:port`.

@@ -141,7 +141,7 @@ def _family(level: int) -> Family:
             logger.log(level, msg, *args, stacklevel=2, **kwargs)
 
     def once(msg: object, *args: Any, **kwargs: Any) -> None:
-        """Log the first time that this place in the code is reached."""
+        """Log only the first time that this place in the code is reached."""
         logger = _logger(kwargs)
         if _logging_once(_caller()):
             logger.log(level, msg, *args, stacklevel=2, **kwargs)

@@ -33,7 +33,7 @@ class TopicManager:
 
     @property
     def closed(self) -> bool:
-        """Whether the node is shut down."""
+        """Whether the node has shut down."""
         return session.is_shutdown
 
     @property
@@ -205,7 +205,7 @@ class Managers:
         self._is_watching = False
 
     def watch(self, added: RegistrationCallback, removed: RegistrationCallback) -> None:
-        """Call the functions with the name, type (for a service, the URI) and kind of each registration.
+        """Call the functions for each registration, with its name, type (for a service, its URI) and kind.
 
         Only the first call has an effect.
         """

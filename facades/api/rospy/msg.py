@@ -1,4 +1,4 @@
-"""`AnyMsg`, and conversion of the arguments of `publish` into messages."""
+"""`AnyMsg`, and conversion of `publish` arguments into messages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MessageClass = TypeVar("MessageClass", bound=Message)
 
 
 class AnyMsg(Message):
-    """A message of any type, whose serialized body is in `_buff`. Used to subscribe to and relay messages."""
+    """A message of any type, with its serialized body in `_buff`. Used to subscribe to and relay messages."""
 
     _md5sum: ClassVar[str] = "*"
     _type: ClassVar[str] = "*"
@@ -120,7 +120,9 @@ def deserialize_messages(
 def args_kwds_to_message(
     data_class: type[MessageClass], args: Sequence[Any], kwds: Mapping[str, Any]
 ) -> MessageClass:
-    """Return the message for the arguments of `publish` or of a service call: a message, or its field values.
+    """Return the message to send, given the arguments of `publish` or of a service call.
+
+    The arguments are a message or its field values.
 
     Raises:
         TypeError: the message has another type, the number of fields is wrong, or both positional and keyword
@@ -137,7 +139,7 @@ def args_kwds_to_message(
 
 
 def _message_for(data_class: type[MessageClass], one: Any) -> MessageClass:
-    """Return the message for a single argument: the message itself, or the value of its only field."""
+    """Return the message for a single argument, which is the message or the value of its only field."""
     if isinstance(one, data_class):
         return one
     if one._type == data_class._type and one._md5sum == data_class._md5sum:

@@ -111,7 +111,7 @@ def scoped_name(caller_id: str, name: str) -> str:
 
 
 def get_mappings() -> dict[str, str]:
-    """Return the remapping arguments of the process as written, including special ones such as `__log`."""
+    """Return the process's remapping arguments as written, including special ones such as `__log`."""
     arguments = session.identity.arguments
     return {**arguments.special, **arguments.remappings}
 
@@ -129,7 +129,7 @@ def get_resolved_mappings() -> dict[str, str]:
 
 
 def reload_mappings(argv: Sequence[str]) -> None:
-    """Replace the remappings with the remappings from another command line.
+    """Replace the remappings with those from another command line.
 
     They take effect when `initialize_mappings` is called.
     """
@@ -157,7 +157,7 @@ def isstring(s: object) -> bool:
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: Sequence[str] | None = None) -> str:
     """Return the namespace of the process; see `rosgraph.names.get_ros_namespace`."""
-    from rosgraph import names as graph_names  # imported late: few programs need rosgraph
+    from rosgraph import names as graph_names  # imported on first use: few programs need rosgraph
 
     return graph_names.get_ros_namespace(env, argv)
 

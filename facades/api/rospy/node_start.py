@@ -20,7 +20,7 @@ from rospy.session import Session
 
 
 class InitInterrupted(ROSInitException, ROSInterruptException):
-    """The process was shut down while `init_node` was waiting for the master."""
+    """Shutdown was requested while `init_node` was waiting for the master."""
 
 
 def start_node(

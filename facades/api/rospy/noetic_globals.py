@@ -1,4 +1,4 @@
-"""The values of module variables in Noetic's rospy that packages read and set, such as `rospy.core._uri`."""
+"""Module variables of Noetic's rospy that packages read and set, such as `rospy.core._uri`."""
 
 from __future__ import annotations
 

@@ -295,7 +295,7 @@ def wait_for_service(service: str, timeout: float | msg_time.Duration | None = N
 
 
 class _AnyService:
-    """Placeholder for the service class, which a probe does not need."""
+    """Placeholder for the service class, which is not needed to check that a server responds."""
 
     _type = _md5sum = "*"
     _request_class = _response_class = Message

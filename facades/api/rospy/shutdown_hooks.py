@@ -49,7 +49,7 @@ class ShutdownHooks:
             self._waits.discard(wait)
 
     def call_first(self, reason: str) -> None:
-        """Call the `client` and `preshutdown` hooks, and end all waits."""
+        """Call the `client` and `preshutdown` hooks, then set the events of all waits."""
         self._call(self.client)
         self._call(self.preshutdown, reason)
         for wait in list(self._waits):

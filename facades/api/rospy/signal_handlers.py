@@ -1,4 +1,4 @@
-"""Handle SIGINT and SIGTERM for successive nodes."""
+"""Handlers for SIGINT and SIGTERM, shared by all nodes that a process starts one after another."""
 
 from __future__ import annotations
 

@@ -79,10 +79,10 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class TimerEvent:
-    """Argument of a Timer's callback: expected and real times of the last and the current call.
+    """Argument of a Timer's callback: expected and real times of the previous and the current call.
 
-    `last_duration` is the duration of the last call in seconds. In the first call, the values about the last
-    call are None.
+    `last_duration` is the duration of the previous call in seconds. The `last_…` attributes are None in the
+    first call.
     """
 
     last_expected: Time | None

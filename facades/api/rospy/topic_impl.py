@@ -62,7 +62,7 @@ class TopicImpl:
     def has_connection(self, endpoint_id: str) -> bool:
         """Return whether a peer is connected.
 
-        A subscriber is given by its caller ID, a publisher by its URI.
+        Subscribers are identified by caller ID, publishers by URI.
         """
         return any(connection.endpoint_id == endpoint_id for connection in self.connections)
 

@@ -32,7 +32,10 @@ python3 = 1
 
 
 class SubscribeListener:
-    """Base class of listeners for subscribers. Pass an instance of a subclass to `Publisher`."""
+    """Base class of listeners that are notified when subscribers connect or disconnect.
+
+    Pass an instance of a subclass to `Publisher`.
+    """
 
     def peer_subscribe(
         self,
@@ -46,7 +49,7 @@ class SubscribeListener:
         """
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """Handle the loss of a subscriber. `num_peers` subscribers are left."""
+        """Handle the loss of a subscriber. `num_peers` subscribers remain."""
 
 
 class Topic(Generic[AnyMessage]):

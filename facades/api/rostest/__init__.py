@@ -34,10 +34,10 @@ def rosrun(
 ) -> None:
     """Run tests of nodes and topics. `test_name` is the name of the result file.
 
-    Afterwards, shut down the node created by the tests, and exit with code 1 if they did not pass.
+    Afterwards, shut down the node created by the tests, and exit with code 1 if the tests did not pass.
     """
     passed = script_runner.run_program(package, test_name, test, sys.argv if sysargs is None else sysargs)
-    # Imported late, because test programs without a node do not need rospy.
+    # Not imported at the top, because test programs without a node do not need rospy.
     import rospy
 
     rospy.signal_shutdown("test complete")

@@ -1,4 +1,4 @@
-"""Output of rostest, and functions of rosunit under their names in rostest."""
+"""Output functions of rostest, and rosunit functions under the names that rostest gives them."""
 
 from __future__ import annotations
 

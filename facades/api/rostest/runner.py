@@ -55,7 +55,7 @@ _Method = Callable[[unittest.TestCase], None]
 
 
 class _Made:
-    """The runs created by `createUnitTest`, and the module's settings."""
+    """The test runs created by `createUnitTest`, and the module's settings."""
 
     def __init__(self) -> None:
         self.runs: list[tuple[Rostest, ROSLaunchConfig]] = []

@@ -38,7 +38,7 @@ __all__ = [
     "xml_results_file",
 ]
 
-# unittest omits the frames of modules with this variable from its reports.
+# unittest's reports omit stack frames of modules that define this variable.
 __unittest = True
 
 BARE_TIME_LIMIT = 60.0
@@ -58,7 +58,7 @@ class TestTimeoutException(Exception):
 
 
 class BareTestCase(unittest.TestCase):
-    """A test case that passes if a program exits and has written results, which are then in `results`.
+    """A test case that passes if a program exits and has written results, which are stored in `results`.
 
     Attributes:
         args: the program's command line.
@@ -112,7 +112,7 @@ class BareTestCase(unittest.TestCase):
         printlog("test [%s] results summary: %s errors, %s failures, %s tests", self.test_name, *sums)
 
     def _run(self, test: BareTest) -> junitxml.Result | None:
-        """Run the program once, and return its results; None if it timed out and retries are left."""
+        """Run the program once. Return its results, or None if it timed out and retries are left."""
         printlog("Running test [%s]", self.test_name)
         try:
             test.run_once(self)

@@ -24,7 +24,7 @@ _DASHES = "-" * 80
 
 
 class TestInfo:
-    """The reason why a test case did not pass: the type and text of the exception."""
+    """The reason why a test case did not pass, as the type and text of the exception."""
 
     __test__ = False  # pytest must not collect this class
     tag = ""
@@ -204,7 +204,7 @@ def test_failure_junit_xml(
     class_name: str = "Results",
     testcase_name: str = "test_ran",
 ) -> bytes:
-    """Return the contents of a result file with one failed test and the reason."""
+    """Return the contents of a result file that reports one failed test and the reason."""
     suite, case = _one_case(test_name, class_name, testcase_name, failures=1)
     ElementTree.SubElement(case, "failure", message=escape_controls(message), type="")
     if stdout:
@@ -215,7 +215,7 @@ def test_failure_junit_xml(
 def test_success_junit_xml(
     test_name: str, class_name: str = "Results", testcase_name: str = "test_ran"
 ) -> bytes:
-    """Return the contents of a result file with one passed test."""
+    """Return the contents of a result file that reports one passed test."""
     return ElementTree.tostring(_one_case(test_name, class_name, testcase_name, failures=0)[0])
 
 
@@ -260,7 +260,7 @@ def cdata(cdata_text: str) -> str:
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """Replace each character that XML forbids with a visible reference."""
+    """Replace each character forbidden in XML with a visible reference."""
     return escape_controls(text)
 
 

@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's tf2_kdl: functions that transform PyKDL's objects."""
+"""Drop-in replacement for Noetic's tf2_kdl: functions that transform PyKDL objects."""
 
 from tf2_kdl.tf2_kdl import convert_vector as convert_vector
 from tf2_kdl.tf2_kdl import do_transform_frame as do_transform_frame

@@ -84,7 +84,7 @@ def from_msg_vector(msg: PointStamped) -> Any:
 
 
 def convert_vector(vector: Any) -> Any:
-    """Return a copy of a vector and its header."""
+    """Return a copy of a vector, including its header."""
     return _stamped(PyKDL.Vector(vector), Header(stamp=vector.header.stamp, frame_id=vector.header.frame_id))
 
 

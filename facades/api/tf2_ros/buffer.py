@@ -113,9 +113,9 @@ class Buffer(BufferCore, BufferInterface):
         return result if return_debug_tuple else result[0]
 
     def _wait(self, ask: Callable[[], tuple[int, str]], timeout: Any) -> tuple[int, str]:
-        """Call `ask` again after each new transform until it succeeds or the timeout expires.
+        """Call `ask`, and again after each new transform, until it succeeds or the timeout expires.
 
-        Return its last result.
+        Return the last result.
         """
         result = ask()
         if result[0] or not (timeout.secs or timeout.nsecs):

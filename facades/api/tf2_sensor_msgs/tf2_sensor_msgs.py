@@ -1,4 +1,4 @@
-"""Function that transforms point clouds."""
+"""Function that transforms point clouds, registered with tf2_ros."""
 
 from __future__ import annotations
 

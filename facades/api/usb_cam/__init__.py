@@ -1,4 +1,4 @@
-"""Replacement for Noetic's usb_cam: `usb_cam_node` publishes the images of a camera, read with OpenCV."""
+"""Replacement for Noetic's usb_cam: `usb_cam_node` publishes a camera's images, captured with OpenCV."""
 
 from __future__ import annotations
 

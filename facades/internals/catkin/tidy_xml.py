@@ -1,4 +1,4 @@
-"""`catkin.tidy_xml`: replaces characters that XML forbids."""
+"""`catkin.tidy_xml`: replaces characters that are forbidden in XML."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ILLEGAL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 def tidy_xml(filename: str) -> bool:
-    """Replace characters that XML forbids with question marks. Return True.
+    """Replace each character forbidden in XML with a question mark. Return True.
 
     Raises:
         ValueError: the file does not exist.

@@ -1,4 +1,4 @@
-"""`genmsg.base`: constants of the definition language, its errors, and the output of generators."""
+"""`genmsg.base`: constants and errors of the definition language, and log output for code generators."""
 
 from pipros.basics.lazy_names import star_names as _star_names
 
@@ -33,7 +33,7 @@ def log_verbose(value: bool) -> None:
 
 
 def log(*args: object) -> None:
-    """Print what a generator does, if enabled by `log_verbose`."""
+    """Print a log message from a generator if enabled by `log_verbose`."""
     if _is_verbose[0]:
         print("LOG:", *args)
 

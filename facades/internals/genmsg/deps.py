@@ -1,4 +1,4 @@
-"""`genmsg.deps`: files of the types that a definition embeds."""
+"""`genmsg.deps`: the definition files of the types that a message or service embeds."""
 
 from __future__ import annotations
 

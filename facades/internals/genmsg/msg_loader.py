@@ -113,7 +113,7 @@ class MsgContext:
 
 
 def get_msg_file(package: str, base_type: str, search_path: SearchPath, ext: str = EXT_MSG) -> str:
-    """Return the file of a type.
+    """Return the path of a type's definition file.
 
     Raises:
         MsgNotFound: the package or the type is not on the search path.

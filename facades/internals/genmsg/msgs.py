@@ -124,7 +124,7 @@ def is_builtin(msg_type_name: str) -> bool:
 
 
 class Constant:
-    """A constant in a message. `val_text` is the text of the value."""
+    """A constant in a message. `val_text` is the value as written in the definition."""
 
     __slots__ = ["name", "type", "val", "val_text"]
 

@@ -1,4 +1,4 @@
-"""`genpy.dynamic`: message classes from the definition in a connection header or a bag."""
+"""`genpy.dynamic`: creates message classes from the definitions in connection headers and bags."""
 
 from genmsg import InvalidMsgSpec, MsgContext, MsgGenerationException, MsgNotFound
 from pipros.basics.lazy_names import star_names as _star_names
@@ -12,11 +12,11 @@ _star_names(__name__, "atexit genmsg os re shutil io:StringIO sys tempfile")
 
 
 class _BrokenText(InvalidMsgSpec, MsgGenerationException):
-    """The text is invalid. This class is derived from both exceptions that programs catch."""
+    """The text is invalid. Derived from both exceptions because programs catch either."""
 
 
 class _IncompleteText(MsgNotFound, MsgGenerationException):
-    """The text lacks an embedded type. This class is derived from both exceptions that programs catch."""
+    """The text lacks an embedded type. Derived from both exceptions because programs catch either."""
 
 
 def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Message]]:

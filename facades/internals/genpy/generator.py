@@ -52,7 +52,7 @@ def get_special(type_: str) -> Special | None:
 
 
 def compute_post_deserialize(type_: str, varname: str) -> str | None:
-    """Return the call to generate after a variable is deserialized, or None."""
+    """Return the code to run after a variable is deserialized, such as `x.canon()`, or None."""
     special = get_special(type_)
     return None if special is None else special.get_post_deserialize(varname)
 

@@ -41,7 +41,7 @@ __all__ = [
 
 
 def myargv(argv: Sequence[str] | None = None) -> list[str]:
-    """Return the arguments that do not contain `:=`; by default, those of the process."""
+    """Return the arguments that do not contain `:=`. `argv` defaults to the process's arguments."""
     argv = sys.argv if argv is None else argv
     return [argument for argument in argv if ":=" not in argument]
 

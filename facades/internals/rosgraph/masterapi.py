@@ -103,7 +103,7 @@ class Master:
         return self._succeed(response)
 
     def _succeed(self, args: Any) -> Any:
-        """Return the value of a response `[code, text, value]`. Raises if the code is not 1."""
+        """Return the value of a response `[code, text, value]`. Raise an exception if the code is not 1."""
         code, text, value = args
         if code == 1:
             return value

@@ -89,7 +89,7 @@ def get_address_override() -> str | None:
 
 
 def get_host_name() -> str:
-    """Return the name or address of this machine to advertise to other machines."""
+    """Return the name or address under which this machine is advertised to other machines."""
     if override := get_address_override():
         return override
     name = socket.gethostname()
@@ -97,7 +97,7 @@ def get_host_name() -> str:
 
 
 def get_local_addresses() -> list[str]:
-    """Return the IP addresses of this machine, loopback first."""
+    """Return this machine's IP addresses, loopback first."""
     return own_addresses()
 
 

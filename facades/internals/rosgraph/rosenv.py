@@ -1,4 +1,4 @@
-"""The environment variables of the ROS graph."""
+"""Environment variables that configure the ROS graph."""
 
 from __future__ import annotations
 

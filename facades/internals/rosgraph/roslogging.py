@@ -66,11 +66,13 @@ def configure_logging(
     filename: str | None = None,
     env: Mapping[str, str] | None = None,
 ) -> str | None:
-    """Configure Python's logging: open a file in the ROS log folder and load a configuration file's handlers.
+    """Configure Python's logging to write to a file in the ROS log folder.
+
+    A configuration file replaces these settings; see `pipros.node.log.find_log_config`.
 
     Args:
         logname: name of the program's logger, and prefix of the file name.
-        level: minimum level to write.
+        level: minimum level to write; ignored if there is a configuration file.
         filename: file name instead of `<logname>-<pid>.log`.
         env: replacement for the process's environment.
 
@@ -78,8 +80,8 @@ def configure_logging(
         The path of the log file. If its folder cannot be created, print a message to stderr and return None.
 
     Raises:
-        LoggingException: the folder's path is a file, or the configuration file that
-            `ROS_PYTHON_LOG_CONFIG_FILE` names is invalid.
+        LoggingException: the folder's path is a file, the log file cannot be opened, or the configuration
+            file is invalid.
     """
     environment = Environment.from_os(env)
     try:

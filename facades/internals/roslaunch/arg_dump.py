@@ -1,4 +1,4 @@
-"""Arguments of launch files."""
+"""The arguments of launch files, with their documentation and default values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The contents of launch files, under Noetic's names."""
+"""Configuration loaded from launch files, in classes and functions with Noetic's names."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The parts of a launch under Noetic's names.
+"""Classes for the parts of a launch, with Noetic's names.
 
-They are mutable, and convertible to and from `pipros.launch.model`.
+Their instances are mutable, and can be converted to and from `pipros.launch.model`.
 """
 
 from __future__ import annotations
@@ -500,12 +500,12 @@ class RosbinExecutable(Executable):
 
 @cache
 def local_machine() -> Machine:
-    """Return the machine that represents this computer. The result is always the same object."""
+    """Return the Machine that represents this computer, which is always the same object."""
     return Machine("", "localhost")
 
 
 def is_machine_local(machine: Machine) -> bool:
-    """Return whether the machine is this computer with this user, so that its nodes start without ssh.
+    """Return whether the machine is this computer and this user, so that its nodes can start without ssh.
 
     Raises:
         RLException: the machine's address cannot be resolved.

@@ -76,7 +76,7 @@ class RLTestTimeoutException(RLException):
 
 
 class ROSLaunchListener:
-    """Base class of listeners for the exit of a launch's processes."""
+    """Base class of listeners that are notified when a launch's processes exit."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
         """Handle the exit of a process. Called after the exit was printed."""
@@ -165,7 +165,7 @@ class ROSLaunchRunner:
     def of_session(
         cls, session: LaunchSession, run_id: str, config: ROSLaunchConfig, pm: ProcessMonitor
     ) -> ROSLaunchRunner:
-        """Return the runner of a started session, and make `pm` monitor it."""
+        """Return a runner for a started session, which `pm` then monitors."""
         runner = cls(run_id, config, None if session.server is None else session.server.uri, pm)
         runner._session = session
         runner._watch()
@@ -173,7 +173,7 @@ class ROSLaunchRunner:
 
     @property
     def session(self) -> LaunchSession:
-        """The session that the runner starts or was created for."""
+        """The session that the runner starts, or for which it was created."""
         if self._session is None:
             self._session = self._make_session()
         return self._session

@@ -1,4 +1,4 @@
-"""Shared code of launch file loaders: contexts of elements, types of values, parameters."""
+"""Code shared by launch file loaders: element contexts, value types and parameters."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class LoaderContext:
         self.params[:] = [param for param in self.params if param.key != p.key] + [p]
 
     def add_remap(self, remap: Sequence[str]) -> None:
-        """Add a remapping, replacing any remapping of the same name.
+        """Add a remapping, replacing any remapping with the same name.
 
         Raises:
             RLException: a name is empty or illegal.

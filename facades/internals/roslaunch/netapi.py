@@ -1,4 +1,4 @@
-"""Queries of running launchers."""
+"""Queries to running launchers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TIMEOUT_S = 5.0
 
 
 class NetProcess:
-    """A process of a launcher: its name, state and start count, and the launcher's URI."""
+    """A launcher's process: its name, state and start count, and the launcher's URI."""
 
     def __init__(self, name: str, respawn_count: int, is_alive: bool, roslaunch_uri: str) -> None:
         self.is_alive = is_alive

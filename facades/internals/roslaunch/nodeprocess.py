@@ -1,4 +1,4 @@
-"""Processes on this computer that scripts create or that belong to a launch's nodes."""
+"""Processes on this computer, created by scripts or for the nodes of a launch."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ class RunProcess(LocalProcess):
 
 
 class RunProcesses:
-    """The nodes of a launch, in the form that a `ProcessMonitor` monitors."""
+    """The nodes of a launch, with the interface that `ProcessMonitor` requires."""
 
     def __init__(self, run: LaunchRun, run_id: str, stop: Callable[[], None]) -> None:
         """Store the arguments. `stop` is the function that ends all nodes."""
@@ -269,7 +269,7 @@ class RunProcesses:
         self._stop()
 
     def of(self, managed: ManagedNode) -> RunProcess:
-        """Return the process of a node. The result is always the same object."""
+        """Return a node's process, which is always the same object."""
         with self._lock:
             if managed.name not in self._known:
                 self._known[managed.name] = RunProcess(self._run, self._run_id, managed)
@@ -372,7 +372,7 @@ def create_master_process(
 
 
 def _program(name: str) -> str:
-    """Return the path of a command in the folder of this Python, or its name if it is not there.
+    """Return the path of a command in this Python's folder, or just the name if it is not there.
 
     The folder may be missing from PATH.
     """

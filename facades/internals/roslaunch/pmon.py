@@ -1,4 +1,4 @@
-"""Processes of a launch and their monitor."""
+"""A launch's processes and their monitor."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class FatalProcessLaunch(RLException):
 
 
 class ProcessListener:
-    """Base class of listeners for the exit of processes."""
+    """Base class of listeners that are notified when processes exit."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> None:
         """Handle the exit of a process. Called after the exit was printed, but not during a shutdown."""
@@ -326,11 +326,11 @@ class ProcessMonitor(threading.Thread):
         return next((process for process in self.procs if process.name == name), None)
 
     def has_main_thread_jobs(self) -> int:
-        """Return the size of `reacquire_signals`, which pipros leaves empty: there are no jobs to do."""
+        """Return the size of `reacquire_signals`, which is empty: pipros has no jobs for the main thread."""
         return len(self.reacquire_signals)
 
     def do_main_thread_jobs(self) -> None:
-        """Do nothing, for compatibility. There are no jobs for the main thread."""
+        """Do nothing, for compatibility. pipros has no jobs for the main thread."""
 
     def kill_process(self, name: str) -> bool:
         """Stop the process with the given name. Return False if it does not exist.

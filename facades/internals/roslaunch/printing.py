@@ -39,12 +39,12 @@ def printerrlog(msg: str) -> None:
 
 
 def add_printlog_handler(h: Handler) -> None:
-    """Add a handler that is called with each text printed by `printlog` and `printlog_bold`."""
+    """Add a handler that is called with each string printed by `printlog` or `printlog_bold`."""
     _handlers.append(h)
 
 
 def add_printerrlog_handler(h: Handler) -> None:
-    """Add a handler that is called with each text printed by `printerrlog`."""
+    """Add a handler that is called with each string printed by `printerrlog`."""
     _error_handlers.append(h)
 
 

@@ -1,4 +1,4 @@
-"""Functions for launch scripts, under Noetic's names."""
+"""Functions for launch scripts, with Noetic's names."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _ASK_EVERY_S = 0.1
 
 
 def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
-    """Return the paths of the launch files for `package file.launch` or paths.
+    """Return the paths of launch files, given as `package file.launch` or as paths.
 
     Raises:
         RLException: a file does not exist.
@@ -46,7 +46,7 @@ def resolve_launch_arguments(args: Sequence[str]) -> list[str]:
 
 
 def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: bool) -> str:
-    """Return the given run ID; without one, the running master's, or a new ID.
+    """Return the given run ID, if any; otherwise the running master's run ID, or a new one.
 
     Args:
         options_wait_for_master: whether to wait for a master with a run ID instead of generating an ID.
@@ -77,7 +77,7 @@ def _wait_for_master() -> None:
 
 
 def check_log_disk_usage() -> None:
-    """Print a warning if the log folder is large."""
+    """Print whether the log folder has grown large."""
     printlog("Checking log directory for disk usage. This may take a while.\nPress Ctrl-C to interrupt")
     printlog(disk_usage_report(Environment.from_os().log_dir))
 
@@ -122,7 +122,7 @@ def print_file_list(roslaunch_files: Sequence[FileAndArguments]) -> None:
 
 
 def change_terminal_name(args: Sequence[str], is_core: bool) -> None:
-    """Set the terminal title to the launched files."""
+    """Set the terminal title to the names of the launched files."""
     _title.name = "roscore" if is_core else ",".join(args)
     _title.show(_title.name)
 

@@ -45,7 +45,7 @@ class ROSLaunch:
         self.started = True
 
     def launch(self, node: Node) -> Any:
-        """Start a node and return its process, with `is_alive`, `stop`, `exit_code`, `pid` and `name`.
+        """Start a node and return its process, which has `is_alive`, `stop`, `exit_code`, `pid` and `name`.
 
         Raises:
             RLException: the node cannot be started, or `start` was not called.

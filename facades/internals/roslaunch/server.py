@@ -1,4 +1,4 @@
-"""XML-RPC servers of launchers, for tools that list processes, and between parents and children."""
+"""XML-RPC servers of launchers, called by tools that list processes and by launch parents and children."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class ROSLaunchBaseHandler(XmlRpcHandler):
         return 1, "processes on parent machine", self.pm.get_process_names_with_spawn_count()
 
     def process_info(self, process_name: str) -> Answer:
-        """Return the information about a process."""
+        """Return information about a process."""
         process = self.pm.get_process(process_name)
         if process is None:
             return -1, "no process by that name", {}
@@ -136,7 +136,7 @@ class ROSLaunchNode(XmlRpcNode):
 
 
 class ROSLaunchParentNode(ROSLaunchNode):
-    """The server of a parent.
+    """A launch parent's server.
 
     Attributes:
         rosconfig: the launched configuration.

@@ -78,7 +78,7 @@ def _context_of(scope: LaunchScope, filename: str | None, declared: Sequence[Arg
 
 
 class DomElement(Protocol):
-    """The part of the interface of `xml.dom` elements that the loader uses."""
+    """The part of the `xml.dom` element interface that the loader uses."""
 
     def getAttribute(self, name: str) -> str: ...
 

@@ -185,7 +185,7 @@ def is_registered(msg_type_name: str) -> bool:
 
 
 def get_registered(msg_type_name: str, default_package: str | None = None) -> MsgSpec:
-    """Return the definition with the given name, as given or qualified by `default_package`.
+    """Return the definition of a type. A name without a package is also looked up in `default_package`.
 
     Raises:
         KeyError: the definition is not registered.

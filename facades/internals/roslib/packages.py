@@ -167,7 +167,7 @@ def find_resource(
 def _find_resource(
     d: str | os.PathLike[str], resource_name: str, filter_fn: Callable[[str], bool] | None = None
 ) -> list[str]:
-    """Return all files with the given name below a folder for which `filter_fn` returns True.
+    """Return all files below a folder that have the given name and for which `filter_fn` returns True.
 
     Hidden folders, and links that lead back to a parent folder, are skipped. Other packages call this
     function.

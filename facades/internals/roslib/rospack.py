@@ -48,7 +48,7 @@ def rospack_depends_on(pkg: str) -> list[str]:
 
 
 def rospack_plugins(pkg: str) -> list[tuple[str, str]]:
-    """Return `(package, value)` for each `plugin` that other packages export for a package."""
+    """Return `(package, value)` for each package that exports a `plugin` attribute for the given package."""
     lines = rospackexec(["plugins", "--attrib=plugin", pkg]).splitlines()
     return [(name, value) for name, _, value in (line.partition(" ") for line in lines)]
 

@@ -202,8 +202,8 @@ class RegistrationManager:
     def __init__(self, thread_pool: ThreadPool | None, registry: Registry | None = None) -> None:
         """Create empty registrations, unless `registry` is given.
 
-        `thread_pool` shuts down nodes whose name another node takes over. If it is None, such nodes are not
-        shut down.
+        If another node takes over a node's name, `thread_pool` shuts the old node down. If `thread_pool` is
+        None, the old node keeps running.
         """
         self.thread_pool = thread_pool
         self._registry = Registry() if registry is None else registry

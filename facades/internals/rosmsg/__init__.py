@@ -225,8 +225,8 @@ def get_yaml_for_msg(
 
     Args:
         prefix: prefix of each line.
-        field_filter: function that lists the fields of a message to include.
-        flow_style_: whether to use flow style (brackets); None to use it only in parts of large messages.
+        field_filter: function that returns the names of the fields to include, given a message.
+        flow_style_: whether to use flow style (brackets); None to use it only inside large messages.
         fill_arrays_: whether to represent empty arrays with one element.
     """
     del time_offset, current_time

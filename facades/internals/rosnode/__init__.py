@@ -129,7 +129,7 @@ def rosnode_ping(
     verbose: bool = False,
     skip_cache: bool = False,  # noqa: ARG001
 ) -> bool:
-    """Ping a node `max_count` times, or forever if None. Return False if the node does not respond."""
+    """Ping a node `max_count` times; None means no limit. Return False if the node does not respond."""
     with _graph() as graph:
         return _pinging.ping(graph.master, node_name, count=max_count, say=print if verbose else None)
 
@@ -187,7 +187,9 @@ def cleanup_master_whitelist(master: object, whitelist: Collection[str]) -> None
 
 
 def lookup_uri(master: Any, system_state: Sequence[Sequence[Any]], topic: str, uri: str) -> str:
-    """Return the publisher or subscriber of a topic whose slave API is at `uri`, or `uri` if not found.
+    """Return the publisher or subscriber of `topic` that has its slave API at `uri`.
+
+    Return `uri` if there is none.
 
     Args:
         master: a `rosgraph.Master`.

@@ -151,7 +151,7 @@ def call_service(
     """Call a service, and return the request and the response. Blocks until the service responds.
 
     Args:
-        service_args: a list with the value of each field, or a dictionary of fields, or a list with one.
+        service_args: the field values as a list or a dictionary, or a list that contains one dictionary.
 
     Raises:
         ROSServiceException: the service does not exist, the values do not fit, or the call failed.

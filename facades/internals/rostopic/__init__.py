@@ -91,7 +91,7 @@ def _graph() -> Iterator[GraphClient]:
 def get_topic_type(
     topic: str, blocking: bool = False
 ) -> tuple[str, str, MessageEval | None] | tuple[None, None, None]:
-    """Return the type of a topic, its full name, and a function that extracts the field named in `topic`.
+    """Return a topic's type, its full name, and a function that extracts the field named in `topic`.
 
     The function is None if `topic` does not contain a field. If the topic does not exist, return (None, None,
     None). If `blocking` is true, wait until it exists or the node is shut down. `topic` is not resolved, so a
@@ -177,7 +177,7 @@ def get_topic_list(master: object = None) -> tuple[list[tuple[str, str, list[str
 
 
 def get_api(master: rosgraph.Master, caller_id: str) -> str:
-    """Return the URI of a node's slave API, or "unknown address" and the name for an unknown node.
+    """Return the URI of a node's slave API, or `unknown address NAME` for an unknown node.
 
     Raises:
         ROSTopicIOException: the master cannot be reached.

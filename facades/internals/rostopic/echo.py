@@ -20,7 +20,7 @@ ValueTransform = Callable[..., Any]
 
 
 def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> FieldFilter:
-    """Return a function that lists the fields of a message to print.
+    """Return a function that selects the fields to print, given a message.
 
     It omits strings if `echo_nostr` is true, and arrays if `echo_noarr` is true.
     """
@@ -64,7 +64,7 @@ class CallbackEcho:
     ) -> None:
         """
         Args:
-            topic: the topic; messages from other topics are ignored.
+            topic: the topic; messages from other topics are ignored unless `echo_all_topics` is true.
             msg_eval: function that returns the part of a message to print; None for the whole message.
             plot: whether to print each message as a line of comma-separated values.
             filter_fn: function that returns whether to print a message.
@@ -72,7 +72,7 @@ class CallbackEcho:
             echo_all_topics: whether to print the messages of all topics.
             offset_time: whether to print times as offsets from the current time.
             count: number of messages to print; None for no limit.
-            field_filter_fn: function that lists the fields of a message to print.
+            field_filter_fn: function that returns the names of the fields to print, given a message.
             fixed_numeric_width: width of numbers.
             value_transform_fn: function that transforms messages before they are printed.
         """
@@ -130,7 +130,8 @@ class CallbackEcho:
 
         Args:
             data: the message.
-            callback_args: `topic`, and `type_information` of the message or of the part to print.
+            callback_args: a dictionary with `topic`, the message's topic, and `type_information`, the type of
+                the message or of the part to print.
             current_time: time of receipt; defaults to the current time.
         """
         topic, kind = callback_args["topic"], callback_args["type_information"]

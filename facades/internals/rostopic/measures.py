@@ -142,7 +142,7 @@ class ROSTopicHz:
 
 
 class ROSTopicBandwidth:
-    """Bandwidth of a topic, measured by a subscriber of type `rospy.AnyMsg` with `callback`.
+    """Bandwidth of a topic. Subscribe with `callback` and the message class `rospy.AnyMsg`.
 
     Attributes:
         sizes, times: sizes in bytes and times of arrival in seconds of the last messages.
@@ -210,7 +210,7 @@ class ROSTopicDelay:
             del self.delays[: max(len(self.delays) - self.window_size, 0)]
 
     def get_delay(self) -> tuple[float, float, float, float, int] | None:
-        """Return the mean, minimum, maximum and standard deviation of delays in seconds, and the window size.
+        """Return the mean, minimum, maximum and standard deviation of the delays (s), and the window size.
 
         Return None if no message has arrived since the last call.
         """

@@ -39,7 +39,7 @@ class _Plugins:
         self._static, self._online = load_plugins(say=print, complain=_print_error)
 
     def check(self, subject: Subject) -> list[Problem]:
-        """Apply the checks. Online checks may need a node, so start one for them."""
+        """Apply the checks. Start a node for online checks, which may need one."""
         self._context.set_subject(subject)
         self._context.warnings, self._context.errors = [], []
         checks = self._static if subject.system is None else self._online

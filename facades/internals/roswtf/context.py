@@ -33,11 +33,11 @@ class WtfContext:
         launch_files, launch: the launch files to check, and their contents.
         roslaunch_uris: the addresses of running launchers.
         system_state, nodes, topics, services, service_providers: the registrations with the master.
-        uri_node_map: mapping of addresses to nodes.
+        uri_node_map: mapping from addresses to nodes.
         use_sim_time: the value of the parameter `/use_sim_time`.
-        expected_edges, actual_edges: (publisher, subscriber, topic) according to the registrations and to the
-            nodes.
-        unconnected_subscriptions: mapping of nodes to their subscribed topics that have no publisher.
+        expected_edges, actual_edges: connections as (publisher, subscriber, topic), as registered with the
+            master and as reported by the nodes.
+        unconnected_subscriptions: mapping from nodes to their subscribed topics without a publisher.
         errors, warnings: the problems found so far.
     """
 
@@ -77,7 +77,7 @@ class WtfContext:
         self.set_subject(self._subject)
 
     def as_dictionary(self) -> dict[str, Any]:
-        """Return the attributes by name, for formatting the texts of rules."""
+        """Return the attributes by name, for use in the texts of rules."""
         return dict(vars(self))
 
     @staticmethod

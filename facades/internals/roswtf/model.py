@@ -1,4 +1,4 @@
-"""Results of rules."""
+"""Errors and warnings found by rules."""
 
 from __future__ import annotations
 

@@ -50,5 +50,5 @@ def of_context(function: Callable[[Any], Any]) -> Callable[[WtfContext], Any]:
 
 
 def of_contexts(rules: Sequence[_rules.Rule]) -> list[Rule]:
-    """Convert pipros rules to rules about a context. (Not in Noetic.)"""
+    """Convert pipros rules to rules whose functions take a context. (Not in Noetic.)"""
     return [(of_context(function), text) for function, text in rules]

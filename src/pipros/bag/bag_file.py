@@ -1,4 +1,4 @@
-"""A bag open for reading, writing or appending. As with `rosbag.Bag`, it can be read while it is written."""
+"""A bag open for reading, writing or appending. As with `rosbag.Bag`, it can be read while being written."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class BagFile:
         return BagReader(self._file, name=self._name, layout=self.writer.layout, limits=self._limits)
 
     def reindex(self) -> list[int]:
-        """Rebuild the index of a bag in mode `a`. Return the positions of its chunks.
+        """Rebuild the index of a bag opened in mode `a`. Return the positions of its chunks.
 
         Raises:
             BagError: the format does not support an index.

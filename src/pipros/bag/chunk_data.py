@@ -83,15 +83,15 @@ def check_index_size(source: Source, entry_bytes: int, limits: Limits) -> None:
     """Raise `BagFormatError` if the index entries are implausibly large for the file size."""
     if entry_bytes > limits.bag_index_bytes + _ENTRY_BYTES_PER_BYTE * source.size:
         raise BagFormatError(
-            f"{source.name}: the index of {source.size} bytes needs {entry_bytes} "
+            f"{source.name}: the index of this {source.size}-byte file needs {entry_bytes} "
             f"bytes; {limit_text('bag_index_bytes', limits.bag_index_bytes)}"
         )
 
 
 class ChunkStore:
-    """Cache of chunk contents, of at most `bag_cache_bytes` plus the chunk in use.
+    """Cache of chunk contents, filled ahead of use by a thread pool that decompresses the upcoming chunks.
 
-    A thread pool decompresses the upcoming chunks.
+    The size of the cache is at most `bag_cache_bytes`, plus the chunk in use.
     """
 
     def __init__(self, source: Source, headers: Headers, limits: Limits) -> None:

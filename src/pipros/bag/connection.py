@@ -58,7 +58,7 @@ class StoredMessage(NamedTuple):
 
 
 def received_connection(topic: str, header: Mapping[str, str]) -> Connection:
-    """Return a connection, with the number 0, for the messages of a publisher that sent `header`."""
+    """Return a connection with the number 0, for messages from a publisher that sent `header`."""
     fields = {name: value.encode() for name, value in header.items()}
     defaults = {"topic": topic.encode(), "type": b"", "md5sum": b"", "message_definition": b""}
     return Connection(0, topic, fields | {k: v for k, v in defaults.items() if k not in fields})

@@ -17,8 +17,8 @@ def image_file(message: Any) -> tuple[str, bytes]:
     """Return the suffix and the contents of the image file.
 
     Raises:
-        BagError: PNG does not support the encoding, the image has fewer bytes than its size requires, or its
-            definition differs from the installed one.
+        BagError: PNG does not support the encoding, the image has fewer bytes than its size requires, or the
+            message definition differs from the installed one.
     """
     installed = installed_class(message._type)
     if installed is None or installed._md5sum != message._md5sum:

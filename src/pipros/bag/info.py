@@ -307,7 +307,7 @@ def _items(values: Sequence[dict[str, Any]]) -> Iterator[str]:
 
 
 def _scalar(value: object) -> str:
-    """Format a value as YAML, like Noetic, but in quotes if it would be ambiguous."""
+    """Format a value as YAML, as Noetic does, but quote it if it would otherwise be ambiguous."""
     text = str(value)
     return text if _PLAIN.fullmatch(text) else "'" + text.replace("'", "''") + "'"
 

@@ -67,7 +67,7 @@ def read_version(source: Source) -> tuple[Version, int]:
 
 
 def read_layout(source: Source, start: int) -> BagLayout:
-    """Read the index of a bag in format 2.0 whose first record starts at `start`.
+    """Read the index of a format 2.0 bag whose first record starts at `start`.
 
     Raises:
         NotIndexed: the bag does not have an index, or the index is truncated or damaged.
@@ -150,7 +150,7 @@ def read_chunk_index(
     """Return a chunk's index entries by connection.
 
     Args:
-        end: byte position of the next chunk; the size of the file for the last chunk.
+        end: byte position of the next chunk; for the last chunk, the size of the file.
 
     Raises:
         BagFormatError: the chunk or its entries are damaged, or extend beyond `end`.

@@ -39,7 +39,7 @@ AFTER_ALL = 1 << 64
 
 _OF_HEADER = ("callerid", "latching", "md5sum", "topic")
 MAX_CONNECTIONS = 65_535
-"""Maximum number of connections of a file: the ids of channels are 16-bit numbers > 0."""
+"""Maximum number of connections in a file: channel ids are 16-bit numbers > 0."""
 
 
 @contextmanager
@@ -84,8 +84,8 @@ def connection_of(channel: Any, schema: Any, name: str) -> Connection:
         encoding = "no schema" if schema is None else schema.encoding
         hint = " (ROS 2 messages)" if channel.message_encoding == "cdr" else ""
         raise BagError(
-            f"{name}: the messages of [{channel.topic}] must have the encoding ros1 and a "
-            f"schema of the encoding ros1msg, got {channel.message_encoding} with {encoding}{hint}"
+            f"{name}: messages on [{channel.topic}] must have the encoding ros1 and a "
+            f"schema with the encoding ros1msg, got {channel.message_encoding} with {encoding}{hint}"
         )
     header = {"topic": channel.topic, "type": schema.name, **channel.metadata}
     fields = {name: value.encode() for name, value in header.items()}
@@ -192,7 +192,7 @@ class McapReader(BagReader):
 def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
     """Write to `file` the messages that precede the first damaged record of an MCAP file, and a summary.
 
-    Return a list that describes the damage, empty if there is none.
+    Return descriptions of the damage; the list is empty if there is none.
 
     Raises:
         BagError: the library is missing, or the file contains messages that are not ROS 1 messages.
@@ -231,7 +231,7 @@ def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: P
 
 
 class McapWriter:
-    """Writer of an MCAP file, with the methods of `BagWriter`.
+    """Writer for an MCAP file, with the methods of `BagWriter`.
 
     Args:
         compression: `none`, `lz4` or `zstd`. MCAP does not support `bz2`, so `bz2` selects `zstd`.
@@ -266,7 +266,7 @@ class McapWriter:
         """Add a connection; see `BagWriter.add_connection`.
 
         Raises:
-            BagError: the file has MAX_CONNECTIONS already.
+            BagError: the file already has MAX_CONNECTIONS connections.
         """
         if len(self._channels) >= MAX_CONNECTIONS:
             raise BagError(f"an MCAP file can have at most {MAX_CONNECTIONS} connections")

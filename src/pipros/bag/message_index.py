@@ -124,7 +124,7 @@ class MessageIndex:
         return StoredMessage(connection, time_ns, read(data_position, data_size), chunk, offset)
 
     def _old_connection(self, fields: Fields) -> Connection | None:
-        """Return the connection of a message in format 1.2, whose record names the topic and type."""
+        """Return the connection of a message in a format 1.2 bag, given the fields of its record."""
         wanted = tuple(text_of(fields.get(name, b"")) for name in ("topic", "type", "md5"))
         found = (c for c in self.bag.connections if (c.topic, c.type, c.md5sum) == wanted)
         return next(found, None)

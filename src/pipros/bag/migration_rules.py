@@ -23,7 +23,8 @@ class Rule:
     """A migration rule.
 
     Attributes:
-        old, new: type and md5sum before and after migration. Both are empty on a side that has no type.
+        old, new: type and md5sum before and after migration; both are empty if the type exists only on the
+            other side.
         is_valid: False until the rule has been completed by hand.
     """
 

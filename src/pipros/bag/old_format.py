@@ -1,8 +1,8 @@
 """Read bags in format 1.2, which ROS wrote until 2010 (http://wiki.ros.org/Bags/Format/1.2).
 
-Such bags do not have chunks. They are a sequence of definitions and messages, and each message has its topic,
-type and md5sum. They are scanned once and presented as chunks, so that readers do not need to distinguish the
-formats.
+Such bags do not have chunks. They are sequences of definitions and messages, and each message is stored with
+its topic, type and md5sum. They are scanned once and presented as chunks, so that readers do not need to
+distinguish the formats.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _PART_BYTES = 1024 * 1024
 
 
 def scan_old_format(source: Source, version: Version, start: int) -> BagLayout:
-    """Return the connections and messages in a bag in format 1.2 whose first record starts at `start`.
+    """Return the connections and messages in a format 1.2 bag whose first record starts at `start`.
 
     A truncated or damaged file is read up to the damage, which `BagLayout.damage` describes.
     """

@@ -28,7 +28,7 @@ def open_bag(path: str | os.PathLike[str], *, rebuild_index: bool = False) -> Ba
 
 
 def is_mcap(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file has MCAP's magic bytes. Raise `OSError` if it cannot be read."""
+    """Return whether a file starts with MCAP's magic bytes. Raise `OSError` if it cannot be read."""
     with open(path, "rb") as file:
         return file.read(len(_MCAP)) == _MCAP
 
@@ -36,7 +36,7 @@ def is_mcap(path: str | os.PathLike[str]) -> bool:
 def writer_for(
     path: str | os.PathLike[str], file: Any, *, compression: str = "none", chunk_bytes: int = CHUNK_BYTES
 ) -> MessageWriter:
-    """Return a writer to an open file, for the format that the file's final name determines.
+    """Return a writer for an open file, in the format that the file's final name determines.
 
     Raises:
         BagError: the format needs a library that is not installed, or does not support the compression.

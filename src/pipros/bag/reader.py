@@ -414,7 +414,7 @@ class BagReader:
     def _message_at(
         self, number: int, data: bytes | bytearray | None, offset: int, connection: Connection
     ) -> bytes:
-        """Return a message whose header is unusual, or which is read individually from the file."""
+        """Return a message that has an unusual header, or that is read individually from the file."""
         header = self.chunk_header(number)
 
         def read(position: int, size: int) -> bytes:

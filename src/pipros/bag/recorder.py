@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 _POLL_PERIOD_S = 0.5
-"""Interval at which the master is polled for new topics."""
+"""Interval between polls of the master for new topics."""
 KEPT_CONNECTIONS = 1000
 """Maximum number of cached connections per topic."""
 
@@ -47,7 +47,7 @@ class RecordOptions:
         limit: maximum number of messages per topic; 0 for no limit.
         buffer_bytes: maximum size of the queue of unwritten messages; 0 for no limit.
         min_space_bytes: free disk space below which writing is paused.
-        ends_without_space: whether the recording ends instead of being paused.
+        ends_without_space: whether the recording ends, instead of pausing, when disk space runs low.
         publish: whether to publish the name of each file on `/begin_write`.
         snapshot: whether to keep messages in memory, and write them only on request: a message on
             `snapshot_trigger`, or a call to the service `~trigger_snapshot`; see `Snapshots`. `buffer_bytes`

@@ -34,7 +34,7 @@ Fields = dict[str, bytes]
 
 
 class Op(IntEnum):
-    """Kind of a record, which is stored in the field `op`."""
+    """Kind of record, stored in the field `op`."""
 
     MESSAGE_DEFINITION = 1  # occurs only in format 1.2
     MESSAGE = 2

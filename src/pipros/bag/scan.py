@@ -47,8 +47,8 @@ class Contents:
 def scan(source: Source, start: int, limits: Limits, progress: Progress | None = None) -> BagLayout:
     """Return the connections and chunks of a bag whose first record starts at `start`.
 
-    Before each record, `progress` is called with its byte position. If the bag is damaged, `BagLayout.damage`
-    describes how.
+    `progress` is called before each record, with the record's byte position. `BagLayout.damage` describes any
+    damage.
     """
     layout = BagLayout(Version(2, 0), end=start)
     position = start

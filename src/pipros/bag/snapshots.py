@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Snapshots:
-    """Writer that moves the messages in a queue to files. Thread-safe.
+    """Writer that moves queued messages to files. Thread-safe.
 
     Args:
         options: options for the files. If `repeat_latched` is true, a file starts with the latched messages

@@ -90,7 +90,7 @@ class _Topic:
 
 
 class BagWriter:
-    """Writer of messages to an open file, which the caller must close. Not thread-safe.
+    """Writes messages to an open file, which the caller must close. Not thread-safe.
 
     Args:
         file: a binary file open for reading and writing.
@@ -246,7 +246,7 @@ class BagWriter:
     def finish(self) -> None:
         """Write the index.
 
-        After that, the bag is complete and closed for additions. May be called repeatedly.
+        After that, the bag is complete, and nothing more can be added. May be called repeatedly.
         """
         if self._is_finished:
             return

@@ -1,7 +1,7 @@
 """Cache files, in a folder to which only this user can write.
 
 The files determine which programs run, and some contain code, so a file that another user could have written
-is not used. This module imports little, because every first import of a message needs it.
+is not used. This module imports little, because the first message import of each process loads it.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ class CacheFolder:
     """A folder of cache files without subfolders.
 
     The folder and its parent must belong to this user, must not be writable by others, and must not be
-    symbolic links. The same applies to each file that is read, and it must not have additional hard links.
-    Folders further up may be links and may belong to other users, who could replace those folders, but cannot
-    create folders that belong to this user. If a check fails, the cache is not used, and a warning is printed
-    once. A missing, full or read-only cache is ignored, except by methods that document errors.
+    symbolic links. The same applies to each file that is read, which also must not have additional hard
+    links. Folders further up may be links and may belong to other users, who could replace those folders, but
+    cannot create folders that belong to this user. If a check fails, the cache is not used, and a warning is
+    printed once. A missing, full or read-only cache is ignored, except by methods that document errors.
 
     Files are replaced atomically, so any number of processes may share the folder.
     """

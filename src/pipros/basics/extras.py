@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-# All nodes and commands import this module, so it imports the modules for these hints late.
+# All nodes and commands import this module, so each function imports the modules that only it needs.
 
 
 def install_command(*extras: str) -> str:
@@ -29,8 +29,9 @@ def _pip() -> str:
 
 
 def _origin() -> dict[str, Any]:
-    """Return pip's record of the origin of pipros (PEP 610); empty if it was installed from an index, or if
-    its origin is unknown.
+    """Return pip's record of where pipros was installed from (PEP 610).
+
+    The record is empty if the source was a package index or is unknown.
     """
     import json
     from importlib.metadata import PackageNotFoundError, distribution

@@ -1,4 +1,4 @@
-"""Find the current user's home folder, with a fallback for users that do not have one.
+"""Find the current user's home folder, with a fallback for users who do not have one.
 
 An example is a container user whose ID has no entry in `/etc/passwd`. For such users, genuine ROS creates a
 folder named `~` in the working folder.

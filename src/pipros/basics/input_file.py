@@ -34,7 +34,7 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
 
 
 def read_end(path: str | os.PathLike[str], most_bytes: int) -> str:
-    """Return the last `most_bytes` of a regular file as UTF-8, beginning with a whole line.
+    """Return the last `most_bytes` of a regular file, decoded as UTF-8, from the start of a line.
 
     Raises:
         OSError: the file cannot be read, or is not a regular file.
@@ -53,7 +53,7 @@ def read_end(path: str | os.PathLike[str], most_bytes: int) -> str:
 
 
 def read_text(path: str | os.PathLike[str], limit_bytes: int | None = None, *, errors: str = "strict") -> str:
-    """Return the content of a regular file as UTF-8, with `\\n` line endings.
+    """Return the content of a regular file, decoded as UTF-8, with `\\n` line endings.
 
     Args:
         errors: how invalid bytes are handled, as in `bytes.decode`.

@@ -2,7 +2,7 @@
 
 Python runs signal handlers between two bytecode instructions of the main thread. A signal that arrives just
 before that thread starts to wait is handled only after the wait, so an endless wait would lose Ctrl-C.
-Therefore, every wait of a main thread consists of short slices.
+Therefore, every wait in the main thread consists of short slices.
 
 A handler may also raise KeyboardInterrupt between any two bytecode instructions. `threading.Event` is written
 in Python, so an exception in the middle of its `wait` can leave its lock held, and then `set` blocks forever.

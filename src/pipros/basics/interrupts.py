@@ -67,8 +67,7 @@ def exits_after_ctrl_c(code: int = 0) -> Callable[[Callable[_Arguments, int]], C
 
 @contextmanager
 def ended_by_termination() -> Iterator[None]:
-    """Make SIGTERM, and SIGHUP from a closed terminal, end the block with SystemExit, so that it can clean
-    up.
+    """End the block with SystemExit on SIGTERM, or on SIGHUP from a closed terminal, so that it can clean up.
 
     The exit code is the one that shells report for the signal. A signal that is ignored, as under nohup,
     stays ignored. Do nothing outside the main thread.
@@ -91,7 +90,10 @@ def _exit_by_signal(number: int, _: FrameType | None) -> None:
 
 
 class _InterruptKeeper:
-    """An `unraisablehook` that repeats KeyboardInterrupt; other exceptions go to the previous hook."""
+    """An `unraisablehook` that interrupts the main thread again after a KeyboardInterrupt.
+
+    Other exceptions are passed to the previous hook.
+    """
 
     def __init__(self, report: Callable[[Any], object]) -> None:
         self._report = report
@@ -109,7 +111,7 @@ def _interrupt_again() -> None:
 
 
 def interrupt_main_thread() -> None:
-    """Run the SIGINT handler in the main thread, even if that thread waits for a lock or for input."""
+    """Run the SIGINT handler in the main thread, even if that thread is waiting for a lock or for input."""
     main = threading.main_thread().ident
     if sys.platform != "win32" and main is not None and hasattr(signal, "pthread_kill"):
         signal.pthread_kill(main, signal.SIGINT)  # also interrupts a blocking system call

@@ -1,7 +1,7 @@
 """All limits on the resources that peers, files and names can use, with their defaults.
 
 `PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
-may pass a `Limits` to `Node` and `Master`. docs/reliability.md says what happens at each limit.
+may pass a `Limits` to `Node` and `Master`. docs/reliability.md describes what happens at each limit.
 """
 
 import os
@@ -23,8 +23,7 @@ class InvalidLimits(PiprosError, ValueError):
 # Every command imports this module. Importing dataclasses would take longer than a call to the master, and so
 # would string annotations, which a NamedTuple compiles one by one.
 class Limits(NamedTuple):
-    """The limits for one process, one node or one master. `limits._replace(stall_s=1.0)` returns a changed
-    copy.
+    """The limits for one process, node or master. `limits._replace(stall_s=1.0)` returns a changed copy.
 
     Attributes:
         header_bytes: size of a TCPROS connection header.
@@ -55,7 +54,7 @@ class Limits(NamedTuple):
             ids are limited to `name_characters`. Also the queued cancellations of a ROS 2 action.
         launch_bytes: files and command outputs that one launch reads, and the text that substitutions insert.
         launch_includes: `<include>`s in one launch.
-        launch_insert_characters: the text that the substitutions in one attribute or text insert.
+        launch_insert_characters: the text that all substitutions in one attribute or element insert.
         loggers: loggers that callers of `~set_logger_level` create in a node.
         multicall_answer_bytes: all responses to one `system.multicall` together.
         rpc_connections: XML-RPC connections to one server; 0 means half of the process's descriptors, or an
@@ -94,13 +93,13 @@ class Limits(NamedTuple):
         bag_header_bytes: the header of one record in a bag.
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
-        bag_expanded_bytes: one chunk of a bag that decompression makes more than 1,000 times larger.
-        bag_index_bytes: entries for messages that are found by reading chunks, beyond 16 bytes for each byte
-            of the file.
+        bag_expanded_bytes: one chunk of a bag that expands more than 1,000 times when it is decompressed.
+        bag_index_bytes: index entries of messages that are found by reading chunks, beyond 16 bytes for each
+            byte of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
-        launch_answer_bytes: the response of a roslaunch to the page, with its nodes or one node's output.
+        launch_answer_bytes: a roslaunch's response to the page, with its nodes or one node's output.
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
             parameters; also the messages of one topic that are kept after a jump in a bag.
@@ -109,9 +108,9 @@ class Limits(NamedTuple):
         page_bags: bags that all browsers connected to a page have opened together.
         page_record_spare_bytes: free disk space at which a recording made by a page ends.
         page_export_bytes: the messages in a part of a bag that a browser exports.
-        page_exports: exports of all browsers connected to a page at a time; each needs a temporary file.
+        page_exports: concurrent exports by all browsers connected to a page; each needs a temporary file.
         scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
-        bridge_clients: clients of rosbridge and Foxglove servers of a process.
+        bridge_clients: clients of all rosbridge and Foxglove servers in a process.
         bridge_topics: topics that all these clients receive together.
         bridge_subscriptions: subscriptions of one client; also the topics and services that it advertises.
         bridge_queue_bytes: the messages and answers queued for one client.
@@ -126,9 +125,9 @@ class Limits(NamedTuple):
         ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
         ros2_incomplete_total_bytes: fragments and early messages of all participants together.
         ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
-        ros2_backlog_bytes: datagrams from ROS 2 that a participant has read and not yet handled.
+        ros2_backlog_bytes: datagrams from ROS 2 that a participant has read but not yet handled.
         ros2_inbox_bytes: ROS 2 messages that are queued for one callback, or for a service's answer.
-        fleet_file_bytes: the file of a fleet member.
+        fleet_file_bytes: a fleet member's YAML file.
         fleet_members: other members of a fleet that a member shows.
         fleet_topics: topics and services of these members, in total.
         fleet_directory_bytes: a member's directory.
@@ -137,17 +136,17 @@ class Limits(NamedTuple):
         fleet_latched_bytes: latched messages that a member keeps for others.
         fleet_definition_bytes: the other members' message definitions that a member keeps, or that a router
             keeps for its history.
-        fleet_history_files: files of a router's history, for all members.
+        fleet_history_files: files in a router's history, for all members together.
         fleet_calls: calls from other members that a member handles at a time.
         message_values: values in a new message.
-        empty_elements: values in one message beyond eight values for each of its bytes.
+        empty_elements: values in one message, beyond eight for each of its bytes.
         turtles: turtles in one turtlesim.
-        simulated_robots: robots of one simulation.
-        teleports: teleports of one turtle that are queued for the next tick.
+        simulated_robots: robots in one simulation.
+        teleports: teleports queued for one turtle until the next tick.
         transform_chains_bytes: the approximate size of the paths between frames that one tf buffer remembers.
         transform_bytes: the approximate size of the frames and transforms in one tf buffer.
         yaml_values: values in a YAML text. Aliases and merged mappings count each time they are used.
-        yaml_depth: nesting of lists and mappings in a YAML text, the same as for the parameter server.
+        yaml_depth: nesting of lists and mappings in a YAML text; the parameter server has the same limit.
         xml_bytes: an XML file.
         xml_depth: nesting of elements in an XML file.
         expression_characters: the text of one `$(eval ...)` or message filter.
@@ -311,7 +310,7 @@ def limit_text(name: str, value: float) -> str:
 
 @cache
 def process_limits() -> Limits:
-    """Return the limits of this process: `PIPROS_LIMITS`, read once, at the first use.
+    """Return the limits of this process: `PIPROS_LIMITS`, read once, on first use.
 
     Raises:
         InvalidLimits: see `Limits.parse`.

@@ -20,8 +20,9 @@ def log_folders(environment: Environment | None = None) -> list[tuple[Path, str]
 
 
 def size_of(folder: Path) -> int:
-    """Return the total size in bytes of the entries below a folder, as counted by `du -b`. Links are not
-    followed.
+    """Return the total size in bytes of the entries below a folder, as counted by `du -b`.
+
+    Links are not followed.
     """
     return sum(entry.st_size for entry in _entries(folder))
 

@@ -143,8 +143,9 @@ class InvalidKey(ValueError):
 def leaves_below(
     name: str, value: Any, combine: Callable[[str, str], str] = join
 ) -> Iterator[tuple[str, Any]]:
-    """Yield the individual parameters in a value at `name`. Dictionaries are namespaces; empty dictionaries
-    are omitted.
+    """Yield the individual parameters in a value at `name`.
+
+    Dictionaries are namespaces; empty dictionaries are omitted.
 
     Args:
         combine: joins a namespace and a key.

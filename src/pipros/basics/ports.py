@@ -22,7 +22,7 @@ _ENTRIES_LIMIT = 1_000
 
 @dataclass(frozen=True, slots=True)
 class PortRange:
-    """The ports from `first` to `last`, both included."""
+    """The ports from `first` to `last`, inclusive."""
 
     first: int
     last: int
@@ -32,7 +32,7 @@ class PortRange:
         """Read `11400-11420`, or a single port.
 
         Raises:
-            InvalidEnvironment: the text is malformed, a port is not in 1 to 65535, or the range is empty.
+            InvalidEnvironment: the text is malformed, a port is not from 1 to 65535, or the range is empty.
                 The error names `source`.
 
         >>> PortRange.parse("11400-11420")
@@ -66,7 +66,7 @@ class PortRange:
 
 @dataclass(frozen=True, slots=True)
 class AdvertisedAddress:
-    """The host at which peers reach a process, and the mapping of its ports to the ports of the process.
+    """The host at which peers reach a process, and the mapping of advertised ports to bound ports.
 
     Attributes:
         host: a host name or an IP address.

@@ -2,8 +2,8 @@
 
 On other systems, the functions do nothing, return a neutral value, or raise `NeedsPosix`. This module checks
 `sys.platform` for type checkers, and also whether each name exists, because Python in a browser lacks some of
-them. Terminal functions are in `terminals.py`. This module imports little, because every first import of a
-message needs it.
+them. Terminal functions are in `terminals.py`. This module imports little, because the first message import
+of each process loads it.
 """
 
 from __future__ import annotations

@@ -16,8 +16,8 @@ HAS_PTYS = hasattr(os, "openpty")
 def single_keys(*, of_launcher: bool = False) -> Iterator[bool]:
     """Make standard input deliver single keys without echo. Yield False if there is no foreground terminal.
 
-    If `of_launcher` is true, also accept the terminal of the roslaunch that started the program, which
-    belongs to another session.
+    If `of_launcher` is true, also accept the terminal of the roslaunch that started the program. This
+    terminal belongs to another session.
     """
     if sys.platform == "win32":
         yield False

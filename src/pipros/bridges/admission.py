@@ -37,7 +37,7 @@ class Admission:
     allows_null_origin: bool = False
 
     def check_origin(self, origin: str | None) -> None:
-        """Raise `Denied` if a page with this origin may not connect. None stands for a missing origin."""
+        """Raise `Denied` if a page with this origin may not connect. None means that the request has none."""
         if origin is None or ANY_ORIGIN in self.origins or origin in self.origins:
             return
         if self.allows_null_origin if origin == "null" else _is_loopback(origin):

@@ -1,4 +1,4 @@
-"""A connection to one client of a bridge, which writes the client's outbox as fast as the client reads.
+"""Connection to one client of a bridge. It sends the client's outbox as fast as the client reads.
 
 Theory of operation. `Outbox` wakes the event loop once for all clients. No task writes a client's frames:
 the event loop writes them until the socket buffer is full, and again when asyncio reports that there is room.
@@ -30,8 +30,8 @@ from pipros.web.server_port import PortConnection
 JOINED_BYTES: Final = 16 * 1024
 """Up to this size, copying the parts of a frame takes less time than another system call."""
 CHUNK_BYTES: Final = 16 * 1024
-"""Bytes of a large frame to pass to the transport when the socket is full, so that it reports when there is
-room.
+"""Bytes of a large frame to pass to the transport when the socket is full, so that the transport reports when
+there is room.
 """
 ENCRYPTED_BYTES: Final = 256 * 1024
 """Like `CHUNK_BYTES`, for TLS connections, whose data always pass through the transport."""

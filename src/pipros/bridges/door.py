@@ -1,6 +1,6 @@
 """One port for all bridges and the page: admits clients, and passes each to the handler of its protocol.
 
-A client chooses its protocol by the WebSocket subprotocol; the handler "" serves clients without one. The
+A client chooses its protocol with the WebSocket subprotocol; the handler "" serves clients without one. The
 token, if one is required, is in the header `Authorization: Bearer`, in the URL (the last segment of the path,
 or the parameter `token`), or in the first message: `{"token": "…"}`, or a login in the handler's protocol.
 Paths, headers and first messages are never logged.
@@ -41,7 +41,7 @@ logger = logging.getLogger("pipros.bridges")
 CLIENTS_PATH: Final = "/clients"
 DESCRIPTORS_SHARE: Final = 1 / 2
 PING_S: Final = 20.0
-"""Interval of pings to each client."""
+"""Interval between pings to each client."""
 PONG_S: Final = 60.0
 """Timeout for the answer to a ping, which a slow client receives only after all data queued before it."""
 
@@ -56,7 +56,7 @@ class Session(Protocol):
         """
 
     def takes(self) -> Mapping[Hashable, str]:
-        """Return the client's subscriptions: keys in the outbox, and names for the list of clients."""
+        """Return the client's subscriptions: their names for the list of clients, by key in the outbox."""
 
     def sends(self) -> Sequence[str]:
         """Return the topics that the client publishes."""
@@ -154,7 +154,7 @@ class Door:
             port: port to listen on; 0 selects a free one.
             names: host names under which the page and the list of clients are served, besides the loopback
                 names.
-            ping_s: interval of pings; None disables them.
+            ping_s: interval between pings; None disables them.
             pong_s: timeout for the answer to a ping; None waits forever.
 
         Raises:

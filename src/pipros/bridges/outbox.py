@@ -40,7 +40,7 @@ def text_frame(text: str) -> Frame:
 
 @dataclass(slots=True)
 class Traffic:
-    """Numbers of messages passed to the connection and lost, and the size of the passed messages in bytes."""
+    """Number and size in bytes of the messages passed to the connection, and number of lost messages."""
 
     messages: int = 0
     bytes: int = 0

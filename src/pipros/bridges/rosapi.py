@@ -52,7 +52,7 @@ class RosApi:
         self._allowed = allowed or Allowed()
 
     def serve(self, prefix: str = "~") -> None:
-        """Advertise all services, as `~topics` and so on."""
+        """Advertise all services under `prefix`; by default as `~topics`, `~nodes` and so on."""
         for name, kind in SERVICES.items():
             service_class: Any = load_service_class(f"rosapi/{kind}")
             self._node.serve(f"{prefix}{name}", service_class, self._handler(name, service_class))

@@ -77,7 +77,7 @@ class DoorOptions:
 
 
 class Protocols(Protocol):
-    """The protocols of a program."""
+    """The protocols that a program serves."""
 
     @property
     def page(self) -> PageServer | None:

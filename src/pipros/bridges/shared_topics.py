@@ -103,9 +103,7 @@ class SharedTopics:
         name = legal_topic(self._node, topic)
         with self._lock:
             if name not in self._takers and len(self._takers) >= self._limit:
-                raise LimitExceeded(
-                    f"too many topics are subscribed to; {limit_text('bridge_topics', self._limit)}"
-                )
+                raise LimitExceeded(f"too many subscribed topics; {limit_text('bridge_topics', self._limit)}")
             self._takers[name] += 1
         taken = Taken(self, name, kind, on_message, on_error)
         self._changes.run(self._subscribe, taken)
@@ -142,9 +140,9 @@ class SharedTopics:
 
     def _report_type(self, topic: str, kind: str) -> None:
         """Register the expected type with the master, so that `rostopic list` shows it."""
-        with suppress(PiprosError):  # the registration is only informative
+        with suppress(PiprosError):  # the registration is for information only
             self._master.register_subscriber(topic, kind, self._node.uri)
-            if self._node.is_ending:  # it may have unregistered its topics before this registration
+            if self._node.is_ending:  # the node may have just unregistered its topics
                 self._master.unregister_subscriber(topic, self._node.uri)
 
     def _release(self, taken: Taken) -> None:

@@ -29,7 +29,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
     - Ctrl-C ends the command at any time (`pipros.basics.interrupts`).
     - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
-      Therefore, no file or socket that is opened later can take its number.
+      Therefore, no file or socket that is opened later gets the stream's descriptor.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
     - A character missing in the terminal's encoding is written as an escape such as `\\xe9`.

@@ -1,4 +1,4 @@
-"""`rosrun image_view image_view image:=TOPIC`: shows the images of a topic on the page."""
+"""`rosrun image_view image_view image:=TOPIC`: shows a topic's images on the page."""
 
 from __future__ import annotations
 

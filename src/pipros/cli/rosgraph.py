@@ -53,9 +53,7 @@ def _follow() -> int:
 
 
 def describe(state: SystemState) -> str:
-    """List each node with its inbound and outbound peers, as registered with the master, then the
-    services.
-    """
+    """List the nodes with their inbound and outbound peers, then the services, as registered."""
     inbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     outbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     for topic, publishers in state.publishers.items():

@@ -108,7 +108,7 @@ def add_core_options(parser: OptionParser) -> None:
 
 
 def check_child_options(parser: OptionParser, options: Values, words: Sequence[str]) -> None:
-    """Exit if an option required by `--child` is missing, or a file is given."""
+    """Exit with an error if an option required by `--child` is missing, or if a file is given."""
     if not options.server_uri:
         parser.error("--child option requires --server_uri to be set as well")
     if not options.run_id:

@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_option("--name", metavar="TEST_NAME", dest="test_name", help="Test name")
     parser.add_option("--package", metavar="PACKAGE_NAME", dest="pkg", help="Package name (optional)")
-    # All words after the file are for the test program, including options.
+    # All words after the file, including options, are passed to the test program.
     parser.disable_interspersed_args()
     options, words = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not words:

@@ -1,4 +1,4 @@
-"""`roswtf`: runs Noetic's checks, and prints the results with Noetic's texts.
+"""`roswtf`: runs Noetic's checks, and prints the results in Noetic's wording.
 
 `pipros doctor` finds more, and suggests remedies.
 """
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Plugins(Protocol):
-    """The rules in plugins. The facade implements this interface, because plugins need the client library."""
+    """Rules from plugins. The facade implements this interface, because plugins need the client library."""
 
     def load(self) -> None:
         """Find and import the plugins. Print their names, and print problems to standard error."""

@@ -22,7 +22,8 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, chan
 
     `most` is the maximum number of arguments; None for no limit.
 
-    `change` is the kind of change that the command is for; see `show`.
+    `change` is the view or action that the page may use on loopback even without `--control`; see
+    `pipros.web.serve_page.CHANGING`.
     """
     limit = most if argument else 0
 
@@ -44,7 +45,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, chan
 
 
 def _resolved(graph: GraphClient, word: str) -> str:
-    """Resolve the name of a topic, node or field. The text after the first `[` or `:` is kept."""
+    """Resolve the name of a topic, node or field. The text from the first `[` or `:` on is kept."""
     end = min((at for at in map(word.find, ":[") if at >= 0), default=len(word))
     return graph.resolve(word[:end]) + word[end:]
 
@@ -119,8 +120,8 @@ _PLUGINS: Mapping[str, Main] = {
 def rqt(argv: Sequence[str] | None = None) -> int:
     """Run `rqt`.
 
-    With `-s NAME` (`--standalone`), run one plugin's command; with `--perspective-file FILE` or `-p NAME`,
-    open the page with that layout of panels; otherwise, open it at the graph.
+    With `-s NAME` (`--standalone`), run one plugin's command. With `--perspective-file FILE` or `-p NAME`,
+    open the page with that layout of panels. Otherwise, open the page at the graph.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _run_plugin(arguments))
@@ -135,7 +136,7 @@ def _run_plugin(arguments: list[str]) -> int:
     name = re.split(r"[/.]", plugin)[0].lower().removeprefix("rqt_")
     if name not in _PLUGINS:
         known = ", ".join(sorted(_PLUGINS))
-        raise CommandError(f"rqt has no plugin [{plugin}] in pipros; there are {known}")
+        raise CommandError(f"pipros has no rqt plugin [{plugin}]; the plugins are {known}")
     return _PLUGINS[name](rest)
 
 

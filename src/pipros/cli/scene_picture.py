@@ -1,7 +1,7 @@
 """`rviz --png`: writes a picture of the scene, drawn by headless Chromium.
 
-Chromium is driven over a pair of pipes (`--remote-debugging-pipe`): JSON requests and answers, each ended by
-a zero byte. This needs no port and no library.
+Chromium is controlled over a pair of pipes (`--remote-debugging-pipe`) with JSON requests and responses, each
+terminated by a zero byte. This requires neither a port nor a library.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def save_picture(
 
     Raises:
         CommandError: Chromium is not installed, Chromium or the server does not start, the file cannot be
-            written, or this is Windows.
+            written, or the platform is Windows.
     """
     if os.name == "nt":
         raise CommandError("--png does not work on Windows")

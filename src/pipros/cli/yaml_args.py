@@ -11,7 +11,7 @@ SEPARATOR = "---"
 
 
 def value_of(word: str) -> Any:
-    """Parse a word from a command line. An empty word stands for the empty string, not null.
+    """Parse a word from a command line. An empty word is an empty string, not null.
 
     Raises:
         YamlError: the word is not valid YAML.

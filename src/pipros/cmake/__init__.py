@@ -1,1 +1,1 @@
-"""The part of the CMake language that packages without compiled code use."""
+"""Interpreter for the subset of CMake that packages without compiled code use."""

@@ -81,7 +81,7 @@ class Interpreter:
             actions: implementations of commands, by name in lower case.
             check: called before each command that is not defined in a file. Must raise `CMakeError` if the
                 command is unknown.
-            on_unsupported: called with a command, and a description of the feature that needs CMake itself.
+            on_unsupported: called with a command, and a description of the feature that only CMake provides.
             include_module: called with the name of each included module that is not a file of the project.
             commands: additional names for which `if(COMMAND name)` is true, besides CMake's own commands.
             targets: the names for which `if(TARGET name)` is true.
@@ -237,8 +237,8 @@ class Interpreter:
         with self.scope.restored(names):
             for number, elements in enumerate(all_rounds):
                 if number >= limit:
-                    raise self.error(opening, f"the loop exceeds the limit of {limit} rounds")
-                self._count_step(opening)  # count rounds, because nested loops may contain no other commands
+                    raise self.error(opening, f"the loop exceeds the limit of {limit} iterations")
+                self._count_step(opening)  # nested loops may contain no other commands
                 self.scope.values.update(zip(names, elements, strict=True))
                 flow = self._run(body)
                 if flow is _Flow.RETURN:
@@ -261,7 +261,7 @@ class Interpreter:
             if flow is _Flow.BREAK:
                 return _Flow.NEXT
         raise self.error(
-            opening, f"the loop exceeds the limit of {limit} rounds; does its condition ever become false?"
+            opening, f"the loop exceeds the limit of {limit} iterations; is its condition ever false?"
         )
 
     def _run_command(self, command: Command) -> _Flow:

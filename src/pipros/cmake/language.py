@@ -121,7 +121,7 @@ def _tokens(text: str, file: str) -> Iterator[_Token]:
         match = _TOKEN.match(text, position)
         if match is None:
             raise CMakeError(
-                file, line, "", f"Parse error at [{text[position : position + 20]}]; is a quote open?"
+                file, line, "", f"Parse error at [{text[position : position + 20]}]; is a quote unclosed?"
             )
         kind = match.lastgroup or ""
         if kind in ("b", "q"):
@@ -144,7 +144,7 @@ def expand(
     environment: Mapping[str, str],
     limit_characters: int,
 ) -> list[str]:
-    """Return the words of arguments, with variables replaced and lists split at semicolons.
+    """Replace the variables in arguments, split unquoted arguments at semicolons, and return the words.
 
     Raises:
         ValueError: the total length of the words would exceed the limit.
@@ -178,7 +178,7 @@ def expand_text(
 
 
 class _Variables:
-    """The variables for one text, with a limit on the total length of their values."""
+    """Looks up the variables in one string, and limits the total length of the values."""
 
     def __init__(
         self, variables: Mapping[str, str], environment: Mapping[str, str], limit_characters: int

@@ -1,4 +1,4 @@
-"""Evaluate the arguments of `foreach()`, which determine its variables in each iteration."""
+"""Evaluate the arguments of `foreach()`: its loop variables, and their values in each iteration."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pipros.cmake.language import split_list
 
 
 def rounds(words: Sequence[str], variables: Mapping[str, str]) -> tuple[list[str], Iterable[tuple[str, ...]]]:
-    """Return the variables of a loop, and their values in each iteration.
+    """Return a loop's variables, and their values in each iteration.
 
     Raises:
         ValueError, IndexError: the arguments are wrong.

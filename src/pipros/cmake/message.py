@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 
 class Kind(enum.Enum):
-    """The kind of a message, which determines what is done with it."""
+    """The kind of a message, which determines how it is handled."""
 
     STATUS = "print to standard output"
     NOTICE = "print to standard error"

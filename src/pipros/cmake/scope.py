@@ -30,12 +30,12 @@ class _Values(ChainMap[str, str]):
 
 
 def check_length(characters: int, limits: Limits) -> None:
-    """Raise ValueError if a text of this length would be too long for a value.
+    """Raise ValueError if a string of this length would be too long for a value.
 
-    Call this before building the text.
+    Call this before building the string.
     """
     if characters > limits.cmake_value_characters:
-        raise ValueError(f"produces a text of more than {limits.cmake_value_characters} characters")
+        raise ValueError(f"produces a string of more than {limits.cmake_value_characters} characters")
 
 
 class Scope:
@@ -45,7 +45,7 @@ class Scope:
         values: the values for `${NAME}`. Setting an item sets a variable, never a cache entry.
         cache: entries that apply to all folders, such as `-D` settings, options and results of
             `find_program()`.
-        environment: the values for `$ENV{NAME}`, which are also the environment of programs.
+        environment: the values for `$ENV{NAME}`. Programs are run with this environment.
         properties: the global properties.
         limits: resource limits for CMake files.
     """
@@ -78,7 +78,8 @@ class Scope:
     def inner(self) -> Iterator[None]:
         """Open a scope for a function, block or folder.
 
-        At its end, its variables are discarded, and those of `set_in_parent` are set.
+        At its end, its variables are discarded, and those set by `set_in_parent` are assigned in the outer
+        scope.
         """
         before, characters = dict(self._variables), self._values.characters
         self._for_parent.append({})
@@ -96,7 +97,7 @@ class Scope:
 
     @contextmanager
     def restored(self, names: Iterable[str]) -> Iterator[None]:
-        """Context manager that restores the current values of the given variables at the end."""
+        """Context manager that restores the given variables' current values at the end."""
         before = {name: self.values.get(name) for name in names}
         yield
         for name, value in before.items():

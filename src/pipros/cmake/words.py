@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 
 def sections(words: Sequence[str], keys: Sequence[str], switches: Sequence[str] = ()) -> dict[str, list[str]]:
-    """Return the words after each keyword, except switches.
+    """Map each keyword to the words after it. Switches are left out.
 
-    Words before the first keyword have an empty key.
+    The words before the first keyword have the key "".
     """
     found: dict[str, list[str]] = {key: [] for key in ("", *keys)}
     current = ""
@@ -23,5 +23,5 @@ def sections(words: Sequence[str], keys: Sequence[str], switches: Sequence[str] 
 
 
 def options_of(words: list[str], *names: str) -> dict[str, str]:
-    """Return the word that follows each of `names`. Names that do not occur are missing from the result."""
+    """Return the word that follows each of `names`. The result lacks names that do not occur in `words`."""
     return {name: words[words.index(name) + 1] for name in names if name in words[:-1]}

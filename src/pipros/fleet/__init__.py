@@ -1,4 +1,4 @@
-"""Several ROS masters joined over Zenoh: each member shares topics, services and parameters with the others.
+"""Connect ROS masters over Zenoh: each member shares topics, services and parameters with the others.
 
 Modules without sockets: `keys`, `directory`, `fleet_file`, `messages`, `outbox`, `members`, `presence`.
 `agent` connects the parts to a master and a router. Only `zenoh_session` and `certificates` import the

@@ -1,4 +1,4 @@
-"""Access rules of a router, which identifies each member by its certificate. No files, no sockets."""
+"""Access rules for a router, which identifies each member by its certificate. Performs no I/O."""
 
 from __future__ import annotations
 

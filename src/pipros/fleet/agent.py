@@ -1,7 +1,7 @@
 """The agent of one member: a node of its master, and a link to the router.
 
-One thread owns the state. It handles events: tokens, directories and wishes of other members, and changes of
-the local master. A second thread polls the master, because calls to it may block. Messages pass through
+One thread owns the state. It handles events: tokens, directories and wishes from other members, and changes
+on the local master. A second thread polls the master, because calls to it may block. Messages pass through
 neither thread. The parts: `presence` (which members are present), `offers` (what this member shares and
 accepts), `shown_members` (what the others offer), `calls`, `local_looks` and `statistics`.
 """
@@ -51,7 +51,7 @@ class NameTaken(PiprosError):
 
 
 def agent_node_name(member: str) -> str:
-    """Return the name of the node of a member's agent."""
+    """Return the node name of a member's agent."""
     return FLEET_AGENT_PREFIX[1:] + member
 
 
@@ -68,7 +68,7 @@ class Agent:
     Attributes:
         member: the name of this member.
         instance: identifies this run of the agent.
-        sender: sender of the messages to other members.
+        sender: sends the messages to other members.
     """
 
     def __init__(
@@ -130,7 +130,9 @@ class Agent:
         return frozenset({*state.topics(), *state.services})
 
     def start(self) -> None:
-        """Join the fleet. Blocks while it looks for a member of the same name and registers with the master.
+        """Join the fleet.
+
+        Blocks while it searches for a member with the same name and registers with the master.
 
         Raises:
             NameTaken: another member has the name.
@@ -177,7 +179,7 @@ class Agent:
         self._looks.close()
 
     def _serve_link_state(self) -> None:
-        """Serve the state of the link, which `pipros doctor` reads."""
+        """Provide a service that reports the link's state to `pipros doctor`."""
         trigger: Any = load_service_class("std_srvs/Trigger")
 
         def answer(_: object) -> Any:
@@ -201,7 +203,7 @@ class Agent:
         self._events.wake()
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
-        """Queue a directory or wishes. With their own `kind`, answers do not replace newer published ones."""
+        """Queue a directory or wishes. Answers have a `kind`, so that they never replace newer documents."""
         del attachment
         match keys.parts(key):
             case (member, "directory", []):
@@ -305,7 +307,7 @@ class Agent:
         )
 
     def _request(self, token: Token, key: str, attempts: int = REQUESTS) -> None:
-        """Request a document from a member. Without an answer, retry after other requests in the queue."""
+        """Request a document from a member. If there is no answer, retry after the other queued requests."""
         is_answered = False
         try:
             for answer in self._link.get(key, timeout_s=REQUEST_S, ended=self._is_closed.is_set):

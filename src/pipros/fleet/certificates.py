@@ -111,7 +111,7 @@ class Authority:
         """
         name = member_name(name)
         if name == ROUTER:
-            raise KeysFailed(f"[{ROUTER}] is the name of the routers")
+            raise KeysFailed(f"the name [{ROUTER}] is reserved for routers")
         members = self.members()
         if name in members:
             raise KeysFailed(
@@ -178,7 +178,7 @@ class Authority:
             (folder / NAME).write_text(f"{name}\n")
             shutil.copyfile(self.folder / AUTHORITY, folder / AUTHORITY)
         except (OSError, ValueError) as error:
-            raise KeysFailed(f"cannot make a certificate in [{self.folder}]: {error}") from None
+            raise KeysFailed(f"cannot issue a certificate in [{self.folder}]: {error}") from None
         return folder
 
     def _write_members(self, members: Mapping[str, Role]) -> None:
@@ -202,13 +202,13 @@ def _builder(
         .issuer_name(issuer)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
-        .not_valid_before(now - timedelta(days=1))  # robots' clocks may be slow
+        .not_valid_before(now - timedelta(days=1))  # a robot's clock may be behind
         .not_valid_after(now + timedelta(days=days))
     )
 
 
 def _write_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
-    """Write a private key to a new file, which only its owner can read from its creation on."""
+    """Write a private key to a new file that is created readable only by its owner."""
     content = key.private_bytes(
         serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
     )

@@ -6,7 +6,7 @@ import threading
 
 
 class DefinitionRoom:
-    """Counter of the memory that definitions of all members take. Thread-safe."""
+    """Counts the memory used by all members' definitions. Thread-safe."""
 
     def __init__(self, limit_bytes: int) -> None:
         self._limit_bytes = limit_bytes

@@ -1,4 +1,4 @@
-"""Changes to transforms that a member sends: prefixed frame ids, and merged static transforms."""
+"""Modify the transforms that a member sends: prefix their frame ids, and merge static transforms."""
 
 from __future__ import annotations
 

@@ -60,9 +60,9 @@ class _Stored:
 class HistoryFiles:
     """Writer and reader of the histories of all members. Thread-safe; all methods block.
 
-    Each file begins with the last message of every latching publisher. If the files exceed the limit on their
-    total size, the oldest file of the member with the largest history is deleted; if they exceed the limit on
-    their number, the oldest file of the member with the most files.
+    Each file begins with the last message of every latching publisher. If the total size of the files exceeds
+    its limit, the oldest file of the member with the largest history is deleted; if there are too many files,
+    the oldest file of the member with the most files is deleted.
     """
 
     def __init__(
@@ -106,12 +106,12 @@ class HistoryFiles:
     def recover(self) -> None:
         """Complete the files that a killed router left before this object was created.
 
-        Only the last messages are lost, which the router had not written yet. Files without any message are
+        Only the last messages, which the router had not yet written, are lost. Files without any message are
         deleted. A file that cannot be recovered is kept, and counts toward the limits.
         """
         left, self._left = self._left, []
         with self._lock:
-            self._spare_bytes += FILE_BYTES  # for the copy of one file
+            self._spare_bytes += FILE_BYTES  # `_recover` copies one file at a time
             self._remove_oldest()
         for path in left:
             with suppress(BagError, OSError):
@@ -203,7 +203,7 @@ class HistoryFiles:
             for member in list(self._open):
                 self._complete(member)
 
-    # -- with the lock held -------------------------------------------------------------
+    # -- methods that require the lock -------------------------------------------------------------
 
     def _complete(self, member: str) -> None:
         if member in self._open:
@@ -223,14 +223,14 @@ class HistoryFiles:
         found.sort(key=lambda each: each.modified_ns, reverse=True)
         kept = self._thinned(found, lambda each: each.bytes, self._limit_bytes - self._spare_bytes)
         if len(kept) > self._limits.fleet_history_files:
-            # delete more than necessary, because finding all files takes long
+            # delete more than necessary, because listing all files is slow
             kept = self._thinned(kept, lambda _: 1, self._limits.fleet_history_files * 9 // 10)
         self._count = len(kept)
 
     def _thinned(
         self, files: Iterable[_Stored], weight: Callable[[_Stored], int], most: int
     ) -> Sequence[_Stored]:
-        """Delete files until their total weight is at most `most`. Return the others.
+        """Delete files until the total weight of the rest is at most `most`. Return the rest.
 
         Each step deletes the oldest file of the member with the greatest total. Each member's files must be
         sorted, the newest first, and keep this order.

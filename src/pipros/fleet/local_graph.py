@@ -1,4 +1,4 @@
-"""The topics and services of the local master that a member's file shares or accepts."""
+"""The local master's topics and services that a member shares or accepts, according to its fleet file."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ def is_returned(name: str, member: str, others: Iterable[str], local: Container[
     """Return whether a name on a member's master may be one that the fleet created on another master.
 
     A relay between masters, such as a gateway to ROS 2 on each of them, brings such names back. If they were
-    shared again, they would become longer with each round.
+    shared again, they would become longer each time.
 
     Args:
         others: names of other members.
-        local: the names on the member's master. On that of `robot1`, `/robot1/x` counts as returned only if
-            `/x` exists too.
+        local: the names on the member's master. On `robot1`'s master, `/robot1/x` counts as returned only
+            if `/x` exists too.
 
     >>> is_returned("/b/x", "b", ["a"], {"/x", "/b/x"}), is_returned("/b/x", "b", ["a"], {"/b/x"})
     (True, False)
@@ -132,7 +132,7 @@ def outcome_topics(entry: Entry) -> tuple[str, ...]:
 
 
 def occupied(state: SystemState, member: str) -> str | None:
-    """Return a local node or service in the namespace of a member; None if there is none.
+    """Return a local node or service in a member's namespace; None if there is none.
 
     Topics do not count: local nodes publish and subscribe in this namespace to communicate with the member.
     """
@@ -147,7 +147,7 @@ def occupied(state: SystemState, member: str) -> str | None:
 
 
 def read_state(master: LocalMaster) -> tuple[SystemState, dict[str, str]] | None:
-    """Return the registrations and topic types of a master; None without a valid answer."""
+    """Return a master's registrations and topic types; None if there is no valid answer."""
     try:
         state = SystemState.from_state(master.get_system_state())
         return state, {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416

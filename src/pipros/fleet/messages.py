@@ -102,7 +102,7 @@ def decompressed(body: bytes, limit_bytes: int) -> bytes:
 
 @dataclass(slots=True)
 class Received:
-    """Counts the messages received on one topic of one member. Detects missing and repeated messages.
+    """Counts the messages received from one member on one topic. Detects missing and repeated messages.
 
     Attributes:
         messages, bytes: totals received.
@@ -143,6 +143,6 @@ class Received:
         return True
 
     def restart(self) -> None:
-        """Do not count as lost the messages that were sent while the topic was not being received."""
+        """Start a new sequence: messages sent while the topic was not received do not count as lost."""
         self._last = 0
         self._replayed.clear()

@@ -143,7 +143,7 @@ class Offers:
                     question.answer(kept.body, kept.attachment)
         question.close()
 
-    # -- the rest --------------------------------------------------------------------------------
+    # -- internals --------------------------------------------------------------------------------
 
     def _put_directory(self) -> None:
         self._link.put(keys.directory(self._member), to_json(self.directory), waits=True)

@@ -1,4 +1,4 @@
-"""Queue of messages that wait for the link, with rates, priorities and a bandwidth. No clock, no lock."""
+"""Queue of messages for the link, with rates, priorities and a bandwidth limit. Needs no clock or lock."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Outbox(Generic[Item]):
         return topic is not None and not topic.interval_s and not topic.waiting and not self._bytes_per_s
 
     def is_unlimited(self, name: str) -> bool:
-        """Return whether all messages of a topic are to be sent, without a rate or bandwidth limit."""
+        """Return whether a topic has no limit on its rate or bandwidth, and sends all of its messages."""
         topic = self._topics.get(name)
         return topic is not None and topic.room == QUEUE and not self._bytes_per_s
 

@@ -80,7 +80,7 @@ class _Topic:
 
 
 class Recorder:
-    """Recorder on the session of a router. Call `start`, and `close` before closing the session.
+    """Recorder that uses a router's session. Call `start`, and `close` before closing the session.
 
     A single thread owns the topics and writes the files. It never delays the router: if it falls behind,
     messages are dropped.
@@ -252,7 +252,7 @@ class Recorder:
                     self._record(*found)
             except LinkFailed:
                 return  # the session was closed
-            except Exception as error:  # one member must not end the recording of all others
+            except Exception as error:  # one member's data must not stop the recording of the others
                 self._warn(f"the history is incomplete: {error or type(error).__name__}")
                 self._events.wake()  # other messages may be waiting
 
@@ -323,7 +323,7 @@ class Recorder:
         self._publish_wishes(member)
 
     def _topic(self, member: str, name: str) -> _Topic | None:
-        """Return a topic, added if necessary; None if the directory lacks it or there are too many topics."""
+        """Return a topic, adding it if necessary; None if it is not shared or there are too many topics."""
         directory = self._directories.get(member)
         entries = directory.shared if directory is not None else ()
         entry = next((each for each in entries if each.name == name), None)
@@ -378,7 +378,7 @@ class Recorder:
             self._files.write(member, connection, time.time_ns(), body)
 
     def _may_keep(self, topic: _Topic, source: int, body_bytes: int) -> bool:
-        """Reserve room for a latched message, which later files repeat. Return False if there is none."""
+        """Reserve room for a latched message, which later files repeat. Return False if there is no room."""
         size = body_bytes + len(topic.definition or b"") + _HEADER_BYTES
         if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
             return False

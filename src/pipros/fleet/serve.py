@@ -1,4 +1,4 @@
-"""The long-running programs of a fleet: the agent of a member, and the router."""
+"""The long-running programs of a fleet: a member's agent, and the router."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class OpenToAll(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class HistoryOptions:
-    """Settings of the recorder of a router.
+    """Settings of a router's recorder.
 
     Attributes:
         files: the files to write, which are completed when the router ends.
@@ -76,7 +76,7 @@ class RouterOptions:
 
 
 def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls | None) -> int:
-    """Join the node's master to a fleet, until Ctrl-C, SIGTERM or the shutdown of the node.
+    """Join the node's master to a fleet, until Ctrl-C, SIGTERM or the node's shutdown.
 
     Waits for the router and the master. Returns the exit code: 1 if the name is taken or joining fails.
     """
@@ -133,7 +133,7 @@ def _join(
 
 
 def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -> Link | None:
-    """Connect to the router, retrying until it answers; None if the program is ended first."""
+    """Connect to the router, retrying until it answers. Return None if the program is ended first."""
     is_reported = False
     while not over.is_set():
         try:
@@ -174,11 +174,11 @@ def serve_router(options: RouterOptions) -> int:
 
 
 def check_addresses(options: RouterOptions) -> None:
-    """Check the addresses on which a router is to listen.
+    """Check the addresses on which a router will listen.
 
     Raises:
         OpenToAll: an address without TLS is reachable from a network.
-        LinkFailed: an address is malformed, or requires TLS and there are no keys.
+        LinkFailed: an address is malformed, or uses TLS although there are no keys.
     """
     for address in options.addresses:
         checked_address(address)
@@ -187,7 +187,7 @@ def check_addresses(options: RouterOptions) -> None:
                 raise LinkFailed(f"{address} needs --keys FOLDER, the folder of `pipros fleet keys create`")
         elif not options.allows_plain_network and not _is_loopback(address):
             raise OpenToAll(
-                f"{address} is reachable from a network. Without TLS everyone there can control all robots; "
+                f"{address} is reachable from a network. Without TLS, everyone there can control all robots; "
                 "use `pipros fleet keys` and tls/HOST:PORT, or --without-tls if the network is trusted"
             )
 
@@ -208,7 +208,7 @@ def _running_router(options: RouterOptions) -> Iterator[None]:
         if options.history is None:
             yield
             return
-        from pipros.fleet.recorder import Recorder  # imported late, because agents do not need it
+        from pipros.fleet.recorder import Recorder  # imported here, because agents do not need it
 
         files, topics = options.history.files, options.history.topics
         with closing(Recorder(router, files, new_instance(), topics, log=_log())) as recorder:

@@ -112,7 +112,7 @@ class ShownMember:
         return len(directory.shared) + len(directory.accepted) + len(directory.services)
 
     def wanted(self) -> frozenset[str]:
-        """Return the topics that local nodes subscribe to, with the outcome topics of their actions."""
+        """Return the topics that local nodes subscribe to, plus the feedback and results of their actions."""
         return frozenset(self._received)
 
     def close(self) -> None:
@@ -222,7 +222,7 @@ class ShownMember:
         return text
 
     def _request_definition(self, key: tuple[str, str]) -> None:
-        """Request the definition of a message type; it is empty if there is no valid answer."""
+        """Request and store a message type's definition; store an empty one if there is no valid answer."""
         kind, md5sum = key
         limits, text = self._node.limits, ""
         if self._definitions.get(key, "") is not None:
@@ -250,7 +250,7 @@ class ShownMember:
 
 
 def read_definition(content: bytes, md5sum: str, limit_bytes: int) -> str:
-    """Return a definition's text from another member; empty if it is malformed or has another MD5 sum."""
+    """Decode a definition from another member; empty if it is malformed or has another MD5 sum."""
     match read_json(content) if len(content) <= limit_bytes else None:
         case [str(found), str(text)] if found == md5sum and _is_encodable(text):
             return text
@@ -258,7 +258,7 @@ def read_definition(content: bytes, md5sum: str, limit_bytes: int) -> str:
 
 
 def _is_encodable(text: str) -> bool:
-    """Return whether a text can be encoded as UTF-8. JSON may contain lone surrogates, which cannot."""
+    """Return whether a string can be encoded as UTF-8. Lone surrogates, which JSON permits, cannot."""
     try:
         text.encode()
     except UnicodeEncodeError:

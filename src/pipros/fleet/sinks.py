@@ -20,7 +20,7 @@ _KEPT = 100
 
 
 class Sink:
-    """A local topic on which the agent publishes messages of other members.
+    """A local topic on which the agent publishes messages from other members.
 
     It is either a topic that another member shares, or one that this member accepts.
 
@@ -75,7 +75,7 @@ class Sink:
         return any(link.caller_id != self._node.name for link in links)
 
     def take(self, sender: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
-        """Publish a message of a member, unless it is malformed, repeated or has another type."""
+        """Publish a message from a member, unless it is malformed, repeated or of another type."""
         received = self.received.setdefault(sender, Received())
         try:
             found = unpack(attachment)
@@ -103,7 +103,7 @@ class Sink:
         self._publishers[0].publish(message)
 
     def restart(self) -> None:
-        """Do not count as lost the messages that were sent while the topic was not being received."""
+        """Start a new sequence: messages sent while the topic was not received do not count as lost."""
         for received in self.received.values():
             received.restart()
 

@@ -103,7 +103,7 @@ class Sender:
     def next_sequence(self, key: str) -> int:
         """Return a key's next sequence number. The caller must hold the lock of the key's `Source`.
 
-        The numbers continue if the topic is stopped and started, because receivers ignore known numbers.
+        The numbers continue when a topic is restarted, because receivers ignore known numbers.
         """
         self._sequences[key] = number = self._sequences.get(key, 0) + 1
         return number

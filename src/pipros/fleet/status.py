@@ -75,7 +75,7 @@ def counters_of(link: Link, member: str) -> Counters | None:
 
 
 def history_of(link: Link, member: str) -> list[HistoryFile] | None:
-    """Return the files that a router recorded for a member, oldest first; None if no router records.
+    """Return the files that a router recorded for a member, oldest first; None if no router keeps a history.
 
     Raises:
         LinkFailed: the router cannot read its files, or has too many requests.

@@ -159,7 +159,7 @@ class Link:
             ended: polled while waiting; True ends the wait.
 
         Raises:
-            LinkFailed: the session was closed, or the request was only refused; the text gives the reason.
+            LinkFailed: the session was closed, or every answer is a refusal; the text gives the reason.
         """
         found: list[Answer] = []
         refusals: list[str] = []
@@ -310,7 +310,7 @@ def connect(
 
     Args:
         bandwidth_kbit: the bandwidth in the member's file. The operating system's send buffer is limited to
-            the data of 50 ms, but not below SMALLEST_BUFFER_BYTES.
+            50 ms of data, but to no less than SMALLEST_BUFFER_BYTES.
 
     Raises:
         LinkFailed: the router does not answer within a second, or refuses the connection.

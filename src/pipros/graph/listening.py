@@ -50,7 +50,7 @@ def wait_for_topic(
     `warn` once.
 
     Raises:
-        Interrupted: `is_over` returned true in the meantime.
+        Interrupted: `is_over` returned true before the master knew the topic.
     """
     has_warned = False
     while not is_over():
@@ -87,7 +87,7 @@ class Listening:
     def subscribe(
         self, topic: str, callback: Callable[[AnyMsg], object], *, tcp_nodelay: bool = False
     ) -> None:
-        """Call `callback` with each undecoded message. If it raises an exception, `wait` ends with that."""
+        """Call `callback` with each undecoded message. If it raises an exception, `wait` reraises it."""
 
         def guarded(message: AnyMsg) -> None:
             if self._is_over.is_set():

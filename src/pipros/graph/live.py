@@ -53,7 +53,7 @@ class NoReport:
     """The reason why a node did not report its connections.
 
     Attributes:
-        is_reachable: whether the node answered, but with a malformed answer.
+        is_reachable: True if the node answered, but not with a valid report.
     """
 
     is_reachable: bool
@@ -84,8 +84,8 @@ class LiveGraph:
         nodes, topics: the vertices.
         services: names of the services.
         links: connections from node to node.
-        topic_links, registered_links: connections between nodes and topics, as reported by the nodes, and as
-            implied by the registrations.
+        topic_links, registered_links: connections between nodes and topics, as reported by the nodes and as
+            implied by the registrations, respectively.
         silent: the nodes that did not report their connections, with the reasons.
         apis, nodes_by_api: the API addresses that have been looked up, by node, and the nodes by address.
         master_asked_at, asked_at: when the master and each node were last queried, on the graph's clock.

@@ -21,7 +21,7 @@ class Rates:
     """The rates of several topics. Thread-safe."""
 
     def __init__(self, topics: Sequence[str], window: int = DEFAULT_WINDOW, *, say: Say) -> None:
-        """Create empty windows. `say` is called with a line when time jumps back."""
+        """Create empty windows. `say` is called with a message if time jumps back."""
         self._say = say
         self._topics = tuple(topics)
         self._rates = {topic: RateWindow(window) for topic in topics}

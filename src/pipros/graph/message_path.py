@@ -1,4 +1,4 @@
-"""Get parts of messages by a path that follows the topic: `/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
+"""Extract parts of messages by paths that follow a topic: `/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _integer(text: str, complaint: str) -> int:
 
 
 def describe_path(path: Sequence[PathStep]) -> str:
-    """Return the path in the form that follows a topic."""
+    """Format the path as it is written after a topic."""
     return "".join(f"/{step.text}" for step in path)
 
 

@@ -45,7 +45,7 @@ class MessageRows:
     def row(self, part: Part, time_ns: int, offset_ns: int = 0) -> str:
         """Return the values as a row.
 
-        Times are in nanoseconds; `offset_ns` is subtracted from points in time.
+        Times are in nanoseconds; `offset_ns` is subtracted from times, but not from durations.
         """
         columns = self._columns("field", part, offset_ns)
         return f"{time_ns - offset_ns}," + ",".join(text for _, text in columns)

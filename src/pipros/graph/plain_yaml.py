@@ -1,7 +1,7 @@
 """Write common values as YAML, exactly like PyYAML's `safe_dump` but without importing PyYAML.
 
-The import would take most of the time of `rosparam get`. Values whose output might differ are left to PyYAML,
-such as long strings, which PyYAML wraps, and strings that look like other values.
+The import would take most of the time of `rosparam get`. Values whose output might differ, such as long
+strings, which PyYAML wraps, and strings that look like other values, are left to PyYAML.
 """
 
 from __future__ import annotations

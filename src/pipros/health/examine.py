@@ -1,4 +1,4 @@
-"""The examination by `pipros doctor`: first this machine, then the running system."""
+"""Examine this machine, then the running system, for `pipros doctor`."""
 
 from __future__ import annotations
 

@@ -141,7 +141,7 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
 
 
 def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
-    """Map ROS commands to the programs in PATH that are run for them, omitting those of pipros."""
+    """Map ROS commands to the programs in PATH that are run for them, omitting pipros's own programs."""
     path = variables.get("PATH", os.defpath)
     found = {name: shutil.which(name, path=path) for name in COMMANDS}
     return {name: Path(program) for name, program in found.items() if program and not _is_own(program)}

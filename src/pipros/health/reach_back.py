@@ -47,9 +47,9 @@ class _Arrivals:
 
 
 def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wait_s: float = 3.0) -> Pairs:
-    """Return the (topic, subscriber) pairs that connect to a publisher in this process within `wait_s`.
+    """Return the (topic, subscriber) pairs whose subscriber connects to this process within `wait_s`.
 
-    The publisher accepts any type and sends nothing. It is registered with the master during the test.
+    During the test, a publisher of each topic is registered, which accepts any type and sends nothing.
     """
     wanted = frozenset(pairs)
     arrivals = _Arrivals()

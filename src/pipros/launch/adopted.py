@@ -61,7 +61,8 @@ class AdoptedProcesses(Generic[_Process]):
     def __init__(
         self, printer: Printer, on_end: Callable[[str, int | None], None], on_error: Callable[[], None]
     ) -> None:
-        """
+        """Store the arguments. No process is watched before `add`.
+
         Args:
             on_end: called with the name and exit code of each process after its exit has been reported.
             on_error: called by `end`, inside its `except` block, if a process's `stop` raises an exception.

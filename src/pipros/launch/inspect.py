@@ -25,7 +25,9 @@ def full_node_name(name: str) -> str:
 def command_words(
     node: Node, machine: Machine | None, index: PackageIndex
 ) -> tuple[dict[str, str], list[str]]:
-    """Return the variables that the launch sets for a node, except ROS_MASTER_URI, and its command line.
+    """Return the variables that the launch sets for a node, and the words of the node's command line.
+
+    ROS_MASTER_URI is left out.
 
     Raises:
         CannotLaunch: the node's program was not found, or its arguments cannot be parsed.

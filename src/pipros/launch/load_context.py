@@ -1,4 +1,4 @@
-"""The launch file loader's access to the computer, as one value.
+"""The launch file loader's access to packages, environment variables, files and commands, as one value.
 
 `LoadContext.of_process()` is the real context; tests pass their own.
 """

@@ -137,7 +137,7 @@ def measure(root: Path) -> tuple[int, bool]:
 
 
 def disk_usage_report(root: Path) -> str:
-    """Return the text that reports whether the log folder has grown large."""
+    """Return a message about the log folder's disk usage, with a warning if it is 1 GB or more."""
     total, is_complete = measure(root)
     if total >= _GIGABYTE:
         return (

@@ -40,7 +40,7 @@ class ProcessInfo:
         return self.exit_code is None
 
     def as_struct(self) -> dict[str, Any]:
-        """Return the result for the call `process_info`, using Noetic's names."""
+        """Return the result of the call `process_info`, with Noetic's names."""
         struct = {
             "name": self.name,
             "package": self.package,
@@ -68,7 +68,7 @@ class NodeState(Enum):
 
 
 class AfterExit(Enum):
-    """What happens once the current process of a node has exited."""
+    """What happens once a node's current process has exited."""
 
     AS_DECLARED = "as declared"
     STAY_STOPPED = "stay stopped"

@@ -46,8 +46,8 @@ def master_environment(
 def _uri_here(environment: Environment, port: int) -> str:
     """Return the URI that determines where a core listens.
 
-    Its host is that of `ROS_MASTER_URI` if it is this computer and neither ROS_HOSTNAME nor ROS_IP is set,
-    otherwise `localhost`.
+    Its host is the host in `ROS_MASTER_URI` if that is this computer and neither ROS_HOSTNAME nor ROS_IP is
+    set, otherwise `localhost`.
     """
     try:
         host, _ = split_master_uri(environment.master_uri)

@@ -30,7 +30,7 @@ class LaunchError(PiprosError):
     """A launch file is invalid or cannot be executed.
 
     Attributes:
-        reason: the mistake, with Noetic's text if Noetic has the same error.
+        reason: the mistake, in Noetic's wording if Noetic has the same error.
         places: the place of the faulty element, then those of the includes that led to it, innermost first.
         element: the faulty element as written, shortened; empty if no element is at fault.
     """

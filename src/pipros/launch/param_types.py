@@ -8,7 +8,7 @@ from pipros.basics.names import leaves_below
 
 
 def convert(text: str, type_name: str, source: str = "<param>") -> Any:
-    """Convert `text` to a type: int, double, bool, str, yaml, or auto (also if empty).
+    """Convert `text` to a value of a type: int, double, bool, str, yaml or auto. An empty type means auto.
 
     `auto` tries a float (only if the text contains a dot), then an integer, then true and false; anything
     else, including `1e3` and `0x10`, stays a string.
@@ -33,7 +33,7 @@ def convert(text: str, type_name: str, source: str = "<param>") -> Any:
     if type_name == "yaml":
         from pipros.safe import (
             yaml,
-        )  # imported late, because the import takes 10 ms and few launch files need it
+        )  # imported here, because the import takes 10 ms and few launch files need it
 
         return yaml.load(text, source, angles=False)
     raise ValueError(f"Unknown type '{type_name}'")
@@ -90,7 +90,7 @@ def parameters_in(text: str, source: str, key: str, *, is_named: bool) -> dict[s
         YamlError: the text is invalid.
         ValueError: the value is not a dictionary although `is_named` is False, or a key is not a string.
     """
-    from pipros.safe import yaml  # imported late, because the import takes 10 ms and few launch files need it
+    from pipros.safe import yaml  # imported here, because the import takes 10 ms and few launch files need it
 
     value = yaml.load(text, source)
     if value is None:

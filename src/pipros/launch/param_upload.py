@@ -18,7 +18,7 @@ def apply_parameters(launch: Launch, master_uri: str) -> None:
 
     Raises:
         Unreachable: the master does not answer.
-        LaunchError: XML-RPC cannot carry a value, the master refuses it, or a dump cannot be written.
+        LaunchError: XML-RPC cannot represent a value, the master refuses it, or a dump cannot be written.
     """
     client = MasterClient(master_uri, CALLER_ID)
     try:

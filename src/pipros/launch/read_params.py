@@ -71,7 +71,7 @@ def read_rosparam(reader: ElementReader) -> dict[str, Any]:
 def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]:
     from pipros.safe.yaml import (
         YamlError,
-    )  # imported late, because the import takes 10 ms and few launch files need it
+    )  # imported here, because the import takes 10 ms and few launch files need it
 
     # Blank lines before the text make YAML errors report line numbers in the launch file.
     text, source = "\n" * (reader.element.line - 1) + reader.element.text, reader.scope.file
@@ -83,7 +83,7 @@ def _load(reader: ElementReader, param: str, file: str | None) -> dict[str, Any]
             raise _error(reader, f"file does not exist [{file}]") from None
         except OSError as error:
             raise _error(reader, f"cannot read [{file}]: {error.strerror or error}") from None
-        except ValueError as error:  # not UTF-8, or over the budget of the launch
+        except ValueError as error:  # not UTF-8, or over the launch's budget
             raise _error(reader, f"cannot read [{file}]: {error}") from None
     if reader.flag("subst_value"):
         text = reader.resolve(text)

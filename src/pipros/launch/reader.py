@@ -132,7 +132,7 @@ class ElementReader:
             raise self.error(str(error)) from None
 
     def resolve(self, written: str) -> str:
-        """Return a text from this element with all substitutions applied."""
+        """Return a string from this element with all substitutions applied."""
         try:
             return self.scope.substitution.resolve(written)
         except UnsetArgument as error:

@@ -24,7 +24,7 @@ ROS_COMM_VERSION = "1.15.15"
 """Value of `/rosversion`, the ros_comm release whose behaviour pipros follows."""
 
 STANDARD_PARAMETERS: dict[str, Any] = {
-    # As in genuine ROS, where these are outputs of commands, the values end with a newline.
+    # The values end with a newline, because genuine ROS sets these parameters to the output of commands.
     "/rosdistro": f"{ROS_DISTRO}\n",
     "/rosversion": f"{ROS_COMM_VERSION}\n",
 }
@@ -54,7 +54,7 @@ class Core:
         """Store the settings; `start` opens the port.
 
         Args:
-            options: all of the master's settings as one value.
+            options: the master's settings in one object.
             run_id: id of the run; by default, a new id.
             rosout: whether to run the `/rosout` node.
             log_folder: folder for the node's `rosout.log` and the master's `master.log`; None for no files.

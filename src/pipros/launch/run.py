@@ -162,7 +162,7 @@ class LaunchRun:
     def start_managed(
         self, node: Node, extra_arguments: Sequence[str] = (), output: Output | None = None
     ) -> ManagedNode:
-        """Start a node like `start`, for callers that track its restarts. The result must not be modified."""
+        """Like `start`, but return an object that tracks the node's restarts. It must not be modified."""
         with self._lock:
             self._guardian.start()
             number = next(self._numbers)
@@ -252,7 +252,7 @@ class LaunchRun:
 
     @property
     def has_running(self) -> bool:
-        """Whether a node is running or waiting for its restart."""
+        """Whether any node is running or waiting to be restarted."""
         return not all(managed.is_done for managed in self._managed)
 
     def request_stop(self) -> None:
@@ -307,7 +307,7 @@ class LaunchRun:
         return list(self._managed)
 
     def log_stem(self, name: str) -> str:
-        """Return the path of a process's log files without the suffix."""
+        """Return the common path of a process's log files, without their suffixes."""
         return self._logs.stem(name)
 
     def _end_node(self, name: str, after_exit: AfterExit) -> None:
@@ -320,7 +320,8 @@ class LaunchRun:
             if managed.process is not None:
                 if managed.after_exit is AfterExit.AS_DECLARED:
                     self._end_in_background(managed.process)
-                # else: a second SIGINT would make many nodes exit without cleaning up
+                # If the node is already being stopped, send no second SIGINT: many nodes would then exit
+                # without cleaning up.
                 managed.after_exit = after_exit
             elif after_exit is AfterExit.START_AGAIN:
                 if managed.left_behind is not None:
@@ -341,8 +342,8 @@ class LaunchRun:
     def _settle(self, managed: ManagedNode, after_exit: AfterExit) -> None:
         """Record what a user requested for a node that is not running.
 
-        If a start was requested, the watching thread starts the node once the processes that it left behind
-        have exited.
+        If a start was requested, the watching thread starts the node once all processes that the node left
+        behind have exited.
         """
         managed.is_stopped = after_exit is AfterExit.STAY_STOPPED
         managed.restart_at = None if managed.is_stopped else time.monotonic()

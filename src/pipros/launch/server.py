@@ -18,8 +18,9 @@ from pipros.net.this_machine import Caller
 
 
 class LaunchServer:
-    """Serves the methods that Noetic's roslaunch offers to tools: its process id, its processes and its
-    nodes.
+    """Serves the methods that Noetic's roslaunch offers to tools.
+
+    They return the launcher's process id, its processes and its nodes.
     """
 
     def __init__(

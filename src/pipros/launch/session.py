@@ -46,7 +46,7 @@ class SessionOptions:
     """Options from the command line.
 
     Attributes:
-        is_core: whether this is `roscore`, which has no files and requires that no master is running yet.
+        is_core: whether this is `roscore`, which reads no files and fails if a master is already running.
         port: the master's port; by default taken from the environment.
         master: other settings for a master that the session starts.
         run_id: id of the run; defaults to the running master's run id, or to a new id.
@@ -126,7 +126,7 @@ class LaunchSession:
 
     @property
     def server(self) -> LaunchServer | None:
-        """Server for queries about processes; None before `start` or if disabled."""
+        """The server that answers queries about the processes; None before `start` or if disabled."""
         return self._server
 
     @property
@@ -175,8 +175,8 @@ class LaunchSession:
     def wait(self) -> None:
         """Block until a stop is requested, a required node exits, or all nodes have exited.
 
-        If the session started the master, it continues after all nodes have exited, because other programs
-        may use the master.
+        If this session started the master, do not return when all nodes have exited, because other programs
+        may still use the master.
         """
         self.run.wait(until_all_ended=not self.owns_master)
 
@@ -186,8 +186,8 @@ class LaunchSession:
         May be called repeatedly, and from a signal handler.
 
         Raises:
-            KeyboardInterrupt: the main thread called this while reading files, which can be aborted at any
-                point.
+            KeyboardInterrupt: called in the main thread while `start` reads files, which can be aborted at
+                any point.
         """
         self._is_stop_requested = True
         if self._run is not None:
@@ -215,7 +215,7 @@ class LaunchSession:
         self._console.close()
 
     def _end_if_requested(self) -> None:
-        """Abort `start` if a stop is requested. Called between steps, so that no step is left incomplete."""
+        """Abort `start` if a stop was requested. Called between steps, so that no step is left incomplete."""
         if self._is_stop_requested:
             raise KeyboardInterrupt
 
@@ -306,7 +306,7 @@ class LaunchSession:
             self._master.start_rosout()
 
     def _open_control(self, run_id: str) -> None:
-        """Let the page stop and restart nodes. Called once the nodes have been started."""
+        """Let pipros's web page stop and restart nodes. Called once the nodes have been started."""
         from pipros.launch.control import LaunchControl
 
         control = LaunchControl(run_id, self._files, self.run)

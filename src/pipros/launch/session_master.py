@@ -46,7 +46,7 @@ class SessionMaster:
             environment: the process's environment.
             options: options for the master, if the session starts one; `port`, `known_as` and `on_shutdown`
                 are overridden.
-            is_core: whether a running master is an error, as for `roscore`.
+            is_core: whether it is an error if a master is already running, as for `roscore`.
             port: see `master_environment`.
             on_shutdown: called from another thread when a process on this computer shuts the master down.
         """
@@ -70,14 +70,16 @@ class SessionMaster:
 
     @property
     def binding(self) -> str:
-        """Description of who can connect to the session's own master; empty if the session uses another
-        master.
+        """A description of who can connect to the session's own master.
+
+        Empty if the session uses another master.
         """
         return "" if self._core is None else self._core.binding
 
     def find(self) -> str | None:
-        """Return the running master's run id; an empty string if the master has none, None if no master
-        answers.
+        """Return the running master's run id.
+
+        Return an empty string if the master has none, and None if no master answers.
 
         Raises:
             InvalidEnvironment: ROS_MASTER_URI is not the URI of a master.

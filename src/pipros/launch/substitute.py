@@ -95,9 +95,9 @@ class Substitution:
         return _FIND.sub(self._limit_growth(self._replace_find), text)
 
     def _limit_growth(self, replace: Callable[[re.Match[str]], str]) -> Callable[[re.Match[str]], str]:
-        """Return `replace` with a limit on the characters that its calls insert in total.
+        """Wrap `replace` to limit the total number of characters that its calls insert.
 
-        Without this limit, `$(arg a)$(arg a)` in each of many `<arg>`s would double a value every time.
+        Without this limit, many `<arg>`s that each contain `$(arg a)$(arg a)` would double a value each time.
         """
         limit = self.budget.limits.launch_insert_characters
         inserted = 0

@@ -47,7 +47,7 @@ def load(
         texts: contents of additional launch files, such as standard input; processed after the files.
         unset_as: the value to use for unset arguments, for tools that only inspect the file; by default,
             unset arguments are an error.
-        arguments_only: whether to read only the `<arg>`s of the files themselves.
+        arguments_only: whether to read only the `<arg>`s in these files, but not those in included files.
         limits: defaults to the process-wide limits.
 
     Raises:
@@ -105,7 +105,7 @@ class Loader:
         return scope
 
     def load_text(self, text: str) -> LaunchScope:
-        """Like `load_file`, but take the content of the launch file as a string."""
+        """Like `load_file`, but read the launch file from a string."""
         scope = self._root_scope("<stdin>", None)
         self._process_root(_parse(text, "<stdin>"), scope)
         return scope

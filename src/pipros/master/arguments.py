@@ -80,7 +80,7 @@ class Arguments:
         return logged_answer
 
     def resolved(self, parameter: str, name: Any, caller: str) -> str:
-        """Resolve `name` to a global name, on behalf of the caller."""
+        """Resolve `name` to a global name, as if it were used by the node `caller`."""
         return resolved_name(parameter, self._bounded(parameter, name), caller)
 
     def topic(self, name: Any, caller: str) -> str:
@@ -96,7 +96,7 @@ class Arguments:
         return str(_TOPIC_TYPE(self._bounded("topic_type", name), ""))
 
     def api_uri(self, parameter: str, api: Any) -> str:
-        """Check the form of the URI of a node or a service, and return it. The URI is not contacted."""
+        """Check the form of a node's or service's URI, and return the URI. No connection is made."""
         return str(api_uri(parameter)(self._bounded(parameter, api), ""))
 
     def param_key(self, key: Any, caller: str) -> str:

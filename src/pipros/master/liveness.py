@@ -1,7 +1,7 @@
 """Detects registered nodes that have ended.
 
 Theory of operation: every node is probed (queried for its process id) regularly, and at once if a notice
-could not be delivered to it. Depending on the result:
+could not be delivered to it. There are three results:
 - it answers: it is alive, and its process id is stored;
 - the connection is refused, or a different process answers although the node has not registered anything
   since: the node is a suspect and is probed again. After `CONFIRMATIONS` such results in a row, it is
@@ -9,8 +9,8 @@ could not be delivered to it. Depending on the result:
 - it does not answer in time, or there is no route to its host: it stays registered and is listed as
   unreachable. A node that hangs, is being debugged or has temporarily lost its network is not removed.
 
-A node that has never answered stays registered and is listed as unreachable, whatever the result, because it
-may run in a container whose address is valid only there, and other nodes may well reach it.
+A node that has never answered is not removed either, but is listed as unreachable. It may run in a container,
+with an address that is valid only there, and other nodes may still be able to reach it.
 """
 
 from __future__ import annotations
@@ -119,8 +119,8 @@ class Liveness:
     async def is_at(self, node: str, api: str) -> bool:
         """Return whether `api` still belongs to the node with the given name, as far as is known.
 
-        Return False if nothing answers at the URI, if it now belongs to another registered node, or if the
-        response contains a different name (only Python nodes report their name) or process id.
+        Return False if nothing answers at the URI, if the URI now belongs to another registered node, or if
+        the response contains a different name (only Python nodes report their names) or process id.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False
@@ -261,7 +261,7 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
     """Return the nodes to keep from the master's previous run, given each node's API URI.
 
-    Nodes that answer with another name, violate the protocol or refuse the connection are dropped. All others
+    Nodes that answer with another name, violate the protocol or refuse the connection are omitted. All others
     are kept, including nodes that time out or cannot be reached for another reason.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)

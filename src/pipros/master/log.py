@@ -45,10 +45,10 @@ class MasterLog(logging.Handler):
 
         Args:
             level: one of `LEVELS`, for the master's own messages; defaults to `info`.
-            loggers: the loggers to record, including their children; "" stands for all loggers in the
-                process.
-            limits: `log_bytes` and `log_files` limit the file and its predecessors `x.log.1`, …; defaults to
-                the process-wide limits.
+            loggers: the names of the loggers to record, including their children; "" records all loggers in
+                the process.
+            limits: `log_bytes` and `log_files` limit the size and number of this file and its predecessors
+                (`x.log.1`, …); defaults to the process-wide limits.
 
         Raises:
             OSError: the folder or the file cannot be created.

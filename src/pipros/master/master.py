@@ -53,7 +53,7 @@ class Master:
         """Store the settings; `start` opens the port.
 
         Args:
-            options: all settings as one value.
+            options: all settings in one object.
             environment: defaults to `os.environ`.
             settings: fields of `MasterOptions`, which override the fields of `options`.
 
@@ -152,8 +152,8 @@ def tune_for_master() -> None:
     - The descriptor limit is raised as far as possible, because a robot has many nodes.
     - Threads switch more often, so that decoding a large value in one thread does not delay responses from
       others.
-    - The garbage collector rarely makes a full pass, because a full pass takes 10 ms for 100,000 objects. A
-      master creates reference cycles only in connections, which are collected while they are young.
+    - The garbage collector rarely makes a full pass, because a full pass over 100,000 objects takes 10 ms. A
+      master creates reference cycles only in connections, and these are collected while they are young.
       (Collecting ten thousand short-lived connections at once would take 127 ms.)
     """
     sys.setswitchinterval(0.0005)

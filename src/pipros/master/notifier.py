@@ -2,8 +2,8 @@
 
 Theory of operation: each API with a pending notice has a queue. A new notice supersedes a queued notice about
 the same topic or parameter, because each notice contains the complete new state. Therefore, a queue cannot
-have more entries than its node has subscriptions, and a node that was unresponsive receives the current state
-afterwards.
+have more entries than its node has subscriptions, and an unresponsive node receives the current state once it
+responds again.
 
 The queues take turns, with one notice per turn and `TURNS_AT_A_TIME` turns at once, so that thousands of
 notices do not keep the loop from answering calls. The turn of a node that does not answer within `SLOW_S` no
@@ -79,7 +79,7 @@ class Notifier:
     """Delivers notices in the event loop in which it is used. `notify` returns at once.
 
     Attributes:
-        delivered: number of notices that their nodes answered.
+        delivered: number of notices that the nodes answered.
         superseded: number of queued notices that a newer notice replaced.
         dropped: number of notices lost because a queue was full.
     """
@@ -93,7 +93,7 @@ class Notifier:
     ) -> None:
         """
         Args:
-            limits: `notices` limits the queue for a node, and `notice_s` the time to answer each notice;
+            limits: `notices` limits each node's queue, and `notice_s` limits the time to answer a notice;
                 defaults to the process-wide limits.
             connect: function that returns the client for an API; raises ValueError for an invalid URI.
         """

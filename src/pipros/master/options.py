@@ -1,4 +1,4 @@
-"""A master's settings as one value."""
+"""A master's settings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Probing:
     """Intervals and timeouts for probing nodes.
 
     Attributes:
-        round_s: the interval at which each node is probed; longer if there are very many nodes.
+        round_s: the interval between probes of the same node; longer if there are very many nodes.
         newcomers_s: the maximum delay before a new node is first probed, unless the master is busy.
         answer_s: the timeout of a probe.
         confirmation_pause_s: the time between probes of a suspect.
@@ -45,7 +45,7 @@ class MasterOptions:
             networks may connect.
         parameters: keys and values to set before the port is opened.
         limits: limits on the resources that peers can use; defaults to the process-wide limits.
-        store: a file that stores parameters and registrations, and from which they are restored on start.
+        store: the file in which parameters and registrations are stored, to be restored on the next start.
         log_level: one of `pipros.master.log.LEVELS`, for the log file that `Core` writes.
         on_shutdown: called, in the master's thread, when a peer on this machine calls `shutdown`; the owner
             then calls `stop()`.

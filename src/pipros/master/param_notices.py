@@ -13,9 +13,9 @@ from pipros.master.registry import MASTER_ID, Notice, Registry, Role
 def param_notices(registry: Registry, key: str, value: Any, *, except_node: str) -> Iterator[Notice]:
     """Return the `paramUpdate` notices for a change of `key` to `value` (`{}` if it was deleted).
 
-    A subscriber at or above the key receives the key and its value. A subscriber below the key receives its
-    own key's part of the value, or `{}` if the value does not contain it. `except_node`, which made the
-    change, receives nothing. Announced keys end with a slash, as in genuine masters.
+    A subscriber at or above the key receives the key and its value. A subscriber below the key receives the
+    part of the value at its own key, or `{}` if there is none. `except_node`, which made the change, receives
+    nothing. Announced keys end with a slash, as in genuine masters.
 
     The subscribed keys are looked up at once. Their nodes are looked up only as the notices are consumed,
     because a key can have thousands of subscribers.

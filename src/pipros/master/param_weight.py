@@ -55,7 +55,7 @@ def entry_weight(key: str) -> int:
 
 
 def _total_text_bytes(texts: Collection[str]) -> int:
-    """Return the sum of `_text_bytes` for all texts. Fast if all are ASCII."""
+    """Return the sum of `_text_bytes` over all strings. Fast if all strings are ASCII."""
     joined = "".join(texts)
     return len(joined) if joined.isascii() else sum(map(_text_bytes, texts))
 

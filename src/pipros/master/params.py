@@ -59,7 +59,11 @@ class ParamTree:
     """
 
     def __init__(self, tree: Tree | None = None, *, limit_bytes: int | None = None) -> None:
-        """`limit_bytes` is the maximum weight of all parameters; defaults to `parameter_bytes`."""
+        """Store the tree, or create an empty one.
+
+        `limit_bytes` is the maximum weight of all parameters; by default, the limit `parameter_bytes` of the
+        process.
+        """
         self._root: Tree = {} if tree is None else tree
         self._limit_bytes = process_limits().parameter_bytes if limit_bytes is None else limit_bytes
         self._known_weights: Mapping[int, int] = {}
@@ -114,8 +118,9 @@ class ParamTree:
             self.journal.param_set(key, value)
 
     def former(self, key: str) -> Any:
-        """Return the value that setting `key` would replace, which may be a plain value above `key`; None if
-        there is none.
+        """Return the value that setting `key` would replace, or None if there is none.
+
+        This may be a plain value above `key`.
         """
         former = self._place(_parts(key))[0]
         return None if former is _NOTHING else former
@@ -190,7 +195,7 @@ class ParamTree:
         return found
 
     def search(self, ns: str, key: str) -> str | None:
-        """Return the full name of `key` in the namespace `ns` (`/a/node`) or above; None if not found.
+        """Search for `key` in the namespace `ns` (`/a/node`) and upwards. Return its full name, or None.
 
         As in ROS, only the first component of the key has to exist: if `/a/x` is set, the result for `x/y` is
         `/a/x/y`, whether or not that parameter is set.

@@ -62,8 +62,8 @@ class NodeEntry:
 
     Attributes:
         registration_count: number of times the node has registered, including repetitions.
-        names: the topics, services and parameter keys of each role, in order of registration. (A dictionary
-            without values is an ordered set.)
+        names: the topics, services and parameter keys that the node has registered, by role, in order of
+            registration. (A dictionary without values serves as an ordered set.)
     """
 
     name: str
@@ -98,15 +98,15 @@ class Registry:
     node subscribes to a parameter when it logs the shutdown request, and would thus take its name back and
     shut down its successor.
 
-    The type of a topic is kept after its last publisher and subscriber have unregistered, as in genuine
-    masters, but only for as many such topics as the limits allow. The topic that has been unused for longest
-    is forgotten first.
+    As in genuine masters, a topic's type is kept after the last publisher and subscriber have unregistered,
+    but only for as many unused topics as the limits allow. The topic that has been unused for longest is
+    forgotten first.
 
     If all registrations together would exceed `registration_bytes`, the methods that register raise
     `RegistryFull` and change nothing.
 
     Attributes:
-        replaced: names and APIs of processes that lost their name and have not been shut down yet.
+        replaced: names and APIs of processes that have lost their names but have not been shut down yet.
         held_bytes: approximate memory used by all registrations and topic types.
     """
 
@@ -266,7 +266,7 @@ class Registry:
             growth += _weight(node, key, api)
         if growth > 0 and self.held_bytes + growth > self._limits.registration_bytes:
             raise RegistryFull(
-                f"it would bring the registrations of the master to {self.held_bytes + growth} bytes; "
+                f"this would bring the registrations of the master to {self.held_bytes + growth} bytes; "
                 f"the limit is {self._limits.registration_bytes}"
             )
 

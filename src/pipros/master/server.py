@@ -139,7 +139,7 @@ class MasterServer:
         return True
 
     async def _get_param_names(self, *params: Any) -> Any:
-        """Traverse the tree in a thread, because a large tree takes long.
+        """Traverse the tree in a thread, because traversing a large tree takes a long time.
 
         This is safe, because the tree's values are never changed.
         """
@@ -157,7 +157,7 @@ class MasterServer:
             return self._api.methods[method](*params)
 
     async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
-        """Weigh large values in a thread. Meanwhile, another call may replace the value again."""
+        """Weigh large values in a thread, repeatedly if another call replaces the current value meanwhile."""
         loop = asyncio.get_running_loop()
         weighed: list[Any] = []  # keeps the values alive, so that each `id` stays unique
         weights: dict[int, int] = {}

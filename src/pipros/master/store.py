@@ -83,7 +83,7 @@ class Absence(Enum):
 
 
 class StoreUntrusted(PiprosError):
-    """Another user could have written a store's file."""
+    """Another user could have written to the store's file."""
 
 
 class Store:
@@ -99,7 +99,7 @@ class Store:
 
         Raises:
             OSError: the folder cannot be created or the unusable file cannot be moved.
-            StoreUntrusted: another user could have written the file.
+            StoreUntrusted: another user could have written to the file.
         """
         self.file = file
         self.set_aside: Path | None = None
@@ -157,7 +157,7 @@ class Store:
         self._changes.put((statement, (role.name, node, key)))
 
     def forget_registrations(self) -> None:
-        """Delete all registrations. The registrations that are still valid are restored afterwards."""
+        """Delete all registrations. The caller then restores those that are still valid."""
         self._changes.put(("DELETE FROM registrations", ()))
 
     def type_set(self, topic: str, type_name: str) -> None:
@@ -212,10 +212,9 @@ def _plain(item: Any) -> Any:
 
 
 def _make_private(file: Path) -> None:
-    """Create or check the file, so that no other user can read or set the parameters, which may contain
-    secrets.
+    """Create or check the file, so that no other user can read or set the parameters.
 
-    SQLite gives its auxiliary files the same permissions.
+    Parameters may contain secrets. SQLite gives its auxiliary files the same permissions.
     """
     file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     if not HAS_OWNERS:
@@ -299,7 +298,7 @@ def _move_aside(file: Path) -> Path:
 
 
 def restore_params(params: ParamTree, state: StoredState) -> None:
-    """Set the stored parameters in their order. Log each parameter that exceeds the limit."""
+    """Set the stored parameters in their original order. Log each parameter that would exceed the limit."""
     for key, value in state.parameters:
         try:
             _restore(params, key, value)

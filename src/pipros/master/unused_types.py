@@ -1,4 +1,4 @@
-"""Topics without nodes whose types are still known."""
+"""The known types of topics that no node publishes or subscribes to any more."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pipros.basics.limits import Limits
 
 
 class UnusedTypes:
-    """The topics without publishers and subscribers whose types are still known, longest unused first.
+    """Topics that have no publishers or subscribers, but a known type; the longest unused first.
 
     >>> unused = UnusedTypes(Limits(topic_types=2))
     >>> unused.add("/a", "x/Y"), unused.add("/b", "x/Y"), unused.add("/c", "x/Y")

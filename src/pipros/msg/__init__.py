@@ -1,4 +1,4 @@
-"""Interface definitions and message objects: `from any_pkg.msg import Anything` without a build."""
+"""Message and service definitions, and their classes: `from any_pkg.msg import Anything` without a build."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["DefinitionError", "load_message_class", "load_service_class"]
 
 
 def __getattr__(name: str) -> Any:
-    # Imported late, because every interpreter start imports this package.
+    # These imports are lazy, because every interpreter start imports this package.
     if name == "DefinitionError":
         from pipros.msg.language.spec import DefinitionError
 

@@ -26,7 +26,7 @@ struct_I = struct.Struct("<I")  # noqa: N816 # genuine generated modules import 
 
 
 class Buffers(list[Buffer]):
-    """Collects a message's output as separate buffers, so that a transport does not need to copy them."""
+    """Collects a serialized message as separate buffers, so that a transport does not need to copy them."""
 
     write = list.append
 
@@ -84,8 +84,8 @@ class Message:
             exc: the error that was raised when serializing the message.
 
         Raises:
-            SerializationError: always. Its text names the field; if all values fit, it is the text of
-                `exc`.
+            SerializationError: a value does not fit its field, or `exc` is given. The text names the field;
+                if all values fit, it is that of `exc`.
         """
         from pipros.msg.check import check_type
         from pipros.msg.errors import SerializationError
@@ -114,7 +114,7 @@ class Message:
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: Any) -> None:  # noqa: ARG002 # serialize takes arrays
-        """Same as `serialize`, which also writes numpy arrays without copying them."""
+        """Same as `serialize`, which accepts numpy arrays, too, and writes them without copying."""
         self.serialize(buff)
 
     def _to_buffers(self) -> list[Buffer]:

@@ -1,4 +1,4 @@
-"""Find classes for messages received with their definition, over a link or from a bag.
+"""Find the classes of messages that are received with their definitions, over a link or from a bag.
 
 An installed package's class is used if its definition has the same MD5 sum, so that messages are instances of
 the class that `from package.msg import Name` imports. Otherwise, the class is created from the received
@@ -18,11 +18,11 @@ _MD5_OF_NO_FIELDS = "d41d8cd98f00b204e9800998ecf8427e"
 
 
 class MissingDefinition(PiprosError):
-    """No definition was received, and no installed package has one with the requested MD5 sum."""
+    """No definition was received, and no installed type has the requested name and MD5 sum."""
 
 
 class ClassFinder:
-    """Finds the classes for types. Each definition is processed only once.
+    """Finds classes by type and MD5 sum. Each definition is processed only once.
 
     A peer could send new definitions forever, so the cache is emptied when it exceeds
     `Limits.definition_cache_bytes`.

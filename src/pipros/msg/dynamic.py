@@ -26,7 +26,7 @@ from pipros.msg.language.spec import DefinitionError, MessageSpec
 def message_classes_from_text(
     type_name: str, full_text: str, limits: Limits | None = None
 ) -> dict[str, type[Message]]:
-    """Return classes for all types in a full text. Installed packages with the same types are ignored.
+    """Return classes for all types in a full definition, regardless of installed types with the same names.
 
     Args:
         limits: defaults to the process-wide limits.
@@ -79,9 +79,9 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
 
 
 class DynamicClasses:
-    """The classes that were created from full texts and are still in use.
+    """The classes that were created from full definitions and are still in use.
 
-    Needed to copy and unpickle messages.
+    They are needed to copy and unpickle messages.
     """
 
     def __init__(self) -> None:
@@ -106,7 +106,7 @@ class DynamicClasses:
 
 @cache
 def _classes() -> DynamicClasses:
-    """Return the registry of this process. It is global, because `pickle` calls `_restore` without one."""
+    """Return this process's registry. It is global, because `pickle` cannot pass a registry to `_restore`."""
     return DynamicClasses()
 
 

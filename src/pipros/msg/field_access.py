@@ -1,4 +1,4 @@
-"""Determine which attributes expressions may read: the fields and types of messages, and times as numbers."""
+"""Determine which attributes expressions may read: fields and types of messages, and the values of times."""
 
 from __future__ import annotations
 

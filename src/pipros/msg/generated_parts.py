@@ -1,8 +1,8 @@
-"""Parts of the Python source that genuine genpy generates for messages, for tools that generate modules.
+"""Generate parts of message modules as genuine genpy does, for tools that generate such modules.
 
 pipros does not use this source for its own classes, which `pipros.msg.compile` compiles. Types are named as
-in definitions. The method `get_registered(name)` of a context returns a specification with `fields`, `types`,
-`names` and `constants`, and raises KeyError for an unknown name.
+in definitions. A `context` has a method `get_registered(name)`, which returns a specification with `fields`,
+`types`, `names` and `constants`, or raises KeyError if the name is unknown.
 """
 
 from __future__ import annotations
@@ -213,5 +213,5 @@ def resource_name(filename: str, ext: str) -> str:
 
 
 def outfile_name(outdir: str, infile_name: str, ext: str) -> str:
-    """Return the path of the module that is generated for a type's file."""
+    """Return the path of the module that is generated from a type's file."""
     return os.path.join(outdir, f"_{resource_name(infile_name, ext)}.py")

@@ -39,13 +39,13 @@ _IMPORTS = {
 def write_stubs(
     packages: Iterable[str], folder: Path, definitions: Definitions, *, suffix: str = ""
 ) -> list[Path]:
-    """Write the stubs of packages, such as `<folder>/<package><suffix>/msg/__init__.pyi`.
+    """Write the stubs for packages, in files such as `<folder>/<package><suffix>/msg/__init__.pyi`.
 
     Args:
         suffix: `-stubs` for installed packages (PEP 561), or empty for a folder of stubs.
 
     Returns:
-        The paths of all files, including unchanged files.
+        The paths of all stub files, including unchanged ones.
 
     Raises:
         NotFound: a package does not exist.
@@ -146,7 +146,7 @@ def _docstring(comment: str, indent: str = "    ") -> list[str]:
 
 
 def _types(kind: FieldType, home: str) -> tuple[str, str]:
-    """Return the types of a field for reading and for setting it."""
+    """Return a field's type when it is read, and the type that it can be set to."""
     single = _single_type(kind.base, home)
     if not kind.is_array:
         return single, single

@@ -6,7 +6,7 @@ Arithmetic returns the class of the left operand, so adding to a `rospy.Time` gi
 
 from __future__ import annotations
 
-# Type checkers treat this as True. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time that the first import takes.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, ClassVar, TypeVar, overload
@@ -148,7 +148,7 @@ class Time(TVal):
     """A point in time; never negative.
 
     Raises:
-        TypeError: the time is negative, including as the result of arithmetic.
+        TypeError: the time, or the result of an arithmetic operation, is negative.
     """
 
     __module__ = "genpy.rostime"

@@ -48,7 +48,7 @@ def is_loopback(host: str) -> bool:
 
 
 def plain_address(peer: str) -> str:
-    """Return a peer's IP address in comparable form: without the interface, and IPv4 not mapped to IPv6.
+    """Return a peer's IP address in comparable form: without the interface, and IPv4-mapped IPv6 as IPv4.
 
     >>> plain_address("::ffff:10.0.0.5"), plain_address("fe80::1%eth0")
     ('10.0.0.5', 'fe80::1')
@@ -57,7 +57,7 @@ def plain_address(peer: str) -> str:
 
 
 def is_master_local(environment: Environment) -> bool:
-    """Return True if the master URI has a loopback host (not this machine's name), or is malformed."""
+    """Return True if the master URI is malformed, or its host is loopback (not this machine's name)."""
     try:
         host, _ = split_master_uri(environment.master_uri)
     except PiprosError:
@@ -117,10 +117,10 @@ def problem_of(configured: str, *, is_address: bool) -> str | None:
 
 
 def advertised_address(environment: Environment, ports: PortRange | None = None) -> AdvertisedAddress:
-    """Return the address at which peers reach the ports of this process.
+    """Return the address at which peers reach this process's ports.
 
-    By default, this is `advertised_host` with the bound ports; `PIPROS_ADVERTISE` overrides it. `ports` are
-    the ports that nodes may open; defaults to `PIPROS_PORTS`.
+    By default, this is `advertised_host` with the bound ports; `PIPROS_ADVERTISE` overrides it. `ports` is
+    the range of ports that nodes may open; it defaults to `PIPROS_PORTS`.
 
     Raises:
         InvalidEnvironment: `PIPROS_ADVERTISE` or `PIPROS_PORTS` has an invalid value.

@@ -1,7 +1,7 @@
 """Check the arguments of the Master API and the Slave API.
 
-A check of a parameter is a function that takes the value and the caller's id, and returns the value to use,
-with names resolved. Error texts match genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
+A check is a function that takes a parameter's value and the caller's ID, and returns the value to use, with
+names resolved. Error texts match those of genuine ROS. Source: http://wiki.ros.org/ROS/Master_API.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class ParameterInvalid(Exception):
 
 
 def resolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
-    """Resolve a legal name to a global name, on behalf of the caller.
+    """Resolve a legal name to a global name, relative to the caller's namespace.
 
     Raises:
         ParameterInvalid: the name is empty, is not a string, or contains a colon or a blank.
@@ -110,7 +110,7 @@ def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
 
 
 def publishers(param_name: str) -> Check:
-    """Accept a list of strings, the URIs of publishers."""
+    """Accept a list of strings: the publishers' URIs."""
 
     def check(value: Any, caller_id: str) -> list[str]:
         del caller_id

@@ -20,8 +20,7 @@ LARGE_BYTES = 64 * 1024
 class Backlog:
     """A queue of messages that are written when the socket accepts them. Not thread-safe.
 
-    A message that was written in part must be completed, so only unwritten messages are dropped, the oldest
-    first.
+    A partially written message must be completed, so only unwritten messages are dropped, oldest first.
     """
 
     __slots__ = ("_rest", "_waiting", "_waiting_bytes")
@@ -46,7 +45,7 @@ class Backlog:
         self._waiting_bytes += size
 
     def append_rest(self, message: WireMessage, sent: int) -> None:
-        """Add a message, whose first `sent` bytes have been written, to an empty backlog."""
+        """Add a message to an empty backlog. Its first `sent` bytes have already been written."""
         self._keep_rest(_copy_mutable(message), sent)
 
     def next_buffers(self) -> list[Buffer]:

@@ -1,4 +1,4 @@
-"""Limit the bytes that a server holds for all its peers together."""
+"""Limit the total number of bytes that a server holds for its peers."""
 
 from __future__ import annotations
 
@@ -32,5 +32,5 @@ class HeldBytes:
             oldest.abort()
 
     def forget(self, connection: TableEntry) -> None:
-        """Forget a connection whose request is complete, or which has closed. May be called repeatedly."""
+        """Forget a connection that has closed or whose request is complete. May be called repeatedly."""
         self.bytes -= self._held.pop(connection, 0)

@@ -16,7 +16,7 @@ _Value = TypeVar("_Value")
 def in_parallel(keys: Iterable[_Key], ask: Callable[[_Key], _Value], *, at_once: int) -> dict[_Key, _Value]:
     """Call `ask` with each key and return the results in the order of the keys.
 
-    `ask` runs in daemon threads, at most `at_once` of them, and must have a deadline. An exception raised by
+    `ask` runs in at most `at_once` daemon threads, and must time out on its own. An exception raised by
     `ask`, or by a signal handler in the calling thread, ends the wait. Calls that have not started are
     dropped. Unlike with `ThreadPoolExecutor`, neither the caller nor the exiting interpreter waits for the
     other calls.

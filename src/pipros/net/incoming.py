@@ -1,10 +1,10 @@
 """The receiving end of one TCPROS topic link: a thread that reads and delivers the newest messages.
 
 Theory of operation. One thread per link receives large chunks, splits off all complete messages and calls
-`deliver` for each itself, so that most messages are not passed between threads. Queued messages are kept
+`deliver` for each of them, so that most messages are not passed between threads. Queued messages are kept
 undecoded. After a slow delivery, the thread reads the socket again before the next delivery and keeps only
-the newest `queue_size` messages: a slow callback with queue_size=1 gets the newest message, whatever its size
-and the contents of the socket (ros_comm#536, ros_comm#1901).
+the newest `queue_size` messages: a slow callback with queue_size=1 gets the newest message, however large the
+messages are and however many the socket holds (ros_comm#536, ros_comm#1901).
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class ReceiveStatistics:
 
 
 class DeliveryLock:
-    """Makes a topic's links deliver one after another.
+    """Lock with which a topic's links deliver in turn.
 
     A link that has just delivered a message queues behind the links that are already waiting. One of the
     waiting links holds `_gate`. With a single lock, a link with a backlog would reacquire the lock before a

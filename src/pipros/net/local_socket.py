@@ -1,4 +1,4 @@
-"""Unix sockets in a folder of this user, for programs of the same user. Needs Linux.
+"""Unix sockets that connect one user's programs, in a folder that others cannot write to. Linux only.
 
 The path of a socket is limited to about a hundred bytes, but `ROS_HOME` may be longer. Sockets are therefore
 opened relative to the folder's descriptor, below `/proc/self/fd`.
@@ -26,7 +26,7 @@ _BACKLOG: Final = 16
 def listen(folder: CacheFolder, name: str) -> socket.socket:
     """Return a listening socket at `name` in a folder.
 
-    The folder is created if necessary. An existing socket of that name is replaced.
+    The folder is created if necessary. An existing socket with that name is replaced.
 
     Raises:
         Untrusted: other users could write to the folder.

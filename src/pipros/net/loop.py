@@ -126,8 +126,8 @@ class BackgroundLoop:
 class _Loop(asyncio.SelectorEventLoop):
     """An event loop that uses daemon threads for blocking work.
 
-    Python joins asyncio's own executor at exit, so one unanswered lookup of a name would keep the process
-    alive for half a minute.
+    Python joins asyncio's own executor at exit, so one unanswered name lookup would keep the process alive
+    for half a minute.
     """
 
     def __init__(self, name: str, lookups: Lookups) -> None:

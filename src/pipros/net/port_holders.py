@@ -1,4 +1,4 @@
-"""Find the programs that listen on this machine's ports, to name them in an error text if no port is free."""
+"""Find the programs that listen on this machine's ports, for the error text if no port is free."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _NAMED = 20
 
 
 def port_holders(ports: Container[int]) -> str:
-    """Return the programs that listen on these ports, as `11400 python3 (pid 12)`; at most 20 programs.
+    """List the programs that listen on these ports, as `11400 python3 (pid 12)`. At most 20 ports are listed.
 
-    Only root sees the programs of other users. The result is empty on systems other than Linux.
+    Only root can identify other users' programs. The result is empty on systems other than Linux.
     """
     inodes = {inode: port for inode, port in listening_inodes().items() if port in ports}
     programs: dict[int, str] = {}

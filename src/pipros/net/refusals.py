@@ -41,7 +41,7 @@ class Refusals:
         )
 
     def report(self) -> None:
-        """Log the number of refusals that have only been counted, at most once a minute."""
+        """Log the number of refusals that were not logged individually, at most once a minute."""
         now = time.monotonic()
         if self._unreported and now - self._reported_at >= _REPORT_EVERY_S:
             self._log.warning("%d more refusals, %d in total", self._unreported, self.total)

@@ -119,7 +119,7 @@ class RpcServer:
         """Open the port. The server accepts connections when this returns.
 
         Raises:
-            OSError: the port is in use, no port of the range is free, or the address does not belong to this
+            OSError: the port is in use, no port in the range is free, or the address does not belong to this
                 machine.
         """
         self._is_stopped = False

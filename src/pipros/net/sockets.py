@@ -41,7 +41,7 @@ the 13th of the 32-bit numbers is the age of the last acknowledgement in millise
 
 
 class NoFreePort(PiprosError, OSError):
-    """No port of a range can be opened."""
+    """No port in a range can be opened."""
 
 
 @contextlib.contextmanager
@@ -78,7 +78,7 @@ def listen_all(hosts: Sequence[str], port: int | PortRange = 0, backlog: int = 1
     Port 0 selects a port that is free on all addresses. A range selects its first such port.
 
     Raises:
-        NoFreePort: no port of the range can be opened.
+        NoFreePort: no port in the range can be opened.
         OSError: the port is in use, or an address does not belong to this machine.
     """
     if not isinstance(port, int):
@@ -120,7 +120,7 @@ def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> li
 
 
 def connections_that_fit(share: float = 0.5) -> int:
-    """Return the number of connections that a share of the process's file descriptors allows."""
+    """Return how many connections fit into a share of the process's file descriptors; at least 32."""
     return max(32, int(min(descriptor_limit(), 32768) * share))
 
 

@@ -78,7 +78,7 @@ class TcprosServer:
 
     Connections that begin with an HTTP request are passed to `on_http`, if set.
 
-    As in genuine nodes, connections of peers that are silent, send malformed data or announce too large a
+    As in genuine nodes, connections from peers that are silent, send malformed data or announce an oversized
     header are closed without an answer. If too many connections are in their handshake, the oldest of them
     is closed to make room for a new connection, so that silent peers do not lock other peers out. The server
     uses callbacks of the event loop, not coroutines, because every service call that is not persistent opens
@@ -111,7 +111,7 @@ class TcprosServer:
             log: the logger that reports refusals.
 
         Raises:
-            OSError: the port is in use, no port of the range is free, or the address does not belong to this
+            OSError: the port is in use, no port in the range is free, or the address does not belong to this
                 machine.
         """
         self._server = sockets.listen(host, port, _BACKLOG)

@@ -1,4 +1,4 @@
-"""Determines whether an address, a host name or a caller belongs to this machine.
+"""Determine whether an address, a host name or a caller belongs to this machine.
 
 All code that trusts "this machine" uses this module. The term means the network namespace of this process: a
 container with its own network is another machine. An address belongs to this machine if the system uses it as

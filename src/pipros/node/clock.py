@@ -51,7 +51,7 @@ class Clock(Protocol):
         ...
 
     def interrupt(self, exempt: int | None = None) -> None:
-        """End all current and future waits, except in the thread `exempt` (a `threading.get_ident`)."""
+        """End all current and future waits, except in the thread with the identifier `exempt`."""
         ...
 
 

@@ -32,9 +32,7 @@ def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]
 
 
 def number(message: Message, sequence: int) -> None:
-    """Set the sequence number of a message that starts with a header, as rospy does before sending the
-    message.
-    """
+    """Set the sequence number of a message that starts with a header, as rospy does before sending."""
     if getattr(message, "_has_header", False):
         header: Any = message.header  # type: ignore[attr-defined]
         header.seq = sequence & 0xFFFFFFFF
@@ -43,7 +41,7 @@ def number(message: Message, sequence: int) -> None:
 
 
 def _serialize(message: Message) -> list[Buffer]:
-    """Serialize a message whose class, from a genuine generator, can only write to file objects."""
+    """Serialize a message of a class from a genuine generator, which can only write to file objects."""
     file = io.BytesIO()
     message.serialize(file)
     return [file.getvalue()]

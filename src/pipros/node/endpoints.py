@@ -118,7 +118,7 @@ class Endpoints:
         return found[0] if found else None
 
     def statistics(self) -> Mapping[str, Any]:
-        """Return the statistics of links, by `publications` or `subscriptions`, by topic, and by peer."""
+        """Return the links' statistics by kind (`publications` or `subscriptions`), topic, and peer."""
         return {
             "publications": {
                 publication.topic: {peer.caller_id: peer.link.statistics for peer in publication.links}
@@ -141,7 +141,7 @@ class Endpoints:
         latch: bool,
         headers: Mapping[str, str] | None = None,
     ) -> Publisher[Any]:
-        """Return a new handle on a topic; the first handle registers the topic with the master.
+        """Return a new handle for a topic; the first handle registers the topic with the master.
 
         `headers` are additional fields for the connection headers that subscribers receive.
 

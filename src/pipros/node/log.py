@@ -1,7 +1,7 @@
-"""Log handlers of a node, for the console, a file, and the topic `/rosout`.
+"""A node's log handlers: for the console, a file, and the topic `/rosout`.
 
-They are handlers of Python's `logging`, added to the node's logger. The console format is set by
-`ROSCONSOLE_FORMAT`, see http://wiki.ros.org/rosconsole#Console_Output_Formatting
+They are handlers for Python's `logging`, added to the node's logger. `ROSCONSOLE_FORMAT` sets the console
+format; see http://wiki.ros.org/rosconsole#Console_Output_Formatting.
 """
 
 from __future__ import annotations
@@ -332,7 +332,7 @@ def logger_count() -> int:
 
 
 def logger_exists(name: str) -> bool:
-    """Return whether the process has a logger of this name. The root logger always exists."""
+    """Return whether the process has a logger with this name. The root logger always exists."""
     return not name or isinstance(logging.Logger.manager.loggerDict.get(name), logging.Logger)
 
 

@@ -1,4 +1,4 @@
-"""Opens a node's log outputs: the console, a file and `/rosout`."""
+"""Open a node's log outputs: the console, a file and `/rosout`."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ _LOGGING_LEVELS = {
 def open_console_and_file(
     node: Node, logger: logging.Logger, level: int | None, *, is_roscpp: bool = False
 ) -> list[logging.Handler]:
-    """Show the records of `logger` on the console, and write those of all loggers to a file, as in Noetic.
+    """Write `logger`'s records to the console, and all loggers' records to a file, as in Noetic.
 
-    If a configuration of Python's logging exists (`find_log_config`), it is used instead. `level` is a ROS
-    level number; None keeps the configured level. For `is_roscpp`, see `ConsoleHandler`.
+    If there is a Python logging configuration (`find_log_config`), it is used instead. `level` is a ROS level
+    number; None keeps the configured level. For `is_roscpp`, see `ConsoleHandler`.
 
     Returns:
-        The handlers that were added to the logger and to the root logger; an empty list if a configuration is
-        used.
+        The handlers that were added to the logger and to the root logger; an empty list if such a
+        configuration is used.
     """
     handlers: list[logging.Handler] = []
     given = node.identity.arguments.special.get("__log")
@@ -82,7 +82,7 @@ def _log_to_file(path: Path) -> list[logging.Handler]:
 
 
 def open_rosout(node: Node, logger: logging.Logger) -> RosoutHandler:
-    """Publish the records of `logger` on `/rosout`.
+    """Publish `logger`'s records on `/rosout`.
 
     The messages list the node's topics, unless a parameter disables this.
 

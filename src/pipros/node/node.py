@@ -133,7 +133,7 @@ class Node:
 
         Raises:
             OSError: the address in the environment does not belong to this machine, a port is in use, or no
-                port of the range is free.
+                port in the range is free.
         """
         bind_host = address.bind_host(self.environment)
         self._loop.start()

@@ -1,4 +1,4 @@
-"""Log files of programs that are not nodes: tools, and programs that log before their node starts."""
+"""Log files for programs that are not nodes: tools, and programs that log before their node starts."""
 
 from __future__ import annotations
 
@@ -74,8 +74,9 @@ def make_folders_as_parent(folder: Path) -> None:
 
 
 def link_latest(folder: Path) -> bool:
-    """Point the link `latest`, next to `folder`, to `folder`. Return False if `latest` exists and is not a
-    link.
+    """Make the link `latest`, which is next to `folder`, point to `folder`.
+
+    Return False if `latest` exists and is not a link.
 
     Raises:
         OSError: the link cannot be created.

@@ -286,7 +286,7 @@ class Publication:
             )
 
     def _notify_listeners(self, notify: Callable[[PeerListener], None]) -> None:
-        """Call the users' listeners in a separate thread, because they may block.
+        """Call the user's listeners in a separate thread, because they may block.
 
         The calls are sequential, in the order in which subscribers connected and disconnected.
         """

@@ -70,7 +70,7 @@ class RunningNode:
             limits: the limits on the resources that peers can use.
 
         Raises:
-            OSError: the address does not belong to this machine, a port is in use, or no port of the range is
+            OSError: the address does not belong to this machine, a port is in use, or no port in the range is
                 free.
         """
         rpc_connections = limits.rpc_connections or connections_that_fit(RPC_SHARE)

@@ -65,7 +65,7 @@ class CallTimeout(ServiceFailed):
 
 
 class Interruptible(Protocol):
-    """A wait for a peer that can be interrupted."""
+    """An interruptible wait for a peer."""
 
     def interrupt(self) -> None: ...
 
@@ -264,7 +264,7 @@ class ServiceClient:
 class ServiceLink:
     """A client's connection to a service server.
 
-    It carries one call at a time, and must not be shared between threads.
+    It handles one call at a time, and must not be shared between threads.
     """
 
     def __init__(

@@ -75,7 +75,7 @@ class Slots:
 
 
 class Server(Protocol):
-    """The interface of a service that its connections use.
+    """The attributes and methods of a service server that its connections use.
 
     Attributes:
         loop: the event loop in which its connections wait.

@@ -111,7 +111,10 @@ class Signals:
             node.on_shutdown(self._insist_on_end)
 
     def listen_anew(self, node: Node) -> None:
-        """Let signals end another node. Signals that have arrived since the previous node ended are lost."""
+        """From now on, let signals end `node`, the successor of a node that has ended.
+
+        Signals that have arrived since the previous node ended are lost.
+        """
         if self._ending is not None and self._ending is not threading.current_thread():
             self._ending.join()
         with contextlib.suppress(BlockingIOError):

@@ -1,4 +1,4 @@
-"""Publishes a node's topic statistics on `/statistics`; see `pipros.node.topic_statistics`."""
+"""Publish a node's topic statistics on `/statistics`; see `pipros.node.topic_statistics`."""
 
 from __future__ import annotations
 

@@ -15,15 +15,13 @@ the next report, at most REPORT_S later.
 
 
 class ThrottledWarnings:
-    """Decides which warnings are logged in full, and summarizes the others by their number and the last one.
+    """Decides which warnings are logged in full. Of the others, reports only the number and the last subject.
 
     For the event loop only.
     """
 
     def __init__(self, log: logging.Logger, loop: BackgroundLoop, more: str) -> None:
-        """Report later warnings with the format `more`. `%d` is the number of suppressed warnings, `%s` the
-        subject of the last warning.
-        """
+        """Report suppressed warnings in the format `more`: `%d` is their number, `%s` the last subject."""
         self._log = log
         self._loop = loop
         self._more = more
@@ -33,9 +31,7 @@ class ThrottledWarnings:
         self._is_reporting = False
 
     def should_log(self, last: str) -> bool:
-        """Return whether to log this warning in full; if not, count it. `last` describes the warning in the
-        report.
-        """
+        """Return whether to log this warning in full; if not, count it. `last` is its subject."""
         if not self._is_reporting:
             self._is_reporting = True
             self._loop.asyncio.call_later(REPORT_S, self._report)

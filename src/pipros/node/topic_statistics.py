@@ -60,7 +60,7 @@ class TrafficMeter:
     def add(self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None) -> Window | None:
         """Count a received message. Return the statistics of the window if this message ends it.
 
-        `sequence` and `stamp_ns` are those in the message's header, or None if it has no header.
+        `sequence` and `stamp_ns` come from the message's header; they are None if it has no header.
         """
         if not self._start_ns:
             self._start_ns = now_ns

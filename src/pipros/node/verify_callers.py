@@ -1,4 +1,4 @@
-"""Verifies the claims of untrusted callers with the master."""
+"""Verify the claims of untrusted callers with the master."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class CallerVerification:
         self._is_busy = False
 
     def ask(self, about: str, question: Question) -> None:
-        """Schedule a call to `question` in another thread. Must be called from the event loop.
+        """Schedule `question` to be called in another thread. Must be called from the event loop.
 
         Args:
             about: the subject of the question, which replaces a queued question with the same subject.

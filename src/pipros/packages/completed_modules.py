@@ -4,7 +4,7 @@ rospkg searches only the folders in `ROS_ROOT` and `ROS_PACKAGE_PATH`. Setting t
 starts would affect child processes, too. Instead, the function with which rospkg lists these folders is
 replaced by one that adds a folder.
 
-pkg_resources, which old versions of setuptools have, reads the metadata files of distributions.
+pkg_resources, which is part of old versions of setuptools, reads the metadata files of distributions.
 `distributions.py` explains why pipros's packages do not have such files. The packages can therefore be found
 by name, but are not listed.
 """

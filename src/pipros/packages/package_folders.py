@@ -34,7 +34,7 @@ class PackageFolders:
     ) -> None:
         """Store the settings without reading the disk.
 
-        Packages of other kinds than `kinds` are ignored.
+        Packages of kinds other than `kinds` are ignored.
         """
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
@@ -64,9 +64,9 @@ class PackageFolders:
 
 
 class _Root:
-    """A folder, and the latest crawl of it.
+    """A folder and its latest crawl.
 
-    There is no crawl before the first call. A cached crawl is trusted for a package whose manifest is
+    The disk is not read before the first call. A cached crawl is trusted for a package whose manifest is
     unchanged, and for the absence of a package if the whole folder is unchanged. A crawl by this process is
     trusted for its packages as long as the process runs.
     """

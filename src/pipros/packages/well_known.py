@@ -96,8 +96,8 @@ def why_not_here(
 
     Args:
         arguments: the program's arguments, which name the plugin of a nodelet.
-        programs: the package's programs on this machine, if the package was found. If there are any, the
-            reason is not that the package must be compiled.
+        programs: the package's programs that were found on this machine. If there are any except
+            `.cfg` files, nothing is missing, and the result is None.
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
     if package in _PYTHON and not is_here:

@@ -1,4 +1,4 @@
-"""Pictures as one string of bytes per channel.
+"""Pictures as one byte string per channel.
 
 PGM does not require a library; other formats require Pillow.
 """

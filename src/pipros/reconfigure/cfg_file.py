@@ -80,12 +80,11 @@ def find(package_folder: Path, name: str) -> Path | None:
 
 
 def find_all(package_folder: Path) -> list[Path]:
-    """Return the `.cfg` files of a package: the files in `cfg/`, then the files that its `CMakeLists.txt`
-    names.
+    """Return the `.cfg` files of a package: those in `cfg/`, then those named in its `CMakeLists.txt`.
 
     Words in `CMakeLists.txt` that end in `.cfg` are paths or patterns relative to the package's folder. A
-    variable before the first slash stands for the package's folder. `CMakeLists.txt` is ignored unless it
-    calls `generate_dynamic_reconfigure_options()`.
+    variable before the first slash is assumed to be the package's folder. `CMakeLists.txt` is ignored unless
+    it calls `generate_dynamic_reconfigure_options()`.
     """
     found = sorted((package_folder / "cfg").rglob("*.cfg"))
     try:

@@ -1,1 +1,1 @@
-"""The gateway between ROS 1 and ROS 2, ROS 2 bags, and the conversion of messages."""
+"""Gateway between ROS 1 and ROS 2, support for ROS 2 bags, and message conversion."""

@@ -115,10 +115,12 @@ def with_id(goal: bytes, cdr: bytes) -> bytes:
 
 
 def split_id(cdr: bytes | memoryview) -> tuple[bytes, bytes]:
-    """Return the goal ID and the CDR after it, for a `send_goal` or `get_result` request or feedback.
+    """Split a `send_goal` or `get_result` request, or a feedback message.
+
+    Return the goal ID, and the fields after it as CDR.
 
     Raises:
-        ConversionError: the message is not little-endian CDR, or too short.
+        ConversionError: the message is not little-endian CDR, or is too short.
     """
     body = _body(cdr, ID_BYTES)
     return body[:ID_BYTES], _HEADER + body[ID_BYTES:]

@@ -59,11 +59,11 @@ class ActionPair:
         return decoder(self._feedback)(self.plan.feedback.to_ros1(cdr))
 
     def result_to_cdr(self, status: Ros2Status, result: Any = None) -> bytes:
-        """Return a reply of `get_result`, with an empty result if `result` is None."""
+        """Return a `get_result` reply, with an empty result if `result` is None."""
         return _to_cdr(self.plan.result, self._result, result or self._result(), bytes([status]))
 
     def result_to_ros1(self, cdr: bytes) -> tuple[Ros2Status, Any]:
-        """Return the status and the result in a reply of `get_result`.
+        """Return the status and the result in a `get_result` reply.
 
         Raises:
             ConversionError: the reply is malformed, or the status is unknown.

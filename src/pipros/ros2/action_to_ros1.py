@@ -38,7 +38,7 @@ from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, TopicQos
 from pipros.ros2.names import action_names
 
 KEPT_S: Final = 60.0
-"""How long the result of a goal can be requested after its end."""
+"""How long a goal's result can be requested after the goal has ended."""
 DECISION_S: Final = 0.5
 """Time that a server has to reject a goal that it has received. Afterwards, the goal counts as accepted."""
 _LATE_RESULT_S: Final = 5.0
@@ -49,7 +49,7 @@ _QUEUE: Final = 100
 
 @dataclass(slots=True)
 class _Goal:
-    """A goal of the server. `id` is its ID in ROS 1; `status` is None until the server has reported it."""
+    """A goal for the server. `id` is its ID in ROS 1; `status` is None until the server has reported it."""
 
     id: str
     key: bytes
@@ -68,16 +68,16 @@ class ActionToRos1:
     """Offers a ROS 1 action in ROS 2, so that ROS 2 nodes can send goals to it. Thread-safe.
 
     Attributes:
-        counts: goals from ROS 2, and those that did not reach the server; results, feedback and statuses
-            that could not be passed.
+        counts: the goals received from ROS 2, and the failures: goals that did not reach the server, and
+            results, feedback and statuses that could not be forwarded.
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
         """Offer the ROS 1 action in ROS 2. Blocks until the master answers.
 
         Raises:
-            PiprosError: the engine is closed, the name is not legal in ROS 2, or the node has a topic of the
-                action with another type.
+            PiprosError: the engine is closed, the name is not legal in ROS 2, or the node already uses one of
+                the action's topics with another type.
         """
         self.counts = Counts()
         self.pair = pair
@@ -136,13 +136,13 @@ class ActionToRos1:
             self._goals.keep(lambda goal: not goal.has_ended or now_s - goal.ended_s <= KEPT_S)
 
     def close(self) -> None:
-        """End the action in ROS 2. Goals that have not ended continue in ROS 1."""
+        """Stop offering the action in ROS 2. Unfinished goals continue in ROS 1."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
         self._ends.close()
 
-    # -- from ROS 2, in threads of the engine ----------------------------------------------------
+    # -- from ROS 2, in the engine's threads -----------------------------------------------------
 
     def _send_goal(self, request: bytes) -> bytes:
         key, cdr = split_id(request)
@@ -210,7 +210,7 @@ class ActionToRos1:
         return cancel_reply(CancelCode.NONE, running)
 
     def _wait(self, condition: Callable[[], bool], end_s: float) -> bool:
-        """Wait until the condition holds; return False if the time is up or the action is closed first."""
+        """Wait until the condition holds; return False if the time expires or the action is closed first."""
         with self._changed:
             while not condition():
                 left_s = end_s - time.monotonic()
@@ -248,7 +248,7 @@ class ActionToRos1:
             self._notify(before)
 
     def _limit_results(self) -> None:
-        """Remove the oldest goals with results until the other results are within the limit."""
+        """Remove the oldest goals with results until the remaining results are within the limit."""
         excess = sum(len(goal.result) for goal in self._goals) - self._node.limits.ros2_history_bytes
         for goal in self._goals:
             if excess <= 0:
@@ -272,7 +272,7 @@ class ActionToRos1:
             self.counts.fail(f"{self._name}: feedback was dropped: {error}")
 
     def _found(self, goal_id: Any) -> _Goal | None:
-        """Return the goal with a ROS 1 ID, added if it is unknown; None if there are too many goals."""
+        """Return the goal with a ROS 1 ID, adding it if it is unknown; None if there are too many goals."""
         key = id_in_ros2(goal_id.id)
         goal = self._goals.find(id_in_ros1(key))
         if goal is None:

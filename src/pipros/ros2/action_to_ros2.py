@@ -40,9 +40,9 @@ from pipros.ros2.names import action_names
 STATUS_S: Final = 0.2
 """Interval between ROS 1 status messages, as in actionlib."""
 ENDED_S: Final = 5.0
-"""How long the status of a goal is published after its end, as in actionlib."""
+"""How long a goal's status is published after the goal has ended, as in actionlib."""
 RESULT_S: Final = 60.0
-"""Time after which a result is requested again while the goal has not ended."""
+"""Time after which the result of a goal that has not ended is requested again."""
 RETRY_S: Final = 1.0
 _CANCELLING: Final = 4
 _QUEUE: Final = 100
@@ -76,14 +76,16 @@ class ActionToRos2:
     are queued, too; those beyond `Limits.goals` are dropped.
 
     Attributes:
-        counts: goals, and those that could not be passed; feedback and statuses that could not be passed.
+        counts: the goals received from ROS 1, and the failures: goals, feedback and statuses that could not
+            be forwarded.
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
         """Offer the ROS 2 action in ROS 1. Blocks until the master answers.
 
         Raises:
-            PiprosError: the engine is closed, or the node has a topic of the action with another type.
+            PiprosError: the engine is closed, or the node already uses one of the action's topics with
+                another type.
         """
         self.counts = Counts()
         self.pair = pair
@@ -161,7 +163,7 @@ class ActionToRos2:
         self._publish_status()
 
     def close(self) -> None:
-        """End the action in ROS 1. Goals that have not ended are aborted there, and continue in ROS 2."""
+        """Stop offering the action in ROS 1. Unfinished goals are aborted there, but continue in ROS 2."""
         self._is_closed.set()
         with self._lock:
             goals = list(self._goals)

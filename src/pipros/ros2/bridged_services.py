@@ -52,7 +52,7 @@ class Ros1Service:
 
     def update(self) -> None:
         """Count the requests that the engine has refused."""
-        self.counts.overflow("", self._server.dropped, f"{self._name}: requests of ROS 2 were refused")
+        self.counts.overflow("", self._server.dropped, f"{self._name}: requests from ROS 2 were refused")
 
     def close(self) -> None:
         self._server.close()
@@ -65,7 +65,7 @@ class Ros2Service:
         """Offer the ROS 2 service in ROS 1. Blocks until the master answers.
 
         Raises:
-            NameInUse: the node already has a service of this name.
+            NameInUse: the node already provides a service with this name.
         """
         self.counts = Counts()
         self.types = pair.plan.ros1_type, pair.plan.ros2_type

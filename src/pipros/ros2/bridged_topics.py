@@ -43,7 +43,7 @@ _KEPT: Final = 100
 
 
 class Pace:
-    """Lets at most `rate` messages per second pass."""
+    """Limits a topic to `rate` messages per second."""
 
     def __init__(self, rate: float) -> None:
         self._interval_s = 0.0 if math.isinf(rate) else 1 / rate
@@ -61,7 +61,7 @@ class Pace:
 
 
 class StaticTransforms:
-    """Merges `/tf_static` messages into one with the newest transform of each child frame.
+    """Merges `/tf_static` messages into one that contains the newest transform of each child frame.
 
     A latched topic keeps one message per publisher, and the gateway is a single publisher.
     """
@@ -91,7 +91,7 @@ class StaticTransforms:
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """The names and types of a topic that passes in one direction."""
+    """The names and types of a topic that is passed in one direction."""
 
     ros1: str
     ros2: str
@@ -164,7 +164,7 @@ class ToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # a node that is in neither may be new
+        self._forget(self._publishing - now)  # not all unlisted nodes: a new one may not be listed yet
         self._publishing = now
         is_wanted = self._is_latched or any(
             each.subscriber_count for each in list(self._announcements.values())
@@ -220,7 +220,7 @@ class ToRos2:
             each.close()
 
     def close(self) -> None:
-        """End the topic in ROS 2, and the subscription in ROS 1."""
+        """Stop publishing the topic in ROS 2, and unsubscribe from it in ROS 1."""
         if self._subscriber is not None:
             self._subscriber.unregister()
         for each in list(self._announcements.values()):
@@ -228,7 +228,7 @@ class ToRos2:
 
 
 class Known(Protocol):
-    """Function that returns the ROS 2 publisher with a key, or None if its messages must not pass."""
+    """Function that returns the ROS 2 publisher with a key, or None if its messages must not be passed."""
 
     def __call__(self, key: bytes) -> Endpoint | None: ...
 
@@ -301,7 +301,7 @@ class ToRos1:
         durability_of = {each.key: each.qos.durability for each in publishers}
         with self._lock:
             absent = self._latched.keys() - durability_of.keys()
-            for key in absent & self._absent:  # absent twice: `publishers` may lack a new one
+            for key in absent & self._absent:  # absent twice in a row: a new one may not be listed yet
                 self._forget(key)
             self._absent = absent
         desired: dict[Durability, TopicQos] = {}
@@ -361,11 +361,11 @@ class ToRos1:
                 self._latched[publisher] = message, size
 
     def _forget(self, publisher: bytes) -> None:
-        """Remove the last message of a publisher. The caller holds the lock."""
+        """Remove a publisher's last message. The caller holds the lock."""
         self._latched_bytes -= self._latched.pop(publisher, (None, 0))[1]
 
     def close(self) -> None:
-        """End the topic in ROS 1, and the subscribers in ROS 2."""
+        """Stop publishing the topic in ROS 1, and close its subscribers in ROS 2."""
         for _, reader in self._readers.values():
             reader.close()
         self._readers.clear()
@@ -377,7 +377,7 @@ class ToRos1:
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[..., None]
     ) -> None:
-        """Send the last message of each latching publisher, except the newest, which was sent already."""
+        """Send the last message of each latching publisher, except the newest, which was already sent."""
         del topic_name, topic_publish
         with self._lock:
             latched = list(self._latched.values())

@@ -1,4 +1,4 @@
-"""Counters of what a topic, service or action of a gateway has passed and dropped."""
+"""Count the messages, calls and goals that a gateway's topic, service or action passes and drops."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ _LOG = logging.getLogger("pipros.ros2")
 
 
 class Counts:
-    """Numbers of messages, calls or goals since the gateway opened their topic, service or action.
+    """Counters of one topic, service or action since the gateway opened it.
 
     Attributes:
         passed: messages and calls that were passed, or goals that arrived.
         failed: messages, calls or goals that could not be converted or passed.
-        overflowed: messages or calls that full queues dropped.
-        reason: why something was last dropped, or empty.
+        overflowed: messages or calls that were dropped because a queue was full.
+        reason: why the last drop occurred, or empty.
     """
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class Counts:
             _LOG.warning("%s", reason)
 
     def overflow(self, queue: Hashable, total: int, reason: str) -> None:
-        """Count what a queue has dropped, and log the reason the first time. Call this in one thread only.
+        """Count a queue's drops, and log the reason the first time. Call this in one thread only.
 
         Args:
             queue: identifies the queue. If it is replaced, its total starts at 0 again.

@@ -1,6 +1,6 @@
 """Interface of a connection to ROS 2, independent of the middleware.
 
-An engine carries bytes: payloads are CDR with the encapsulation header. Names and types are in
+An engine transports bytes: payloads are CDR with the encapsulation header. Names and types are in
 ROS 2 form (`/chatter`, `std_msgs/msg/String`), and an engine translates them to DDS or Zenoh. It does not
 convert messages.
 """
@@ -99,7 +99,7 @@ class Sample:
 
 
 GATEWAY_NODE = "ros1_gateway_"
-"""Prefix of the name of a gateway's node. The identity of the gateway follows."""
+"""Prefix of a gateway's node name, followed by the gateway's identity."""
 
 
 def gateway_of_node(node: str) -> str:
@@ -125,7 +125,7 @@ class Subscription(Protocol):
 
     @property
     def dropped(self) -> int:
-        """Number of messages or requests that were lost before the callback, or refused."""
+        """Number of messages or requests that were refused, or lost before they reached the callback."""
 
     def close(self) -> None:
         """Close the endpoint. No callback starts afterwards. May be called repeatedly."""
@@ -135,19 +135,19 @@ class Announcement(Protocol):
     """A publisher of the engine. Thread-safe."""
 
     def publish(self, payload: bytes) -> None:
-        """Send CDR. Never waits: a reliable subscriber more than `depth` messages behind loses messages.
+        """Send CDR data. Never waits: a reliable subscriber more than `depth` messages behind loses messages.
 
         Raises:
-            EngineError: the engine is closed. Not every engine notices.
+            EngineError: the engine is closed. Not every engine detects this.
         """
 
     @property
     def subscriber_count(self) -> int:
-        """Number of matched subscribers of other processes."""
+        """Number of matched subscribers in other processes."""
 
     @property
     def dropped(self) -> int:
-        """Number of messages that subscribers are known to have lost: they or the network were too slow."""
+        """Number of messages known to be lost because a subscriber or the network was too slow."""
 
     def close(self) -> None: ...
 
@@ -164,14 +164,14 @@ class Caller(Protocol):
 
     @property
     def is_available(self) -> bool:
-        """Whether there is a server."""
+        """Whether a server is available."""
 
     def close(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
 class PartHashes:
-    """The type hashes of a service's request and response, which DDS announces."""
+    """The type hashes of a service's request and response, which DDS endpoints announce."""
 
     request: str = ""
     response: str = ""

@@ -1,8 +1,8 @@
-"""Passes topics, services and actions between a master and a ROS 2 domain.
+"""A gateway, which passes topics, services and actions between a master and a ROS 2 domain.
 
 One thread observes ROS 1 with calls that may block. Another thread compares both sides with the open topics,
-services and actions, and opens or closes them. Messages pass through neither thread: the threads that receive
-them convert them.
+services and actions, and opens or closes them as needed. Messages pass through neither thread: each message
+is converted in the thread that receives it.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def new_identity(node: Node) -> str:
 
 
 class Gateway:
-    """Connects the master of a node to ROS 2. The caller must close the node and the engine."""
+    """Connects a node's master to ROS 2. The caller must close the node and the engine."""
 
     def __init__(
         self,
@@ -251,7 +251,7 @@ class Gateway:
         )
 
     def _pair_of_any(self, types: Collection[str]) -> TypePair:
-        """Return the pair for the first type that has one, or raise the error for the first type."""
+        """Return the pair for the first type that has one. If none does, raise the first type's error."""
         errors = []
         for each in sorted(types):
             try:
@@ -319,10 +319,10 @@ class Gateway:
         return endpoint.gateway.partition("_")[0] == self.identity.partition("_")[0]
 
     def _publisher(self, key: bytes) -> Endpoint | None:
-        """Return the ROS 2 publisher with a key, or None if its messages must not pass."""
+        """Return the ROS 2 publisher with this key, or None if its messages must not pass."""
         found = self._known.get(key)
         if found is None and key not in self._unknown:
-            self._unknown.add(key)  # its messages cost little until the next update
+            self._unknown.add(key)  # look up each unknown key once per update
             self._known = {each.key: each for each in self._engine.endpoints() if not self._is_own(each)}
             found = self._known.get(key)
         return found

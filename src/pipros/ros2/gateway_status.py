@@ -16,10 +16,10 @@ _SHOWN: Final = 200
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A topic, service or action that passes.
+    """A topic, service or action that the gateway passes.
 
     Attributes:
-        kind, direction: as in files with rules.
+        kind, direction: as in rule files.
         types: the types in ROS 1 and ROS 2.
         active: whether the gateway subscribes to the topic; always true for services and actions.
         count: number of messages, calls or goals.
@@ -49,8 +49,10 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class GatewayStatus:
-    """A report. Keys of `left_out` have the form `topics: to_ros1: /name`, with ` (subscriber /node)` for
-    problems of peers.
+    """A status report.
+
+    Keys of `left_out` have the form `topics: to_ros1: /name`. For problems with a peer's endpoint,
+    ` (subscriber /node)` is appended.
     """
 
     identity: str

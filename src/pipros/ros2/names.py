@@ -34,7 +34,7 @@ class ActionNames:
 
 
 def checked_name(name: str) -> str:
-    """Return a name, which must be a fully qualified ROS 2 name.
+    """Return `name` if it is a fully qualified ROS 2 name.
 
     Raises:
         InvalidName: the name does not begin with a slash, or a part does not begin with a letter or `_`

@@ -1,4 +1,4 @@
-"""Queries to nodes, each in its own thread, because nodes may not answer."""
+"""Queries to nodes, each in its own thread, because a node may fail to answer."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class NodeQueries:
             answer = query()
         except Exception:
             if not self._is_closed:
-                _LOG.exception("a query of a node failed: %s", key)
+                _LOG.exception("a query to a node failed: %s", key)
         finally:
             with self._changed:
                 self._running.discard(key)
@@ -56,7 +56,7 @@ class NodeQueries:
                 self._changed.notify_all()
 
     def wait(self, timeout_s: float) -> bool:
-        """Wait until no query is running; return False if the time is up."""
+        """Wait until no query is running; return False after the timeout."""
         with self._changed:
             return self._changed.wait_for(lambda: not self._running, timeout_s)
 

@@ -44,11 +44,11 @@ class ReaderChoice:
 def offered_qos(
     topic: str, *, is_latched: bool, queue_size: int = 0, override: QosOverride | None = None
 ) -> TopicQos:
-    """Return the QoS of a publisher in ROS 2 for a ROS 1 topic.
+    """Return the QoS of the ROS 2 publisher for a ROS 1 topic.
 
-    It is reliable and volatile, the ROS 2 default. Latched topics are transient_local with one message for
-    each ROS 1 publisher, and so is `/tf_static`, whose transforms the gateway merges. `/clock` is best
-    effort. The policies in `override` take precedence.
+    By default, it is reliable and volatile, as in ROS 2. It is transient_local for latched topics, with one
+    message for each ROS 1 publisher, and for `/tf_static`, whose transforms the gateway merges. It is
+    best_effort for `/clock`. The policies in `override` take precedence.
     """
     if topic == _CLOCK:
         qos = TopicQos(Reliability.BEST_EFFORT, Durability.VOLATILE, 1)
@@ -62,7 +62,7 @@ def offered_qos(
 def requested_qos(
     publishers: Sequence[Endpoint], *, depth: int = LEAST_DEPTH, override: QosOverride | None = None
 ) -> tuple[ReaderChoice, ...]:
-    """Return the subscribers that receive from all publishers of a topic in ROS 2.
+    """Return the subscribers that together receive from all publishers of a ROS 2 topic.
 
     There is one subscriber for each durability, because a transient_local subscriber does not match volatile
     publishers. Each has the strongest policies that match all its publishers: reliable if all of them are.

@@ -91,7 +91,7 @@ class Ros1Looker:
             if providers:
                 key = name, "", tuple(providers)
                 services[key] = name
-                if self._queries.answer(key) is None:  # a type does not change while the nodes stay
+                if self._queries.answer(key) is None:  # these servers cannot change their type
                     self._queries.ask(key, partial(self._service_type, name))
         self._queries.wait(_ANSWERS_S)
         self._queries.forget_all_but({*topics, *services})

@@ -35,7 +35,7 @@ def callable_server(servers: Sequence[Endpoint]) -> Endpoint:
     """Return the first server that can be called.
 
     Raises:
-        PiprosError: there is none; the text is the problem of the first server.
+        PiprosError: no server can be called. The error text is the first server's problem.
     """
     found = next((each for each in servers if not each.problem), None)
     if found is None:

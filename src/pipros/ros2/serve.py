@@ -25,11 +25,11 @@ from pipros.ros2.type_pairs import TypePairs
 from pipros.ros2.zenoh.engine import ZenohEngine
 
 _ENDING_S: Final = 0.3
-"""Maximum time that node, gateway and engine can delay the end of the process."""
+"""Maximum time by which the node, the gateway and the engine can delay the end of the process."""
 
 
 class AlreadyRunning(PiprosError):
-    """A gateway of this name is running."""
+    """A gateway with this name is already running."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ def gateway_node_name(domain: int, *, is_zenoh: bool) -> str:
 
 
 def serve_gateway(node: Node, options: GatewayOptions) -> int:
-    """Pass topics, services and actions until Ctrl-C, SIGTERM or the end of the node. Waits for the master.
+    """Pass topics, services and actions until Ctrl-C, SIGTERM or the node's shutdown. Waits for the master.
 
     Returns the exit code: 1 after an error, which is printed.
     """

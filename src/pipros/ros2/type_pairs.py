@@ -1,4 +1,4 @@
-"""The conversions of a gateway: plans, and classes of messages that are passed undecoded."""
+"""Pairs of corresponding ROS 1 and ROS 2 types, with the plans by which a gateway converts them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from pipros.ros2.rules import StaticRule
 
 
 class WrongHash(ConversionError):
-    """The definition of a type differs from that of a ROS 2 node."""
+    """A ROS 2 node uses a different definition of a type."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class TypePair:
     """A ROS 1 type and the corresponding ROS 2 type.
 
     Attributes:
-        raw: class of undecoded ROS 1 messages.
+        raw: class for ROS 1 messages that are passed undecoded.
         type_hash: hash of the ROS 2 type; empty in Humble.
     """
 

@@ -80,7 +80,8 @@ def evaluate(
     default limits are the process-wide limits.
 
     Raises:
-        ExpressionError: any error occurred, including in a called function (whose exception is the cause).
+        ExpressionError: the text is malformed, or evaluation failed. If a called function raised an
+            exception, that exception is the cause.
 
     >>> evaluate("rate * 2 if fast else max(rate, 1)", names={"rate": 5, "fast": True})
     10
@@ -366,7 +367,7 @@ class _Walk:
         return self._budget.charge(self._budget.functions["dict"](pairs))
 
     def _each(self, generators: list[ast.comprehension], make: Callable[[], Any]) -> list[Any]:
-        """Return the value of `make` for each iteration of the loops, whose variables are discarded."""
+        """Return the value of `make` for each iteration of the loops. The loop variables are discarded."""
         outer, made = self._names, list[Any]()
         names = dict(outer)
         self._names = names
@@ -419,7 +420,7 @@ class _Walk:
         return guarded.format_value(value, form)
 
 
-# The allow-list: all other nodes are refused.
+# The allow-list: all other nodes are rejected.
 _NODES: Mapping[type[ast.expr], Callable[[_Walk, Any], Any]] = {
     ast.Constant: _Walk.constant,
     ast.Name: _Walk.name,

@@ -16,8 +16,9 @@ Method = Callable[..., Any]
 
 
 def find_method(value: Any, name: str) -> Method | None:
-    """Return the function for `value.name(…)`, whose first arguments are the budget and the value; None if
-    refused.
+    """Return the function for `value.name(…)`, or None if the method is not allowed.
+
+    The function's first arguments are the budget and the value.
 
     >>> from pipros.basics.limits import Limits
     >>> find_method("a b", "split")(Budget(Limits()), "a b")
@@ -29,7 +30,7 @@ def find_method(value: Any, name: str) -> Method | None:
 
 
 def _plain(kind: type, *names: str) -> dict[str, Method]:
-    """Return the methods whose results are about as large as their arguments."""
+    """Return the named methods. They need no budget: their results are about as large as their arguments."""
 
     def call(method: Method) -> Method:
         return lambda _, *arguments, **keywords: method(*arguments, **keywords)

@@ -40,8 +40,8 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
         loader_class: the PyYAML loader that produces the events.
 
     Raises:
-        TooMuch: the text exceeds `yaml_values` or `yaml_depth`, or has an alias inside the value that it
-            refers to.
+        TooMuch: the text exceeds `yaml_values` or `yaml_depth`, has too many `%TAG` directives, or has an
+            alias inside the value that it refers to.
         yaml.YAMLError: the text is malformed.
     """
     if isinstance(text, bytes) and text.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):

@@ -16,7 +16,7 @@ from pipros.testing.rostest import TestProgramTimedOut
 from pipros.testing.xunit import parse_suites
 from pipros.workspace.program_start import command_of, program_environment
 
-# unittest omits the frames of modules that have this variable from its reports.
+# unittest's reports omit the frames of modules that define this variable.
 __unittest = True
 
 

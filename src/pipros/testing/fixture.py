@@ -21,7 +21,7 @@ from pipros.net.master_client import MasterClient
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.workspace.index import PackageIndex
 
-# unittest omits the frames of modules that have this variable from its reports.
+# unittest's reports omit the frames of modules that define this variable.
 __unittest = True
 
 _CALLER_ID = "/rostest"

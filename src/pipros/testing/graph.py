@@ -1,4 +1,4 @@
-"""Determine, for tests, whether a node publishes or subscribes to a topic."""
+"""Determine, for tests, whether a node publishes a topic or subscribes to it."""
 
 from __future__ import annotations
 

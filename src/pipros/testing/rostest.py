@@ -21,7 +21,7 @@ from pipros.testing.xunit import parse_suites
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import PackageIndex
 
-# unittest omits the frames of modules that have this variable from its reports.
+# unittest's reports omit the frames of modules that define this variable.
 __unittest = True
 
 _CASE_CLASS = "RosTest"

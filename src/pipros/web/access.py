@@ -45,7 +45,7 @@ class Access:
     def check_host(self, host: str | None) -> None:
         """Raise `Denied` unless a `Host` header has an allowed name or address, and the server's port.
 
-        A header without a port means the default port of the scheme.
+        A header without a port implies the scheme's default port.
         """
         found = _HOST.fullmatch(host or "")
         name = found["name"].lower() if found else ""

@@ -1,4 +1,4 @@
-"""Sample all messages of a topic in a bag, for a curve: a bounded number of samples, in pieces."""
+"""Sample a topic's messages in a bag, for a curve: a limited number of samples, returned in pieces."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Take = Callable[[Any, float], Any]
 
 
 class BagSamples:
-    """Samples of the messages of some connections. All methods block.
+    """Samples of the messages on the given connections. All methods block.
 
     If there are more than `MOST_SAMPLES` messages, only evenly spaced ones are decoded.
 

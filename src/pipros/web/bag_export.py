@@ -44,11 +44,11 @@ def export(
     file: IO[bytes],
     limit_bytes: int,
 ) -> None:
-    """Write the messages of some topics from one time to another, both inclusive.
+    """Write the messages on the given topics within a time range, which includes both ends.
 
     Args:
         form: one of `FORMATS`. Bags begin with the latched messages from before the range. Tables have the
-            rows of `rostopic echo -p`, with the times of the bag. With `images`, topics of other types are
+            rows of `rostopic echo -p`, with the times in the bag. With `images`, topics of other types are
             skipped.
         limit_bytes: maximum total size of the messages; for tables, of the rows.
 

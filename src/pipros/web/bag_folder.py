@@ -23,7 +23,7 @@ class BagFolder:
     """The bags in a folder and its subfolders. All methods block.
 
     Args:
-        path: the folder. Links are followed only if their targets are inside.
+        path: the folder. Links are followed only if their targets are inside it.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:

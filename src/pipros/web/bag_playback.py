@@ -164,7 +164,7 @@ class BagPlayback:
 
     @property
     def layout(self) -> BagLayout | None:
-        """The bag's index, with which other readers need not read it from the file; None for MCAP."""
+        """The bag's index, which other readers use instead of reading it again; None for MCAP."""
         return self._reader.layout if self._reader.layout.chunks else None
 
     @property
@@ -207,7 +207,7 @@ class BagPlayback:
             self._jump(moment_ns)
 
     def step(self, direction: int, topics: Sequence[str]) -> None:
-        """Pause, and go to the next (1) or previous (-1) message on `topics`; if empty, on any topic."""
+        """Pause, and go to the next (1) or previous (-1) message on `topics` (on any topic if empty)."""
         wanted = [each for each in self._reader.connections if not topics or each.topic in topics]
         with self._changed:
             self._is_playing = False

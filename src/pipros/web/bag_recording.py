@@ -39,7 +39,7 @@ class RecordingPlan:
 
     Attributes:
         name: file name; `.bag` is appended unless it ends in `.bag` or `.mcap`. By default, the date.
-        topics: names of topics; none for all, including those that appear later.
+        topics: names of topics; empty for all topics, including those that appear later.
         size_bytes, duration_s: limits after which the recording ends; 0 for none.
     """
 
@@ -51,7 +51,7 @@ class RecordingPlan:
 
 @dataclass(frozen=True, slots=True)
 class RecordingState:
-    """What browsers see of the current or the last recording.
+    """State of the current or last recording, as shown in browsers.
 
     Attributes:
         topics: number of topics to which the recorder has subscribed.
@@ -70,7 +70,7 @@ class RecordingState:
 
 
 class _Recording:
-    """One recording, in a thread, by its own node."""
+    """One recording, which runs in its own thread with its own node."""
 
     def __init__(self, path: Path, options: RecordOptions, environment: Environment) -> None:
         self.path = path

@@ -58,7 +58,7 @@ class GraphDrawings:
         return drawing.graph
 
     async def scene(self, graph: NodeGraph, options: GraphOptions, grouping: Grouping | None = None) -> Scene:
-        """Return the drawing of a graph returned by `graph` for these options."""
+        """Return the drawing of a graph that `graph` returned for these options."""
         drawing = self._drawings.get((options, grouping or Grouping()))
         if drawing is None or drawing.graph is not graph:
             return await self._draw(graph)  # the cached graph has been replaced or evicted

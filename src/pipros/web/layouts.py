@@ -48,7 +48,7 @@ PLUGIN_TABS: Final[Mapping[str, str]] = {
 
 
 class BadLayout(PiprosError, ValueError):
-    """A layout or its name is malformed, or there are too many."""
+    """A layout or its name is malformed, or there are too many layouts."""
 
 
 @dataclass(frozen=True, slots=True)

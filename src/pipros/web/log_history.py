@@ -1,4 +1,4 @@
-"""Read the log entries from before the page subscribed, from the end of the run's `rosout.log`."""
+"""Read the end of the run's `rosout.log`, for the log entries written before the page subscribed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LINE = re.compile(
 
 
 def log_history(log_folder: Path, run_id: object, longest_text: int, longest_name: int) -> list[Entry]:
-    """Return the newest entries of the log file of a run, oldest first.
+    """Return the newest entries in a run's log file, oldest first.
 
     The list is empty if the file does not exist, for example because the master runs on another machine.
 

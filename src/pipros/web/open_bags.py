@@ -17,7 +17,7 @@ class _OpenBag:
     """A browser's bag.
 
     Attributes:
-        shown: the playback's system for which services were last made, and these services.
+        shown: the system for which services were last made, and those services.
     """
 
     playback: BagPlayback
@@ -25,7 +25,7 @@ class _OpenBag:
 
 
 class OpenBags:
-    """Maps browsers to their bags. All methods concern the browser that the current context serves."""
+    """Maps browsers to their bags. All methods act on the browser that the current context serves."""
 
     def __init__(self) -> None:
         self._bags: dict[Browser, _OpenBag] = {}

@@ -22,7 +22,7 @@ FASTEST: Final = 3.0
 
 
 class Steering:
-    """Velocities set with sliders. `publish`, which must be called periodically, publishes them.
+    """Velocities set with sliders. Call `publish` periodically to publish them.
 
     The robot stops when a browser leaves the page, and when the node ends.
     """

@@ -3,12 +3,12 @@
 The files contain nothing secret. The first message on a WebSocket authenticates the browser: `{"token":
 "…"}`, or `{"code": "…"}` with a one-time code; the answer is `{"id": 0, "data": {"token": "…"}}`. Then the
 browser requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
-`{"id": 4, "action": "set_param", "args": {…}}`. Answers carry the id: `{"id": 3, "data": …}`, `{"id": 3,
-"error": "…"}`, or in binary the id as four bytes, most significant first, and the data. A read-only view is
-retried after an error, unless its arguments were invalid.
+`{"id": 4, "action": "set_param", "args": {…}}`. Answers contain the id: `{"id": 3, "data": …}`,
+`{"id": 3, "error": "…"}`, or, in binary, the id as four big-endian bytes followed by the data. A read-only
+view is retried after an error, unless its arguments were invalid.
 
-Each view is a task that sends new values only after the browser has received the previous ones. So a slow
-browser receives fewer values, which are current, and does not delay other browsers.
+Each view is a task that sends new values only after the browser has received the previous ones. A slow
+browser therefore receives fewer values, but current ones, and does not delay other browsers.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Services:
         views, actions: functions by name.
         changing: names of the views and actions that change the system.
         permitted: the names in `changing` that are allowed.
-        pages: packages whose folders `page` contain the page's files, in search order.
+        pages: packages whose `page` folders contain the page's files, in search order.
     """
 
     views: Mapping[str, View] = field(default_factory=dict)
@@ -105,7 +105,7 @@ class Services:
 
 
 class PageServer:
-    """Serves the page until it is closed. For use in one event loop."""
+    """Serves the page from `start` until `close`. For use in one event loop."""
 
     def __init__(self, services: Services, secret: Secret | None = None) -> None:
         """Create a server. `secret` defaults to a new secret."""
@@ -126,7 +126,8 @@ class PageServer:
         Args:
             host: address to listen on.
             port: port to listen on; 0 selects a free one.
-            names: names allowed in `Host` besides the loopback names; with them, any IP address is allowed.
+            names: names allowed in `Host` headers besides the loopback names. If any are given, all IP
+                addresses are allowed, too.
 
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
@@ -167,7 +168,7 @@ class PageServer:
             first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
             self.access.secret.check_first_message(first)
         except asyncio.TimeoutError:
-            # With this code, the page tries again. With POLICY_VIOLATION, it would forget its token.
+            # After this code, the page connects again. After POLICY_VIOLATION, it would forget its token.
             await connection.close(CloseCode.TRY_AGAIN_LATER, "The token must be the first message.")
             return
         except Denied as error:
@@ -202,8 +203,8 @@ class _Browser:
         """Create the state of a browser.
 
         Args:
-            logged: the errors that have been logged for any browser, each as the name of the view or action,
-                and the type of the exception. Updated in place.
+            logged: the errors already logged for any browser, as pairs of view or action name and exception
+                type. Updated in place.
         """
         self._connection = connection
         self._services = services

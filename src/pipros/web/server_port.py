@@ -39,7 +39,7 @@ class PortConnection(ServerConnection):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._visitor = self._entrance.visitor_of(transport)
         self._visitor.set_transport(transport)
-        option = getattr(socket, "TCP_NOTSENT_LOWAT", None)  # Windows lacks it
+        option = getattr(socket, "TCP_NOTSENT_LOWAT", None)  # not available on Windows
         if option is not None:
             self._visitor.setsockopt(socket.IPPROTO_TCP, option, UNSENT_BYTES)
         super().connection_made(transport)
@@ -62,7 +62,7 @@ class PortConnection(ServerConnection):
 
 
 class ServerPort:
-    """Listens on one port until it is closed. For use in one event loop.
+    """Listens on one port from `open` until `close`. For use in one event loop.
 
     Attributes:
         limit: maximum number of connections.

@@ -1,4 +1,4 @@
-"""Service calls from browsers, limited in number and time, and cancelled with their request or connection."""
+"""Service calls from browsers: limited in number and duration, and cancelled if their request ends."""
 
 from __future__ import annotations
 

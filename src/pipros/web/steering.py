@@ -1,4 +1,4 @@
-"""Limit, repeat and time out the velocity commands of one person who steers a robot. Performs no I/O."""
+"""Limit, repeat and time out one user's velocity commands for a robot. Performs no I/O."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ZERO = Velocity()
 
 
 class VelocityCommands:
-    """Selects the velocity to publish: the last command until it is zero or too old, then zero once."""
+    """Selects the velocity to publish: the last command or, once that is zero or too old, a single zero."""
 
     def __init__(self, most: Velocity) -> None:
         """`most` is the maximum absolute value of each component."""

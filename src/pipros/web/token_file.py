@@ -1,4 +1,4 @@
-"""Read the token file of a server: one client token per line; `#` starts a comment."""
+"""Read a server's token file: one client token per line; `#` starts a comment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TOKEN = re.compile(r"[A-Za-z0-9._~-]+")
 
 
 class BadTokenFile(PiprosError):
-    """A token file cannot be read, contains no token, or can be read by other users."""
+    """A token file is unreadable, accessible to other users, or does not contain valid tokens."""
 
 
 def read_tokens(path: str) -> list[str]:

@@ -59,7 +59,7 @@ class TopicWatch:
         limits: Limits | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`clock` returns the time (s) by which rates are measured."""
+        """`clock` returns the time (s) used to measure rates."""
         self.topic = topic
         self._most_bytes = (limits or process_limits()).page_message_bytes
         self.queue_size = queue_size
@@ -172,7 +172,7 @@ class TopicWatches:
         self._is_closed = False
 
     def close(self) -> None:
-        """Stop changing subscriptions. The node's shutdown ends them all, with one wait for the master."""
+        """Stop changing subscriptions. The node ends them at shutdown, with a single wait for the master."""
         with self._lock:
             self._is_closed = True
 
@@ -241,7 +241,10 @@ class TopicWatches:
         return True
 
     def _next_change(self) -> tuple[str, TopicWatch | None] | None:
-        """Return a topic whose subscription does not match its watch, and that watch; None if all match."""
+        """Return a topic whose subscription does not match its watch, with the watch (None if it has ended).
+
+        Return None if all subscriptions match.
+        """
         if self._is_closed:
             return None
         for topic, (watch, _) in self._subscribers.items():

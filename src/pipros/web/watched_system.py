@@ -39,9 +39,9 @@ class WatchedSystem:
         node: the page's own node, which is registered with its first subscription.
         topics: watched topics.
         calls: service calls from browsers.
-        questions: threads for calls to the master and to the APIs of nodes.
+        questions: threads for calls to the master and to the nodes' APIs.
         computations: threads that decode and draw.
-        node_clients: connections to the APIs of nodes.
+        node_clients: connections to the nodes' APIs.
         observation: the latest observation.
         changes: nodes and topics that were recently added or removed.
     """
@@ -78,7 +78,7 @@ class WatchedSystem:
 
     @property
     def is_live(self) -> bool:
-        """Whether the messages are those of the running system, not of a bag."""
+        """Whether messages come from the running system rather than from a bag."""
         return True
 
     def now_s(self) -> float:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pipros.basics.errors import ProtocolError, Refused
 from pipros.basics.printable import printable
 
-ANY = "*"  # an md5sum or type that matches any md5sum or type
+ANY = "*"  # wildcard for an md5sum or a type
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ def check_topic_reply(fields: Mapping[str, str], interface: WireType, peer: str)
     """Check a publisher's reply header on the subscriber's side.
 
     Raises:
-        Refused: the publisher refused the link. The error has the publisher's text.
+        Refused: the publisher refused the link. The error contains the publisher's text.
         ProtocolError: the reply lacks a field, or its type differs from the requested one.
     """
     _raise_refusal(fields, peer)

@@ -63,7 +63,7 @@ class Request(NamedTuple):
 
 
 class Response(NamedTuple):
-    """One response. `keep_alive` tells whether the connection may carry another request."""
+    """One response. `keep_alive` is True if the connection may be used for another request."""
 
     status: int
     reason: str

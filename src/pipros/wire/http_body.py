@@ -41,7 +41,7 @@ def check_body_length(length: int, limit: int, limit_name: str) -> None:
 
 
 class ChunkedBody:
-    """Assembles a body from chunks, each of which follows a line with its size.
+    """Assembles a body from chunks, each of which is preceded by a line with its size.
 
     >>> bytes(ChunkedBody(limit_bytes=100).feed(bytearray(b"2\\r\\nhi\\r\\n0\\r\\n\\r\\nrest")))
     b'hi'

@@ -1,7 +1,7 @@
 """TCPROS messages: a little-endian 32-bit length, then that many bytes.
 
-`MessageReader` is for topics and service requests. Sockets receive directly into memory that is reused,
-because new buffers of megabytes cause page faults, which dominate the time for large messages. A receiver
+`MessageReader` is for topics and service requests. Sockets receive directly into reused memory, because
+allocating a buffer of megabytes causes page faults, which dominate the time for large messages. A receiver
 that keeps messages would have to copy them, so it can receive large messages as separate `bytes` objects
 instead. `ReplyReader` is for service replies, which are messages preceded by a byte that says whether the
 call succeeded.
@@ -80,7 +80,7 @@ class MessageReader:
         self._largest = 0  # maximum number of bytes held since the last reset
 
     def space(self) -> memoryview:
-        """Return memory to receive into, which is never empty. Previously yielded messages become invalid."""
+        """Return non-empty memory to receive into. Previously yielded messages become invalid."""
         if self._end == len(self._store) < _COMFORTABLE_BYTES:
             self._grow()  # the peer sent more than fits into the buffer
         pending = self._end - self._start
@@ -118,9 +118,9 @@ class MessageReader:
         return 0
 
     def feed_whole(self, data: bytes) -> int:
-        """Add `whole_bytes` bytes, which the next `received` yields without a copy, or copy fewer bytes.
+        """Add bytes that were received elsewhere. Return their number, which must be passed to `received`.
 
-        Return their number, which must be passed to `received`.
+        If there are `whole_bytes` of them, `received` yields them without a copy; fewer bytes are copied.
         """
         if len(data) == self.whole_bytes:
             self._whole = data
@@ -132,7 +132,7 @@ class MessageReader:
         """Yield the messages completed by `count` more bytes.
 
         Raises:
-            LimitExceeded: a message was announced that exceeds the limit.
+            LimitExceeded: an announced message exceeds the limit.
         """
         self._end += count
         if self._whole is not None:
@@ -214,7 +214,7 @@ class ReplyReader:
     (True, b'hi')
 
     Attributes:
-        missing_bytes: the number of bytes that the next reply lacks, as far as known at the last call of
+        missing_bytes: the number of bytes that the next reply lacks, as far as known after the last call to
             `next_reply`.
     """
 
@@ -228,7 +228,7 @@ class ReplyReader:
 
     def feed(self, data: bytes) -> None:
         if not self._held:
-            self._held = data  # most replies arrive in one piece, and need no copy
+            self._held = data  # most replies arrive in one piece, and need not be copied
             return
         if not isinstance(self._held, bytearray):
             self._held = bytearray(self._held)
@@ -241,7 +241,7 @@ class ReplyReader:
             None if no reply is complete; `missing_bytes` then says how many bytes the next reply lacks.
 
         Raises:
-            LimitExceeded: a reply was announced that exceeds the limit.
+            LimitExceeded: the announced reply exceeds the limit.
         """
         held = self._held
         missing = _REPLY_HEAD_BYTES - len(held)

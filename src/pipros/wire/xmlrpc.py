@@ -35,7 +35,7 @@ class Fault(PiprosError):
     """The peer replied with an XML-RPC fault: the method does not exist, or it raised.
 
     Attributes:
-        code: the peer's number; ROS peers use 1 (Python) or -1 (C++).
+        code: the fault code; ROS peers use 1 (Python) or -1 (C++).
         text: the peer's message.
     """
 
@@ -145,7 +145,7 @@ def _escape(text: str) -> str:
     if text.isidentifier():  # fast path: most keys need none of the searches below
         return text
     if not text.isprintable() and (found := re.search(_NOT_XML, text)):
-        raise ValueError(f"XML-RPC cannot carry the character {found[0]!r} of {text[:80]!r}")
+        raise ValueError(f"XML-RPC cannot represent the character {found[0]!r} in {text[:80]!r}")
     if "&" in text or "<" in text or ">" in text:
         return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return text

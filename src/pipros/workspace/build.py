@@ -59,7 +59,7 @@ class BuildResult:
     Attributes:
         built: names of the packages that were built, in build order.
         unchanged: names of packages that were up to date.
-        errors: one text per problem, starting with the package or file.
+        errors: one message per problem, starting with the package or file.
         skipped: packages that were not built, each mapped to the failed package that it depends on.
         projects: the parsed `CMakeLists.txt` of each package, by package name.
         needs_genuine: packages that only genuine catkin can build. If there are any, nothing was built. Only
@@ -81,7 +81,7 @@ def build(
     variables: Mapping[str, str] | None = None,
     projects: Mapping[str, Project] | None = None,
 ) -> BuildResult:
-    """Build a workspace. The result, not an exception, reports packages that fail.
+    """Build a workspace. Packages that fail are reported in the result, not as an exception.
 
     Args:
         say: called with each line to print.
@@ -252,7 +252,7 @@ class _Build:
         return project
 
     def _note_compiled_tests(self, project: Project) -> None:
-        """If tests will be run, let genuine catkin build the compiled ones, provided that it is installed."""
+        """If tests will be run and genuine catkin is installed, record that it must build compiled tests."""
         compiled = [test for test in project.tests if test.target]
         if compiled and self._options.tests and genuine_catkin.has_tools(self._variables):
             file, _, line = compiled[0].place.rpartition(":")

@@ -12,12 +12,12 @@ class BuildOptions:
     """Options of a build.
 
     Attributes:
-        only: names of the packages to build with all their dependencies; empty for all packages.
+        only: names of the packages to build, along with their dependencies; empty for all packages.
         left_out: names of packages to skip.
         definitions: the CMake variables set with `-D`, by name.
         installs: whether to write the install space as well.
         tests: whether tests will be run. If so, compiled tests are built.
-        jobs: arguments for make, for packages with compiled code.
+        jobs: arguments for make, which builds the packages with compiled code.
         targets: custom targets to run in addition to `all`.
         is_alone: whether to build the packages in `only` without their dependencies. Packages that need
             genuine catkin are then not built but listed in the result, unless they are in `genuine`.

@@ -10,7 +10,7 @@ from pipros.packages.crawl import crawl
 
 
 def crawl_times(roots: Sequence[Path], length: int, *, only_empty: bool = False) -> list[str]:
-    """Return the output of `rospack profile`: the slowest folders, with a star for folders without packages.
+    """Return the output of `rospack profile`: the slowest folders. A star marks folders without packages.
 
     Args:
         length: the maximum number of folders; negative for all.

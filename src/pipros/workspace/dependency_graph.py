@@ -74,7 +74,7 @@ class DependencyGraph:
         ordered[name] = None
 
     def chains(self, name: str, target: str) -> Iterator[list[str]]:
-        """Yield every path of dependencies from one package to another."""
+        """Yield every dependency path from one package to another."""
         yield from self._chains(name, target, [name])
 
     def _chains(self, name: str, target: str, path: list[str]) -> Iterator[list[str]]:
@@ -85,7 +85,7 @@ class DependencyGraph:
                 yield from self._chains(needed, target, [*path, needed])
 
     def dependents(self, name: str, *, only_direct: bool = False) -> list[str]:
-        """Return the packages that depend on a package, indirectly too unless `only_direct` is true.
+        """Return the packages that depend on a package, directly or (unless `only_direct`) indirectly.
 
         Packages with an unreadable manifest are skipped.
         """
@@ -109,9 +109,9 @@ class DependencyGraph:
     def exporters(self, name: str, attribute: str, top: str | None = None) -> Iterator[tuple[Package, str]]:
         """Yield each package that exports `<name attribute="…">`, with the value of the attribute.
 
-        The package `name` itself and the packages that directly depend on it are searched; if `top` is given,
-        only those dependents that are `top` or its dependencies. `${prefix}` in a value is replaced by the
-        package's folder.
+        Only the package `name` and its direct dependents are searched. If `top` is given, dependents other
+        than `top` and its dependencies are skipped. `${prefix}` in a value is replaced by the package's
+        folder.
         """
         candidates = self.dependents(name, only_direct=True)
         if top is not None:

@@ -131,7 +131,7 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
         packages.setdefault(project.name, "")
     for name, folder in packages.items():
         if "." in name:
-            continue  # Python finds this module through its parent package
+            continue  # Python finds subpackages through their parent package
         init = modules / name / "__init__.py"
         if folder and os.path.isfile(os.path.join(folder, "__init__.py")):
             write_if_changed(init, _RELAYED_PACKAGE.format(name=name, folder=folder))
@@ -143,7 +143,7 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
 
 
 def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> None:
-    """Write type stubs for editors, because the classes are generated on import."""
+    """Write type stubs for editors, which cannot see classes that are generated on import."""
     try:
         stubs = package_stubs(project.name, definitions)
     except (DefinitionError, NotFound):

@@ -17,7 +17,7 @@ from pipros.workspace.hooks import FoundHook, find_hooks
 from pipros.workspace.index import SHARED_PACKAGES
 from pipros.workspace.overlays import MARKER, built_workspaces
 
-# The workspace folder that is added to each path variable.
+# The subfolder of a workspace that is added to each path variable.
 _LISTS = {
     "CMAKE_PREFIX_PATH": "",
     "LD_LIBRARY_PATH": "lib",
@@ -41,7 +41,7 @@ def workspace_environment(
         prefix: the devel or install space; None for an environment without a workspace.
         underlays: the workspaces on which `prefix` was built, topmost first.
         variables: the current environment.
-        extend: whether to keep the workspaces that are already set up, below this one.
+        extend: whether to keep the entries of previously sourced workspaces, after those of this one.
         own_programs: a folder to put first in `PATH` unless `PATH` contains it.
     """
     known = [workspace.prefix for workspace in built_workspaces(variables)]
@@ -76,7 +76,7 @@ def workspace_environment(
 
 
 def underlays_of_build(variables: Mapping[str, str], prefix: Path) -> list[Path]:
-    """Return the workspaces that are set up in the environment and become underlays of `prefix`."""
+    """Return the sourced workspaces other than `prefix`, which become its underlays."""
     return [workspace.prefix for workspace in built_workspaces(variables) if workspace.prefix != prefix]
 
 

@@ -1,4 +1,4 @@
-"""Find files and folders of packages in the chain of workspaces, for `catkin_find`."""
+"""Find packages' files and folders in a chain of workspaces, for `catkin_find`."""
 
 from __future__ import annotations
 
@@ -44,8 +44,7 @@ def find_files(
     """Return the paths `<workspace>/<folder>/<project>/<path>` that exist.
 
     Args:
-        workspaces: the workspaces, topmost first. For `share`, packages in their source folders are searched
-            as well.
+        workspaces: the workspaces, topmost first. For `share`, packages' source folders are searched, too.
         project: a package; empty for paths outside packages.
         path: a path below the project's folder; empty for the folder itself.
         folders: `bin`, `etc`, `include`, `lib`, `libexec` or `share`; if empty, all allowed folders.

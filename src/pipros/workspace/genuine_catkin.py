@@ -107,8 +107,8 @@ def build(
 
     The tools inherit this process's standard output.
 
-    Message packages of pipros that the local ROS installation lacks are built, too. Python packages of pipros
-    need no build. Blocks until the tools exit, without a time limit.
+    Message packages shipped with pipros are built, too, if the local ROS installation lacks them. Python
+    packages need no build. Blocks until the tools exit, without a time limit.
 
     Args:
         packages: the packages to build, including their dependencies in the workspace.
@@ -212,7 +212,7 @@ def _carry_out(
 def use_python_of_environment(prefix: Path) -> None:
     """Make the Python programs that genuine catkin wrote run the first `python3` in `PATH`.
 
-    catkin writes the Python of genuine rospy into their shebangs, even if pipros provides `rosrun` and
+    catkin writes genuine rospy's interpreter into their shebangs, even if pipros provides `rosrun` and
     `roslaunch`.
 
     Raises:

@@ -55,7 +55,7 @@ class PackageIndex:
     def advice(self) -> str:
         """How to correct ROS_PACKAGE_PATH if a package was not found.
 
-        Empty if the path lists at least one folder besides that of pipros, and all these folders exist.
+        Empty if the path lists at least one folder besides pipros's own, and all listed folders exist.
         """
         cure = (
             "source the setup file of your workspace, or export ROS_PACKAGE_PATH=FOLDER "

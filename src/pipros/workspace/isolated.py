@@ -28,7 +28,7 @@ class IsolatedOptions:
 
     Attributes:
         merges: whether all packages share one devel space.
-        is_quiet: whether the output of a package is printed only if it fails.
+        is_quiet: whether a package's output is printed only if the package fails.
         build: the options for each package; `only` and `left_out` have no effect.
     """
 

@@ -38,7 +38,7 @@ def _names_of(test: TestEntry, package: str) -> Iterator[str]:
 
 
 def label(test: TestEntry) -> str:
-    """Return the name of a test: its path, or its file name with its arguments if it has any.
+    """Return a test's name: its target or path or, if it has arguments, its file name with the arguments.
 
     This allows a file to be listed several times with different arguments.
     """

@@ -1,7 +1,7 @@
-"""Reads the parts of package manifests (`package.xml`) that tools such as `rospack` need.
+"""Read the parts of package manifests (`package.xml`) that tools such as `rospack` need.
 
-Supports formats 1, 2 and 3, and `manifest.xml` of dry packages. Conditions on dependencies are evaluated with
-Noetic's values. Manifests are not validated.
+Formats 1, 2 and 3 and the `manifest.xml` of dry packages are supported. Conditions on dependencies are
+evaluated with Noetic's values. Manifests are not validated.
 
 The build uses catkin_pkg, which validates manifests. For tools, catkin_pkg would be too slow: it takes 50 ms
 to import and 0.4 ms per manifest, while this module takes 22 ms (mostly modules that the command imports
@@ -22,7 +22,7 @@ from pipros.basics.input_file import read_file
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST
 from pipros.safe.xml import Element, XmlError, parse
 
-# The dependency lists in format 3 to which each element adds, in rospack's output order.
+# The format 3 dependency lists to which each element contributes, in rospack's output order.
 _MEANING: dict[str, tuple[str, ...]] = {
     "run_depend": ("build_export_depends", "exec_depends"),
     "exec_depend": ("exec_depends",),
@@ -43,7 +43,7 @@ class Manifest:
     """The parts of a manifest that tools need.
 
     Attributes:
-        dependencies: (kind, name), such as `("exec_depends", "rospy")`, sorted by kind of element.
+        dependencies: pairs (kind, name), such as `("exec_depends", "rospy")`, in rospack's output order.
         exports: the elements below `<export>`.
         is_dry: whether it is a `manifest.xml`.
         rosdeps: the system packages in a `manifest.xml`; other manifests list them as dependencies.
@@ -98,7 +98,7 @@ def read_manifest(package: Path) -> Manifest:
 
 
 def _attributes(root: Element, tag: str, name: str) -> list[str]:
-    """Return the non-empty values of an attribute of all elements with a tag."""
+    """Return the non-empty values of an attribute in all child elements with the given tag."""
     values = (child.attributes.get(name, "") for child in root.children if child.tag == tag)
     return [value for value in values if value]
 

@@ -22,7 +22,7 @@ class BuiltWorkspace:
     sources: tuple[Path, ...] = ()
 
     def executables_of(self, package: str) -> Path:
-        """Return the folder for a package's built programs, which may not exist."""
+        """Return the folder for a package's built programs, even if the folder does not exist."""
         return self.prefix / "lib" / package
 
 

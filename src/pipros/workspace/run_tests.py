@@ -41,7 +41,8 @@ def run_tests(
         targets: the `catkin_make` targets, such as `run_tests`.
         say: called with each line to print.
         leave_error: called if a test cannot be run; must write a result file with the reason.
-        script_runner: command that runs a Python test without pytest, given the script and the result file.
+        script_runner: command that runs a Python test if pytest is not installed. Its arguments are the
+            script and the result file.
     """
     results = layout.build / "test_results"
     environment = _environment(layout)
@@ -72,8 +73,8 @@ def _compile(test: TestEntry, project: Project, layout: WorkspaceFolders) -> Non
         return
     if not project.needs_cmake:
         raise genuine_catkin.MissingTools(
-            f"{test.place}: the test [{test.target}] of the package [{project.name}] has to be compiled. "
-            "Install CMake, a C++ compiler and genuine catkin for that"
+            f"{test.place}: the test [{test.target}] of the package [{project.name}] must be compiled. "
+            "Install CMake, a C++ compiler and genuine catkin"
         )
     genuine_catkin.make(layout, test.target)
 

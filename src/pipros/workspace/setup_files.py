@@ -1,4 +1,4 @@
-"""Writes the `setup.*` files in a devel or install space, for bash, zsh, sh, fish and PowerShell."""
+"""Write the `setup.*` files in a devel or install space, for bash, zsh, sh, fish and PowerShell."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def write_setup_files(prefix: Path, sources: Sequence[Path], underlays: Sequence
 
     Args:
         sources: the source folders for a devel space; empty for an install space.
-        underlays: the workspaces on which it was built, topmost first.
+        underlays: the workspaces on which the folder was built, topmost first.
 
     Raises:
         OSError: the folder cannot be written.

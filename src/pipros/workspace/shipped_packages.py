@@ -1,4 +1,4 @@
-"""Find the packages of pipros that a build with genuine catkin needs and genuine ROS lacks.
+"""Find the packages shipped with pipros that a build with genuine catkin needs and genuine ROS lacks.
 
 Message packages are built along with the workspace. Python packages need no build: `find_package()` finds a
 small configuration file for each of them.
@@ -33,7 +33,7 @@ _ONLY_GENUINE = frozenset(
 def shipped_packages(
     packages: Sequence[SourcePackage], prefixes: Sequence[Path], components: Collection[str] = ()
 ) -> list[SourcePackage]:
-    """Return the packages of pipros that the given packages need and that no prefix contains.
+    """Return the packages shipped with pipros that the given packages need and that no prefix contains.
 
     Packages with CMake commands, or with messages and a C++ library, are excluded, because pipros has no
     substitute for these. The dependencies of message packages are included.
@@ -61,7 +61,7 @@ def shipped_packages(
 
 
 def has_cmake(package: SourcePackage) -> bool:
-    """Return whether CMake can build a package of pipros. Python packages need no build."""
+    """Return whether CMake can build a package shipped with pipros. Python packages need no build."""
     return (package.folder / "CMakeLists.txt").is_file()
 
 

@@ -21,8 +21,8 @@ class TypeCatalogue:
 
     Attributes:
         command: the tool that shows these types.
-        kind: the extension of the files and the name of their folder.
-        noun: the word for a type of this kind, used in messages.
+        kind: the file extension, which is also the name of the folder.
+        noun: the word for a type of this kind in help and error texts.
         unknown: the start of the error text for an unknown type.
     """
 
@@ -61,7 +61,7 @@ class TypeCatalogue:
         return name.startswith("/") or name.count("/") > 1
 
     def text(self, type_name: str, *, is_raw: bool) -> str:
-        """Return a definition as written if `is_raw`; otherwise without comments, and with embedded fields.
+        """Return a definition, as written if `is_raw`; otherwise without comments, and with embedded fields.
 
         Raises:
             NotFound, DefinitionError: the type does not exist or is invalid.

@@ -222,9 +222,9 @@ def test_what_does_not_fit_is_left_out_with_a_reason(capsys: pytest.CaptureFixtu
     assert rosbag(["convert", "--ros2", "jazzy", "run.bag", "out"]) == 0
 
     error = capsys.readouterr().err
-    assert "messages of /solid are left out: shape_msgs/SolidPrimitive: a field has a length of 4" in error
+    assert "messages on /solid are left out: shape_msgs/SolidPrimitive: a field has a length of 4" in error
     assert "/9 is left out: [/9] is not a full ROS 2 name" in error
-    assert "messages of /two are left out: a topic has one type in ROS 2: std_msgs/msg/String, not" in error
+    assert "messages on /two are left out: a topic has one type in ROS 2: std_msgs/msg/String, not" in error
     assert "/broken is left out: " in error
     with Reader("out") as reader:
         assert {c.topic: c.msgcount for c in reader.connections} == {"/solid": 1, "/two": 1}
@@ -352,7 +352,7 @@ def test_a_damaged_message_names_its_topic() -> None:
 
     with (
         Ros2BagReader(Path("ros2")) as bag,
-        pytest.raises(BagFormatError, match="a message of /state is damaged"),
+        pytest.raises(BagFormatError, match="a message on /state is damaged"),
     ):
         list(bag.messages())
 

@@ -58,5 +58,5 @@ def test_a_query_that_fails_is_logged_unless_the_queries_are_closed(caplog: pyte
     queries.ask("key", fail)
     assert queries.wait(60)
 
-    assert [record.getMessage() for record in caplog.records] == ["a query of a node failed: key"]
+    assert [record.getMessage() for record in caplog.records] == ["a query to a node failed: key"]
     assert queries.answer("key") is None

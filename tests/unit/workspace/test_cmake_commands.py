@@ -47,7 +47,7 @@ def test_an_infinite_loop_is_stopped(workspace: Workspace) -> None:
     folder = workspace.add("p", "while(TRUE)\nendwhile()")
     (error,) = workspace.build().errors
     assert f"{folder}/CMakeLists.txt:3 (while)" in error
-    assert "rounds" in error
+    assert "iterations" in error
 
 
 def test_commands_that_make_installed_files_run_without_cmake(workspace: Workspace) -> None:

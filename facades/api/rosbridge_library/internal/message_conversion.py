@@ -1,4 +1,4 @@
-"""Convert messages to values for JSON, and back."""
+"""Convert messages to JSON values, and back."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class FieldTypeMismatchException(Exception):
 
 
 def extract_values(inst: Any) -> dict[str, Any]:
-    """Return the fields of a message as values for JSON.
+    """Return the fields of a message as JSON values.
 
     Raises:
         InvalidMessageException: `inst` is not a message.
@@ -45,7 +45,7 @@ def extract_values(inst: Any) -> dict[str, Any]:
 
 
 def populate_instance(msg: Any, inst: Any) -> Any:
-    """Set the fields of a message from the values of JSON, and return it.
+    """Set the fields of a message from JSON values, and return the message.
 
     Raises:
         NonexistentFieldException: the message does not have a field.

@@ -27,7 +27,7 @@ LOG_API = True
 
 
 def is_publishers_list(paramName: str) -> tuple[str, str]:  # rospy's name for the check
-    """Mark a parameter of `apivalidate` that must be a list of URIs."""
+    """Mark a parameter for which `apivalidate` requires a list of URIs."""
     return PUBLISHERS, paramName
 
 

@@ -29,7 +29,7 @@ class ParamServerCache:
         self.notifier: Callable[[str, Any], object] | None = None
 
     def get(self, key: str) -> Any:
-        """Return the value of a parameter; for a namespace, a dictionary.
+        """Return a parameter's value, or a dictionary for a namespace.
 
         Raises:
             KeyError: the parameter is not set.
@@ -66,7 +66,7 @@ class ParamServerCache:
         """Change a value in an existing namespace, and call the notifier.
 
         Raises:
-            KeyError: the parameter's namespace does not exist; at the root, the parameter itself.
+            KeyError: the namespace does not exist, or the parameter is in the root namespace and not set.
         """
         with self.lock:
             *above, last = _parts(key)

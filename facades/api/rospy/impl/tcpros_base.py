@@ -77,7 +77,7 @@ def read_ros_handshake_header(sock: socket.socket, b: io.BytesIO, buff_size: int
     Raises:
         ROSHandshakeException: the header is malformed, or the connection was closed before it was complete.
     """
-    # imported late: it loads the rest of rosgraph, which few programs need
+    # imported on first use: it loads the rest of rosgraph, which few programs need
     from rosgraph import network
 
     return network.read_ros_handshake_header(sock, b, buff_size)

@@ -1,4 +1,4 @@
-"""`rospy.impl.tcpros_pubsub`: names of genuine rospy's topic connections, which pipros's links replace."""
+"""`rospy.impl.tcpros_pubsub`: names from genuine rospy's topic transport, which pipros replaces."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class QueuedConnection(InternalOfRospy):
 
 
 class TCPROSHandler(InternalOfRospy, ProtocolHandler):
-    """Factory of genuine rospy's topic connections."""
+    """Factory for topic connections in genuine rospy."""
 
 
 def get_tcpros_handler() -> None:

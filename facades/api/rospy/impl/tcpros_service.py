@@ -1,4 +1,4 @@
-"""`rospy.impl.tcpros_service`: services, and names of genuine rospy's service connections."""
+"""`rospy.impl.tcpros_service`: services, and names from genuine rospy's service transport."""
 
 from __future__ import annotations
 

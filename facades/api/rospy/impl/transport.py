@@ -29,9 +29,9 @@ class Transport:
         direction: `i` (inbound), `o` (outbound) or `b` (both).
         name: the topic or service.
         id: number of the connection in this process.
-        endpoint_id: the caller ID or the URI of the peer.
+        endpoint_id: the peer's caller ID or URI.
         local_endpoint, remote_endpoint: addresses and ports.
-        stat_bytes, stat_num_msg: the numbers of bytes and messages so far.
+        stat_bytes, stat_num_msg: the numbers of bytes and messages transferred so far.
         done: True once the connection is closed.
     """
 
@@ -93,7 +93,7 @@ class DeadTransport(Transport):
 
 
 class ProtocolHandler:
-    """Base class for factories of connections with one protocol."""
+    """Base class for factories of connections that use one protocol."""
 
     def shutdown(self) -> None:
         """Stop the handler."""
@@ -117,7 +117,7 @@ class ProtocolHandler:
 
 
 class InternalOfRospy:
-    """Base of stand-ins for internal classes of genuine rospy. They can be subclassed, but not instantiated.
+    """Base class of stand-ins for genuine rospy's internal classes. Can be subclassed, but not instantiated.
 
     Raises:
         NotImplementedError: always.

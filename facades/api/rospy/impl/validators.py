@@ -1,4 +1,4 @@
-"""`rospy.impl.validators`: checks of arguments."""
+"""`rospy.impl.validators`: argument checks."""
 
 from pipros.net.argument_checks import ParameterInvalid, non_empty
 

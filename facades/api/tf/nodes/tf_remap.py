@@ -10,7 +10,7 @@ from pipros.msg import load_message_class
 
 
 def mappings_of(listed: Any) -> dict[str, str]:
-    """Return a mapping of old to new frame IDs from the parameter `~mappings`.
+    """Return the mapping from old to new frame IDs in the parameter `~mappings`.
 
     The parameter is a list of dictionaries with the keys `old` and `new`. Incomplete entries are skipped.
 

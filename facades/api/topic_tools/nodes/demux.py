@@ -37,7 +37,7 @@ class Demux:
             output.publish(message)
 
     def select(self, topic: str) -> str:
-        """Select an output, or with `__none` no output. Return the previous selection.
+        """Select an output, or none if `topic` is `__none`. Return the previous selection.
 
         Raises:
             Refused: `topic` is not an output of the demux.

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools drop`: drop X of every Y messages of a topic."""
+"""`rosrun topic_tools drop`: drop X of every Y messages on a topic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosrun topic_tools mux`: republish the messages of one selected topic."""
+"""`rosrun topic_tools mux`: republish messages from one selected topic."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ USAGE = "\nusage: mux OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]\n"
 
 
 class Mux:
-    """Republishes the messages of the selected topic.
+    """Republishes messages from the selected topic.
 
     It subscribes to all inputs until the first message has determined the type. Afterwards, in lazy mode, it
     subscribes only to the selected topic, and only while the output has subscribers.
@@ -56,7 +56,7 @@ class Mux:
                     rospy.loginfo("Unregistering from %s", topic)
 
     def select(self, topic: str) -> str:
-        """Select an input, or with `__none` no input. Return the previous selection.
+        """Select an input, or none if `topic` is `__none`. Return the previous selection.
 
         Raises:
             Refused: `topic` is not an input of the mux.

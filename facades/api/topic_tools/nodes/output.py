@@ -49,7 +49,7 @@ class Output(rospy.SubscribeListener):
     """A topic that is advertised once the first message has determined its type. Thread-safe."""
 
     def __init__(self, topic: str, on_subscriber: Callable[[], object] = lambda: None) -> None:
-        """Set up the topic. `on_subscriber` is called for each new subscriber, in a thread of the node."""
+        """Set up the topic. `on_subscriber` is called in a node thread for each new subscriber."""
         self.topic = topic
         self.has_subscriber = threading.Event()
         self._on_subscriber = on_subscriber
@@ -84,7 +84,7 @@ class Output(rospy.SubscribeListener):
             return True
 
     def publish(self, message: AnyMsg) -> None:
-        """Publish the bytes of a message. Messages of another type are dropped; this is logged once."""
+        """Publish an undecoded message. Messages of another type are dropped, which is logged once."""
         publisher = self._publisher
         if publisher is None:
             return
@@ -152,5 +152,5 @@ class Input:
 
 
 def is_latched(message: AnyMsg) -> bool:
-    """Return whether the publisher of a message is latching."""
+    """Return whether a message's publisher is latching."""
     return message.header.get("latching") == "1"

@@ -41,7 +41,8 @@ class Services:
     def serve(self, verb: str, act: Callable[[str], object], name: str | None = None) -> None:
         """Serve `Add`, `Delete` or `Select`, calling `act` with the topic.
 
-        If `act` raises `Refused`, the call fails with the text of the exception. A selection is announced.
+        If `act` raises `Refused`, the call fails with the text of the exception. `Select` also publishes the
+        selection.
         """
         service: Any = load_service_class(f"topic_tools/{self._kind}{verb}")
 
@@ -59,7 +60,7 @@ class Services:
         rospy.Service(name or f"{self._namespace}/{verb.lower()}", service, handle)
 
     def serve_list(self) -> None:
-        """Serve `List`."""
+        """Serve `List`, which returns all topics that can be selected."""
         service: Any = load_service_class(f"topic_tools/{self._kind}List")
         rospy.Service(
             f"{self._namespace}/list", service, lambda _: service._response_class(self._selection.topics)

@@ -54,7 +54,7 @@ class Graph:
         bad_nodes_lock: lock held while `bad_nodes` changes.
         master_stale, node_stale: maximum ages of reused responses from the master and from nodes, in seconds.
         last_master_refresh, last_node_refresh: times of the last query to the master and to each node.
-        node_uri_map, uri_node_map: the URIs of the nodes that were looked up, by node, and the nodes by URI.
+        node_uri_map, uri_node_map: mappings from nodes to URIs and back, for the nodes looked up so far.
     """
 
     def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:

@@ -1,4 +1,4 @@
-"""Watches the ROS graph while clients are connected: its topics and services with their definitions."""
+"""Watches the topics and services in the ROS graph, with their definitions, while clients are connected."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 
 SHORTEST_S: Final = 0.1
-"""Interval of queries after a change. It doubles with each query that finds no change."""
+"""Interval between queries after a change. It doubles with each query that finds no change."""
 ASKED_AT_ONCE: Final = 8
 
 Patterns = Sequence[re.Pattern[str]]

@@ -27,7 +27,7 @@ class Delivery:
         throttle_s: minimum time between two messages.
         queue_length: maximum number of messages queued because of throttling or a slow connection; if 0,
             messages within the throttle interval are dropped.
-        fragment_size: longer operations, in characters, are split into fragments; 0 to never split.
+        fragment_size: length in characters above which operations are split into fragments; 0 for no limit.
     """
 
     encoding: Encoding = Encoding.JSON

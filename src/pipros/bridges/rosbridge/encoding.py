@@ -110,9 +110,9 @@ def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> F
 
 
 def fragment_frames(whole: Frame, size: int) -> Sequence[Frame]:
-    """Split a text frame into fragments of `size` characters of data, if it is longer.
+    """Split a text frame that is longer than `size` into fragments with `size` characters of data each.
 
-    If `size` is 0, or the frame is binary, it is not split.
+    If `size` is 0, or the frame is binary, the frame is not split.
     """
     if not size or not whole.is_text or whole.size <= size:
         return (whole,)

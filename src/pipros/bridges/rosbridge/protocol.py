@@ -78,7 +78,7 @@ class Settings:
 
     Attributes:
         topics, services: names that clients may use. rosapi checks the names of parameters.
-        authenticator: checks `auth`, which must be the first operation; None without authentication.
+        authenticator: checks `auth`, which must be the first operation; None to disable authentication.
         has_control: whether clients may publish, call services and offer services. If False, they may only
             call services of `rosapi` that do not change the system.
         is_bson: whether binary frames are BSON.
@@ -95,7 +95,7 @@ class Settings:
 
 @dataclass(slots=True)
 class _Topic:
-    """The subscriptions of the client to one topic, by id."""
+    """The client's subscriptions to one topic, by id."""
 
     kind: str | None
     wishes: dict[str, Delivery] = field(default_factory=dict)
@@ -152,7 +152,7 @@ class ClientProtocol:
         }
 
     def receive(self, data: str | bytes) -> Iterator[Effect]:
-        """Process a frame, and yield the effects of its operations. The frame may be a part of a JSON text.
+        """Process a frame, and yield the effects of its operations. The frame may be part of a JSON text.
 
         If a text is incomplete and the next frame is a whole operation, the incomplete text is discarded, and
         an error is reported.

@@ -36,7 +36,7 @@ T = TypeVar("T")
 
 
 class RosbridgeHandler:
-    """The protocol behind a door.
+    """The rosbridge protocol, as a handler for a `Door`.
 
     Sessions run in threads, because publishing and calls to the master may block.
     """
@@ -70,7 +70,7 @@ class RosbridgeHandler:
 
 
 class DoorSession:
-    """A session behind a door."""
+    """The session of one client of a `Door`."""
 
     def __init__(
         self,
@@ -111,10 +111,10 @@ class ServerOptions:
     Attributes:
         host, port: the address to listen on; port 0 selects a free one.
         certificate, key: PEM files for TLS; None to disable TLS.
-        origins: origins of pages that may connect, in addition to pages of this machine.
+        origins: origins of pages that may connect, in addition to pages served from this machine.
         allows_null_origin: whether pages without an origin, such as files, may connect.
-        authenticator: checks the operation `auth` of each client; None without authentication.
-        ping_s: interval of pings; None disables them.
+        authenticator: checks each client's operation `auth`; None to disable authentication.
+        ping_s: interval between pings; None disables them.
         pong_s: timeout for the answer to a ping; None waits forever.
         message_bytes: maximum size of a message from a client; None uses the process-wide limit.
     """

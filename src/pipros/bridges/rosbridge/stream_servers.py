@@ -1,4 +1,4 @@
-"""rosbridge over plain TCP and UDP: JSON objects one after the other, or BSON documents over TCP."""
+"""rosbridge over plain TCP and UDP: a sequence of JSON objects or, over TCP only, of BSON documents."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ CHUNK_BYTES: Final = 64 * 1024
 ENTERING: Final = 16
 """Maximum number of connections waiting to become clients."""
 ACCEPTING_TURNS: Final = 3
-"""Iterations of the event loop in which asyncio accepts a pending connection. If the server were closed
-before they have passed, the socket of that connection would stay open.
+"""Iterations of the event loop that asyncio needs to accept a pending connection. If the server closed
+sooner, the socket of that connection would stay open.
 """
 SILENT_S: Final = 600.0
 """Time after which a silent UDP client is removed, because UDP does not signal the end of a connection."""
@@ -157,7 +157,7 @@ class TcpServer(_Server):
             self._disconnect(writer, session)
 
     async def _end_idle(self) -> None:
-        """Disconnect the client that has been silent for longest, of those that use no topics or services."""
+        """Disconnect the longest-silent of the clients that use no topics or services."""
         idle = (writer for writer, session in self._sessions.items() if session.is_unused)
         writer = next(idle, None)
         if writer is not None:
@@ -212,13 +212,13 @@ class TcpServer(_Server):
 
 
 class NotLoopback(PiprosError):
-    """UDP was requested on a network address, where senders can be forged."""
+    """UDP was requested on a network address, where a datagram's sender can be forged."""
 
 
 class UdpServer(_Server):
     """A rosbridge server over UDP, running on a node, for clients on this machine only.
 
-    Each address is one client.
+    Each sender address counts as one client.
     """
 
     def __init__(self, node: Node, options: ServerOptions) -> None:

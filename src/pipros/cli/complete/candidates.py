@@ -67,9 +67,8 @@ def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterab
 
 
 def _index() -> PackageIndex:
-    from pipros.workspace.index import (
-        PackageIndex,
-    )  # imported late, because names in the running system do not need it
+    # imported only here, because completing names in the running system does not need it
+    from pipros.workspace.index import PackageIndex
 
     return PackageIndex.from_environment()
 

@@ -1,4 +1,4 @@
-"""`pipros fleet check`: checks and explains a member's file."""
+"""`pipros fleet check`: checks and explains a member's YAML file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`pipros fleet keys`: manages the certificate authority of a fleet."""
+"""`pipros fleet keys`: manages a fleet's certificate authority."""
 
 from __future__ import annotations
 

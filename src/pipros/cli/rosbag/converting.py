@@ -1,4 +1,4 @@
-"""`rosbag convert`: converts between bags, MCAP and ROS 2 bags."""
+"""`rosbag convert`: converts between ROS 1 bags, MCAP files and ROS 2 bags."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def warn(skipped: Mapping[str, str], incomplete: Mapping[str, str] | None = None
     for topic, reason in skipped.items():
         print(f"WARNING: {listed(topic)} is left out: {listed(reason)}", file=sys.stderr)
     for topic, reason in (incomplete or {}).items():
-        print(f"WARNING: messages of {listed(topic)} are left out: {listed(reason)}", file=sys.stderr)
+        print(f"WARNING: messages on {listed(topic)} are left out: {listed(reason)}", file=sys.stderr)
 
 
 def _is_ros1(path: str | os.PathLike[str]) -> bool:

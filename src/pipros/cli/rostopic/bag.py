@@ -74,7 +74,7 @@ def list_bag(path: str, topic: str | None) -> None:
     times of the first and the last message.
 
     Raises:
-        CommandError: the bag cannot be read, or does not contain such messages.
+        CommandError: the bag cannot be read, or contains no such messages.
     """
     with opened(path) as bag:
         if topic is None:

@@ -59,7 +59,7 @@ def measure_delay(argv: Sequence[str]) -> int:
 
 
 class Delays:
-    """Collects delays of messages, from any thread. `report` prints statistics if there are new delays."""
+    """Collects message delays. Thread-safe. `report` prints statistics if there are new delays."""
 
     def __init__(self, window: int = DEFAULT_WINDOW) -> None:
         from pipros.graph.raw_decoder import RawDecoder

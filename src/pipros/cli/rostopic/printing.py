@@ -90,7 +90,7 @@ class MessagePrinter:
 
 
 def _readable(part: Part) -> Any:
-    """Return the value of a part; the bytes of a `uint8[]` field as numbers, as printed inside a message."""
+    """Return a part's value. Convert a `uint8[]` field to a list of numbers, as printed inside a message."""
     if isinstance(part.value, (bytes, bytearray)) and (part.type_name or "").startswith("uint8["):
         return list(part.value)
     return part.value

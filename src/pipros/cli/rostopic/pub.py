@@ -61,7 +61,7 @@ class PubOptions:
 def publish(argv: Sequence[str]) -> int:
     parser, options = _parse(list(parse_arguments(argv).rest))
     with GraphClient("rostopic") as graph:
-        graph.master.get_pid()  # fails at once if there is no master
+        graph.master.get_pid()  # fails immediately if there is no master
     from pipros.cli.command_node import command_node
     from pipros.cli.rostopic.pub_values import Template, message_class_of, read_values
 
@@ -160,7 +160,7 @@ class _Publishing:
         return publisher
 
     def _ticks(self, rate_hz: float) -> Iterator[None]:
-        """Yield at once, then at the given rate, until the node shuts down."""
+        """Yield immediately, then at the given rate, until the node shuts down."""
         clock, period_s = self._node.clock, 1.0 / rate_hz
         due = time.monotonic()
         while not self._node.is_shutdown:

@@ -48,7 +48,7 @@ def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
 class Template:
     """Creates messages of one class from values.
 
-    `now` stands for the current time, and `auto` for a header with that time.
+    The value `now` is replaced by the current time, and `auto` by a header with that time.
     """
 
     def __init__(self, message_class: type[Message]) -> None:

@@ -73,7 +73,7 @@ def _size(vertex: Vertex, text: str) -> tuple[float, float]:
 
 
 def _join_parallel(arrows: Sequence[Arrow]) -> dict[Arrow, str]:
-    """Join all arrows between each pair of vertices into one, labelled with all topics."""
+    """Merge parallel arrows into one, labelled with its first topic and the number of other topics."""
     pairs: dict[tuple[Key, Key], list[Arrow]] = {}
     for arrow in arrows:
         pairs.setdefault((arrow.start, arrow.end), []).append(arrow)

@@ -89,7 +89,7 @@ def roslaunch_dead_check(subject: Subject) -> list[str]:
 
 
 def _processes(subject: Subject) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
-    """Return the names and start counts of the active and of the ended processes of all running launchers."""
+    """Return the name and start count of each active and each ended process of all running launchers."""
     kinds: tuple[list[tuple[str, int]], list[tuple[str, int]]] = ([], [])
     for uri in subject.launcher_uris:
         try:

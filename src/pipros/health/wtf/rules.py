@@ -9,7 +9,7 @@ from typing import Any
 from pipros.health.wtf.subject import Subject
 
 Rule = tuple[Callable[[Subject], Any], str]
-"""A function and its text. `%(name)s` in the text is replaced by one of `Subject.words`."""
+"""A function and its message. `%(name)s` in the message is replaced by one of `Subject.words`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +31,7 @@ def problems_of(subject: Subject, warnings: Sequence[Rule], errors: Sequence[Rul
 
 
 def text_of(text: str, result: object, words: Mapping[str, object]) -> str:
-    """Return a rule's text, followed by its result if that is a string or a list (one line per item)."""
+    """Return a rule's message, followed by its result if that is a string or a list (one line per item)."""
     text %= words
     if isinstance(result, str):
         return text + result

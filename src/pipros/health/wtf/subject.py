@@ -71,7 +71,7 @@ class Subject:
 
     @property
     def words(self) -> dict[str, str]:
-        """The values for the placeholders in rules' texts: environment variables by lower-case name."""
+        """The values for the placeholders in rules' messages: environment variables by lower-case name."""
         words = {name.lower(): value for name, value in self.variables.items()}
         return {**words, "ros_master_uri": self.master_uri}
 

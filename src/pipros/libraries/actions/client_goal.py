@@ -92,7 +92,7 @@ MAY_BE_CANCELLED = frozenset(
     {State.WAITING_FOR_GOAL_ACK, State.PENDING, State.ACTIVE, State.WAITING_FOR_CANCEL_ACK}
 )
 MAY_BE_MISSING = frozenset({State.WAITING_FOR_GOAL_ACK, State.WAITING_FOR_RESULT, State.DONE})
-"""States in which the server may omit the goal, because it has not yet received or already removed it."""
+"""States in which the server may omit the goal: it has not received it yet, or has already removed it."""
 
 
 class ClientGoal:
@@ -105,8 +105,8 @@ class ClientGoal:
     def on_status(self, status: int | None) -> list[State]:
         """Handle a status list from the server.
 
-        `status` is this goal's status, or None if the list omits the goal. If the list must not omit the goal
-        in its current state, the goal is lost and becomes DONE.
+        `status` is this goal's status, or None if the list omits the goal. If the goal's current state does
+        not permit that, the goal is lost and becomes DONE.
 
         Raises:
             ValueError: the status is unknown, or invalid in the current state. The state is unchanged.

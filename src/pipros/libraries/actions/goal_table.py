@@ -60,5 +60,5 @@ class GoalTable(Generic[_Goal]):
         return True
 
     def keep(self, is_kept: Callable[[_Goal], bool]) -> None:
-        """Drop the goals for which the function returns False."""
+        """Drop the goals for which `is_kept` returns False."""
         self._goals = {key: goal for key, goal in self._goals.items() if is_kept(goal)}

@@ -38,7 +38,7 @@ TRANSITIONS: dict[Event, dict[Status, Status]] = {
 
 
 def after(status: int, event: Event) -> Status | None:
-    """Return the status after the event, or None if the status is unknown or the event is invalid in it."""
+    """Return the status after the event, or None if `status` is unknown or does not permit the event."""
     return TRANSITIONS[event].get(Status(status)) if status in Status._value2member_map_ else None
 
 

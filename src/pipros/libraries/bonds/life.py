@@ -1,8 +1,9 @@
 """The state machine of one side of a bond. It uses neither topics nor a clock.
 
-Both sides periodically publish that they are alive. The first message from the other side (the sister) forms
-the bond. A heartbeat timeout breaks it immediately. If one side breaks the bond, both sides publish that they
-are ending (ENDING), each until it receives this message from its sister or the disconnect timeout expires.
+Each side periodically publishes that it is alive. The first message from the other side (the sister) forms
+the bond. A heartbeat timeout breaks the bond immediately. If one side breaks the bond, both sides enter
+ENDING and publish that they are ending, each until its sister has done the same or the disconnect timeout
+expires.
 """
 
 from __future__ import annotations

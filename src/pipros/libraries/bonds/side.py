@@ -19,7 +19,7 @@ TIMEOUTS: Mapping[State, Event] = {
 
 
 class RestartableTimer:
-    """Timer that calls a function once, in a separate thread, after the given time since `restart`."""
+    """Timer that calls a function once, in a separate thread, a given time after `restart`."""
 
     def __init__(self) -> None:
         self._timer: Timer | None = None
@@ -44,11 +44,11 @@ class BondSide:
 
     Args:
         durations_s: length of each timeout. A change takes effect when the timeout is next started.
-        send: publishes a status message. The argument tells whether this side is alive.
+        send: publishes a status message; called with True if this side is alive.
         notify: called with ALIVE when the bond is formed and with DEAD when it is broken. No lock is held.
         enter: called with each new state while the lock is held.
         ignores_silence: function that returns whether to ignore a heartbeat timeout. May block.
-        is_over: function that returns whether `publish_heartbeats` and `wait` should end.
+        is_over: function that returns whether `publish_heartbeats` and `wait` must return.
 
     Attributes:
         sister_id: ID of the other side; None until its first message arrives.
@@ -140,9 +140,9 @@ class BondSide:
         self.publish()
 
     def wait(self, is_reached: Callable[[State], bool], timeout_s: float | None) -> bool:
-        """Wait for a state that `is_reached` accepts, until the timeout (None for no limit) or `is_over`.
+        """Wait until `is_reached` accepts the state. Return whether it was reached.
 
-        Return whether the state was reached.
+        Stop waiting at the timeout (None for no limit), or when `is_over` returns True.
         """
 
         def is_ended() -> bool:

@@ -147,7 +147,7 @@ class Items:
 
 
 def summed_up(levels: Sequence[int]) -> int:
-    """Return STALE if all levels are STALE, otherwise the highest, but at most ERROR; OK if there are none.
+    """Return the highest level; OK if there are none. STALE counts as ERROR unless all levels are STALE.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)
@@ -203,7 +203,7 @@ class IgnoreAnalyzer:
 
 
 class AnalyzerGroup:
-    """Analyzers below one path, in the order of their keys.
+    """The analyzers below one path, sorted by key.
 
     A status is passed to each analyzer that accepts it.
 

@@ -1,4 +1,4 @@
-"""Convert recorded statuses to CSV rows, one file per name, in the format of `diagnostic_analysis`."""
+"""Convert recorded statuses to CSV, with one file per status name, in the format of `diagnostic_analysis`."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class EventWindow:
 
 
 def judged(events: int, hz: float, low: float, high: float | None) -> tuple[int, str]:
-    """Return the level and message for a frequency in Hz and its bounds."""
+    """Return the level and message for a frequency and its bounds, all in Hz."""
     if events == 0:
         return 2, "No events recorded."
     if hz < low:

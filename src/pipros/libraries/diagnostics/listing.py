@@ -19,7 +19,7 @@ def listed(
         statuses: the statuses in one DiagnosticArray.
         least: the minimum level to include.
         part: the substring that names must contain.
-        details: whether to add a line for each value, and a line for the hardware.
+        details: whether to add a line with the hardware ID, and a line for each value.
 
     >>> listed([Status("/b", 0, "fine"), Status("/a", 2, "broken")], least=1)
     ['Error    /a: broken']

@@ -58,7 +58,7 @@ class Averages:
 
 
 def cpu_report(loads: Sequence[float], warning: float) -> Report:
-    """Return the report on processor loads in percent: a warning if one exceeds `warning`."""
+    """Return the report on processor loads in percent: a warning if any load exceeds `warning`."""
     average = sum(loads) / len(loads) if loads else 0.0
     values = [("CPU Load Average", f"{average:.2f}")]
     values += [(f"CPU {number} Load", f"{load:.2f}") for number, load in enumerate(loads)]
@@ -159,7 +159,7 @@ def space_report(disks: Iterable[DiskSpace]) -> Report:
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
-    """A reading of a sensor, and its limits in the same unit; None for no limit.
+    """A sensor reading, and the sensor's limits in the same unit; None for no limit.
 
     The kind is `Temperature` (in degrees Celsius), `Voltage` (in V), or `Speed` (of a fan, in rpm).
     """
@@ -198,7 +198,7 @@ def _is_above(value: float, limit: float | None) -> bool:
 
 
 def ntp_report(offset_us: float, tolerance_us: float, error_us: float) -> Report:
-    """Return the report on the offset of a server's clock from the local clock, in microseconds."""
+    """Return the report on the offset, in microseconds, of a server's clock from the local clock."""
     values = [
         ("Offset (us)", f"{offset_us:.0f}"),
         ("Offset tolerance (us)", f"{tolerance_us:g}"),

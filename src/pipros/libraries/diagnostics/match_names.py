@@ -16,7 +16,7 @@ TIME_LIMIT_S = 0.1
 
 
 class _TimeIsUp(Exception):
-    """Raised by the signal handler, which `re` runs even during a match."""
+    """Raised by the signal handler, which Python runs even while `re` is matching."""
 
 
 def _end_match(*_: object) -> None:

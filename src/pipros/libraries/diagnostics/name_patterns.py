@@ -1,8 +1,8 @@
 """Match regular expressions of unknown origin with a time limit.
 
-Python's `re` may need exponential time: `(a+)+$` and 40 characters take days. Meanwhile, no other thread of
-the process can run. Therefore a child process does the matching, and gives up after a tenth of a second of
-processor time. Results are cached, so each pair of a pattern and a name costs one request.
+Python's `re` may need exponential time: matching 40 characters with `(a+)+$` takes days. Meanwhile, no other
+thread of the process can run. Therefore, a child process does the matching, and gives up after a tenth of a
+second of processor time. Results are cached, so each pair of a pattern and a name costs one request.
 
 The alternatives are worse. A check for nested quantifiers misses `a?a?a?…aaa` and refuses `(left|right)*`. A
 matcher that takes linear time (RE2) is a compiled dependency, and lacks look-ahead and back references.
@@ -95,7 +95,8 @@ class _Child:
     def ask(self, pattern: str, name: str) -> bool | str | None:
         """Return whether the pattern matches the whole name.
 
-        Return the error text if the pattern is invalid, or None if it takes too long, now or earlier.
+        Return the error text if the pattern is invalid, or None if a match took too long, now or in an
+        earlier call.
         """
         with self._lock:
             if pattern in self._slow or len(self._slow) >= SLOW_LIMIT:

@@ -6,7 +6,8 @@ from __future__ import annotations
 class StampDelays:
     """The minimum and maximum delay from timestamp to arrival since the last report, in seconds.
 
-    `early_count`, `late_count` and `zero_count` are the numbers of reports with each problem.
+    `early_count`, `late_count` and `zero_count` count the reports with timestamps that were too far in the
+    future, too far in the past, or zero.
     """
 
     def __init__(self) -> None:
@@ -30,7 +31,7 @@ class StampDelays:
         self.has_any = True
 
     def judged(self, least: float, greatest: float) -> tuple[int, str]:
-        """Return the level and message for the given bounds on the delay. Count the reports with problems."""
+        """Return the level and message for the given bounds on the delay, and count each problem."""
         if not self.has_any:
             return 1, "No data since last update."
         found = (0, "Timestamps are reasonable.")

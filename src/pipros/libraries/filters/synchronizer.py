@@ -24,12 +24,12 @@ class ExactSynchronizer:
         self.queues: list[Queue] = [{} for _ in range(inputs)]
         self.queue_size = queue_size
         self.reset = reset
-        self._times = [0] * inputs  # simulated time at the last message from each input
+        self._times = [0] * inputs  # simulated time when the last message from each input arrived
 
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """Add a message from the input with this queue. Return the sets that are now complete.
+        """Add a message from the input that `queue` belongs to. Return the sets that are now complete.
 
         Args:
             index: the index of the input, if known.
@@ -93,9 +93,9 @@ class ApproximateSynchronizer(ExactSynchronizer):
     def add(
         self, message: Any, stamp: int, queue: Queue, index: int | None, simulated_now: int | None
     ) -> Iterable[Sequence[Any]]:
-        """Like the base class's method, but if `index` is None, `message` itself may be missing from the set.
+        """Like the base class's method, but with approximately equal timestamps.
 
-        Another message from the same input then takes its place.
+        If `index` is None, the set may contain another message from the same input instead of `message`.
         """
         is_behind = self._is_behind(queue, simulated_now, index)
         queue[stamp] = message
@@ -146,7 +146,7 @@ def _first_within(candidates: Sequence[Sequence[int]], slop: int) -> list[int] |
 
     first, *rest = candidates
     if not rest:
-        return None  # a slop of 0 never matches
+        return None  # a single input, which fails to match only if the slop is 0
     for stamp in first:
         chosen.append(stamp)
         if extend(stamp, stamp):

@@ -10,12 +10,12 @@ class MapError(PiprosError, ValueError):
 
 
 class NoMapFile(MapError):
-    """The YAML file or the image of a map cannot be opened."""
+    """A map's YAML file or image cannot be opened."""
 
 
 class BadMapImage(MapError):
-    """The image of a map is invalid."""
+    """A map's image is invalid."""
 
 
 class BadMapDescription(MapError):
-    """The YAML file of a map is invalid."""
+    """A map's YAML file is invalid."""

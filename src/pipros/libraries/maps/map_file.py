@@ -1,4 +1,4 @@
-"""Read and write the YAML file of a map, and the cells in its image.
+"""Read and write a map: its YAML file, and the cells in its image.
 
 See http://wiki.ros.org/map_server#Map_format.
 
@@ -150,7 +150,7 @@ def make_grid(description: MapDescription, picture: Picture) -> Grid:
 
 
 def _cell(description: MapDescription, grey: float) -> int:
-    """Return the cell for a grey value (0 to 255) as a byte. 255 stands for -1."""
+    """Return the cell for a grey value (0 to 255) as a byte, in which 255 means -1."""
     if description.negate:
         grey = 255.0 - grey
     if description.mode == "raw":

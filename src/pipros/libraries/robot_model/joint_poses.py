@@ -27,7 +27,7 @@ def pose_of(joint: Joint, position: float) -> Pose:
 
 
 class JointFrames:
-    """A robot's joints, and the timestamp with which each was last published. Times are in nanoseconds.
+    """A robot's joints, and each joint's last published timestamp. Times are in nanoseconds.
 
     Args:
         interval: minimum difference between the timestamps of two published positions of a joint.
@@ -54,7 +54,8 @@ class JointFrames:
     def due(self, names: Iterable[str], positions: Iterable[float], stamp: int) -> list[tuple[Joint, Pose]]:
         """Return the poses to publish for a message's joints and the joints that mimic them, sorted by name.
 
-        If the joint with the oldest timestamp is due, all joints in a message are published, otherwise none.
+        If the joint with the oldest timestamp is due, all of the message's joints are published; otherwise,
+        none are.
         """
         known = dict(zip(names, positions, strict=True))
         if not known:

@@ -23,11 +23,12 @@ class JointChoices:
     """The node's parameters that determine the joints and their initial values.
 
     Attributes:
-        zeros: initial positions, by joint. The default is 0, or the middle of the range if 0 is outside it.
+        zeros: initial positions, by joint. The default is 0, or the middle of the joint's range if the range
+            does not contain 0.
         dependent: joints that follow another joint, with the keys `parent` and optionally `factor` and
             `offset`.
         mimic_tags: whether to also use the `<mimic>` tags in the URDF.
-        smallest_limits: whether to narrow the range by the soft limits of safety controllers.
+        smallest_limits: whether to narrow ranges to the soft limits of the joints' safety controllers.
         positions, velocities, efforts: whether to publish default values until a source has sent values.
     """
 
@@ -98,7 +99,7 @@ class JointValues:
     def update(self, names: Sequence[str], **columns: Sequence[float]) -> None:
         """Update the values of free joints from a source. Other joints are ignored.
 
-        `position`, `velocity` and `effort` are each empty or as long as `names`.
+        `columns` may contain `position`, `velocity` and `effort`, each either empty or as long as `names`.
         """
         for number, name in enumerate(names):
             joint = self.free.get(name)
@@ -109,7 +110,7 @@ class JointValues:
                     joint[what] = values[number]
 
     def sweep(self, delta: float) -> None:
-        """Move each joint by `delta`: back and forth within its range, or in circles if it is continuous."""
+        """Move each free joint by `delta`: back and forth within its range, or in circles if continuous."""
         for joint in self.free.values():
             if "position" not in joint:
                 continue

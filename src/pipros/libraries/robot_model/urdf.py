@@ -1,8 +1,8 @@
 """Read the links and joints in a URDF; ignore all other parts. See http://wiki.ros.org/urdf/XML/joint.
 
 urdf_parser_py (`pipros[urdf]`) reads all parts into objects that can be changed and written. However, it
-needs lxml (12 MB), accepts joints that form a loop, and takes 3.2 ms for a chain of 50 joints instead of this
-module's 1.2 ms.
+needs lxml (12 MB), accepts joints that form a loop, and takes 3.2 ms to parse a chain of 50 joints, which
+this module parses in 1.2 ms.
 """
 
 from __future__ import annotations

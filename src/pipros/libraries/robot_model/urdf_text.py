@@ -50,7 +50,7 @@ def _children(robot: Robot) -> dict[str, list[Joint]]:
 
 
 def _walk(robot: Robot, children: dict[str, list[Joint]]) -> Iterator[tuple[int, int, Joint]]:
-    """Yield each link's depth, number among its siblings, and joint, depth first. Omit the root."""
+    """Yield the depth, number among siblings, and joint of each link below the root, depth first."""
     waiting = [(1, number, joint) for number, joint in enumerate(children.get(robot.root, ()), 1)][::-1]
     while waiting:
         depth, number, joint = waiting.pop()

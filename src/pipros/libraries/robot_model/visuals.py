@@ -1,4 +1,4 @@
-"""Read from a URDF the shapes and materials that rviz's RobotModel display draws."""
+"""Read a URDF's shapes and materials, as drawn by rviz's RobotModel display."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class Shape:
     Attributes:
         kind: box, cylinder, sphere or mesh.
         origin: the pose relative to the link.
-        size: edge lengths of a box; radius, radius and length of a cylinder; the radius of a sphere, repeated
-            three times; scale of a mesh. Lengths are in metres.
+        size: edge lengths of a box; (radius, radius, length) of a cylinder; (radius, radius, radius) of a
+            sphere; scale factors of a mesh. Lengths are in metres.
         uri: the file of a mesh.
-        color: the material's colour; None if there is no material, so that the mesh's own materials apply.
-        texture: URI of the material's texture; empty if it does not have one.
+        color: the material's colour; None if there is none, in which case a mesh keeps its own materials.
+        texture: URI of the material's texture; empty if there is none.
     """
 
     kind: str

@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class JoyPublisher:
-    """Publishes the state of one joystick from the time its device is opened until it is lost."""
+    """Publishes the state of a joystick while its device is open."""
 
     def __init__(self, node: Node, device: str) -> None:
         self._node = node

@@ -1,8 +1,8 @@
-"""The state of a joystick, updated by events from Linux: 8 bytes each, little endian on all common machines.
+"""The state of a joystick, updated by events from the Linux joystick driver.
 
-Source: Linux's Documentation/input/joydev/joystick-api.rst. An event consists of a time in ms, a value, a
-type, and the number of the axis or button. Events of type INIT, which are sent after the device is opened,
-describe the initial state.
+Source: Linux's Documentation/input/joydev/joystick-api.rst. An event has 8 bytes (little endian on all common
+machines): a time in ms, a value, a type, and the number of the axis or button. Events of type INIT, which are
+sent after the device is opened, describe the initial state.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Change(Enum):
 
 @dataclass(slots=True)
 class Joystick:
-    """State of axes and buttons. Both lists grow as events report higher numbers, up to 256 elements.
+    """State of axes and buttons. Both lists grow, up to 256 elements, as events report higher numbers.
 
     Attributes:
         deadzone: the part of each axis around its centre that is read as 0. The rest is scaled to the full

@@ -42,7 +42,7 @@ CTRL_C: Final = "\x03"
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `teleop_twist_keyboard` until Ctrl-C, the end of the input, or the shutdown of the node."""
+    """Run `teleop_twist_keyboard` until Ctrl-C is pressed, the input ends, or the node is shut down."""
     with roscpp_program("teleop_twist_keyboard", "teleop_twist_keyboard", argv) as (node, _):
         motion = _motion(node)
         publish = _publisher(node, motion)

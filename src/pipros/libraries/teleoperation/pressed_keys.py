@@ -16,7 +16,7 @@ POLL_S = 0.1
 def pressed_keys(node: Node) -> Iterator[str]:
     """Yield the characters of standard input until it ends or the node is shut down.
 
-    Yield "" after each 0.1 s without input.
+    Yield "" every 0.1 s while there is no input.
     """
     descriptor = sys.stdin.fileno()
     while not node.is_ending:

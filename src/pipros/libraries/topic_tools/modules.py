@@ -1,6 +1,6 @@
 """The modules that `transform` expressions may import, restricted to harmless names.
 
-Of numpy, expressions can access only the names listed here, which exclude functions that read files or create
+Expressions can access only the numpy names listed here, which exclude functions that read files or create
 arrays of arbitrary size.
 """
 
@@ -45,7 +45,7 @@ _MESSAGES = ("_msgs", "_tutorials")
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """A module's names that expressions may use.
+    """The names in a module that expressions may use.
 
     Attributes:
         title: the module name to use in error messages.
@@ -88,7 +88,7 @@ class MessageModule(Names):
 
 
 def module_for(module: str, now: Callable[[], Time]) -> Names:
-    """Return a module's names that expressions may use.
+    """Return the names in a module that expressions may use.
 
     Args:
         module: `numpy`, `math`, `rospy`, `tf`, or a message package.

@@ -16,7 +16,7 @@ class UnknownType(PiprosError):
 def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
     """Return a message class with the type, MD5 sum and definition in a publisher's connection header.
 
-    Its messages consist of the bytes in `body` and are not decoded, so that the type's package is not needed.
+    Its messages keep their bytes in `body` and are not decoded, so the type's package is not needed.
 
     Raises:
         UnknownType: the header does not contain a type and an MD5 sum.

@@ -36,8 +36,8 @@ NORM_TOLERANCE = 10e-3
 class TransformBuffer:
     """Buffer for static transforms and for the transforms of the last `length` nanoseconds.
 
-    All transforms together may use `Limits.transform_bytes`. If a transform would exceed this limit, the
-    older half of its frame's transforms is dropped, or the transform is rejected if it would add a frame.
+    The limit for all transforms together is `Limits.transform_bytes`. If a new transform would exceed it, the
+    older half of its frame's transforms is dropped. A transform that would add a frame is rejected instead.
 
     Attributes:
         waiter: the threads that are waiting for transforms in this buffer.
@@ -246,12 +246,12 @@ class TransformBuffer:
             return name in self._frames
 
     def frame_names(self) -> list[str]:
-        """Return all frames in the order in which they were first seen."""
+        """Return the names of all frames, in the order in which they were first seen."""
         with self._lock:
             return list(self._frames)
 
     def as_string(self) -> str:
-        """Return a string with one line per frame, which names the frame and its parent."""
+        """Return a string with one line per frame, naming the frame and its parent."""
         with self._lock:
             return frames_as_string(self._frames)
 

@@ -31,7 +31,7 @@ class Chain:
     __slots__ = ("_common", "_down", "_moving", "_up", "size_bytes")
 
     def __init__(self, up: list[FrameHistory], down: list[FrameHistory]) -> None:
-        # The lists of each frame's history are read directly, which saves one call per frame and lookup.
+        # Reading the lists of each frame's history directly saves one call per frame and lookup.
         self._up = [(frame.stamps, frame.poses) for frame in up]
         self._down = [(frame.stamps, frame.poses) for frame in down]
         self._moving = [frame.stamps for frame in up + down if frame.stamps]
@@ -62,7 +62,7 @@ class Chain:
 def _poses_at(frames: list[tuple[list[int], list[Pose]]], time: int) -> list[Pose] | None:
     """Return the pose of each frame at `time`, or None if one is not available.
 
-    `frames` are the timestamps and poses of each frame, as in `FrameHistory`.
+    `frames` contains the timestamps and poses of each frame, as in `FrameHistory`.
     """
     found = []
     for stamps, poses in frames:

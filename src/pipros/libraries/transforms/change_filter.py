@@ -17,13 +17,13 @@ class BadFramePair(PiprosError, ValueError):
 
 @dataclass
 class FramePair:
-    """A frame, the reference frame, and the thresholds for reporting movement.
+    """A moving frame, its reference frame, and the thresholds for reporting movement.
 
     Attributes:
         source, target: the moving frame, and the frame relative to which it moves.
         distance: threshold for the translation, in metres.
-        angle: threshold for the angle between the quaternions in radians. As in tf, this is half the rotation
-            angle.
+        angle: threshold for the angle between the quaternions, in radians. As in tf, this is half the
+            rotation angle.
     """
 
     source: str
@@ -33,7 +33,7 @@ class FramePair:
     _reported: Pose | None = field(default=None, init=False)
 
     def has_moved(self, pose: Pose) -> bool:
-        """Return True if a pose is the first one, or far enough from the last reported pose.
+        """Return True if `pose` is the first pose, or is far enough from the last reported one.
 
         The pose then counts as reported.
         """

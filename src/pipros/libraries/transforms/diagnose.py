@@ -53,7 +53,7 @@ def received_in(message: Any, now: Any) -> list[ReceivedTransform]:
 
 
 def of_other_times(received: Iterable[ReceivedTransform]) -> list[str]:
-    """Report each node whose timestamps differ by more than `TIME_TOLERANCE_S` from the times of arrival.
+    """Report each node whose timestamps differ from the times of arrival by more than `TIME_TOLERANCE_S`.
 
     The text contains the largest difference.
     """

@@ -16,7 +16,7 @@ Frames = Mapping[str, FrameHistory | None]
 
 
 def frames_as_string(frames: Frames, limit_characters: int | None = None) -> str:
-    """Return one line per frame, which names the frame and its parent. Roots are omitted.
+    """Return one line per frame, naming the frame and its parent. Roots are omitted.
 
     An ellipsis replaces the text beyond the limit.
     """
@@ -66,8 +66,8 @@ def frames_as_dot(frames: Frames, now: float | None = None) -> str:
         f' subgraph cluster_legend {{ style=bold; color=black; label ="view_frames Result";\n{recorded}}}->'
     )
     for name, frame in frames.items():
-        # As in tf2, each root has a legend if `now` is given; each frame whose transforms were cleared always
-        # has one.
+        # As in tf2, a root has a legend only if `now` is given, but a frame whose transforms were cleared
+        # always has one.
         if (now is not None) if frame is None else (frame.latest()[1] is None):
             lines.append(f'{legend}"{name}";\n')
     return f"digraph G {{\n{''.join(lines)}}}"

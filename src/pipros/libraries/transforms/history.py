@@ -20,11 +20,11 @@ class FrameHistory(Protocol):
 
     Implementations are not thread-safe; the caller holds a lock.
 
-    The three lists stay the same objects; every change is made in place.
+    `stamps`, `parents` and `poses` are always the same list objects; they are changed in place.
 
     Attributes:
         stamps: the timestamps of the poses in ascending order; empty for a static frame.
-        parents, poses: the parent and the pose for each timestamp, or the only ones of a static frame.
+        parents, poses: the parent and the pose for each timestamp; one of each for a static frame.
         only_parent: the parent of all poses; None if there are no poses, or if they have several parents.
         authority: the node that published the last inserted pose.
         size_bytes: estimated memory that the poses use.
@@ -38,7 +38,7 @@ class FrameHistory(Protocol):
     size_bytes: int
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:
-        """Add a pose. Return the reason if it is rejected, otherwise None."""
+        """Add a pose. Return None, or the reason if the pose is rejected."""
 
     def locate(self, time: int) -> int:
         """Return the index of the last pose at or before `time`, or -1 if `time` is out of range."""
@@ -199,7 +199,7 @@ class StaticFrame:
         return ""
 
     def latest(self) -> tuple[int, str | None]:
-        """Return 0, which stands for any time, and the parent."""
+        """Return 0, because the pose is valid at any time, and the parent."""
         return (0, self.parents[0] if self.parents else None)
 
     def oldest_stamp(self) -> int:
@@ -214,5 +214,5 @@ class StaticFrame:
 
 
 def seconds(time: int) -> str:
-    """Format nanoseconds like tf2: in seconds, with nine decimals."""
+    """Format a time in nanoseconds as tf2 does: in seconds, with nine decimals."""
     return f"{time // NS_PER_S}.{time % NS_PER_S:09d}"

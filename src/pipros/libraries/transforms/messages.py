@@ -1,4 +1,4 @@
-"""Convert poses and times from any objects with the fields of geometry_msgs messages."""
+"""Convert poses and times from ROS messages, or from any objects with the same fields."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def pose_of(position: Any, rotation: Any) -> Pose:
 
 
 def pose_of_transform(transform: Any) -> Pose:
-    """Return the pose in a Transform as floats. The quaternion is not changed."""
+    """Return the pose in a Transform as floats, without normalizing the quaternion."""
     position, rotation = transform.translation, transform.rotation
     return (
         float(position.x),

@@ -14,7 +14,7 @@ Limited because any peer can choose frame IDs and node names.
 
 @dataclass(slots=True)
 class Delays:
-    """Statistics on the delays between timestamps and the arrival of transforms.
+    """Statistics on the delays between the timestamps of transforms and their arrival.
 
     >>> delays = Delays()
     >>> delays.add(3.0, at=10.0); delays.add(1.0, at=11.0); delays.add(-1.0, at=12.0)

@@ -4,9 +4,10 @@ As in tf, the norm of a quaternion may differ slightly from 1. The formulas are 
 are equal even in that case. Composition is from right to left: `composed(outer, inner)` applies `inner`
 first.
 
-`matrices` also computes matrices, norms and angles, with the formulas and arrays of `tf.transformations`.
-Lookups must not require numpy (an extra that is slow to import), and must equal tf2's results bit for bit.
-`tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the two.
+The package `matrices` offers similar functions, with the formulas and numpy arrays of `tf.transformations`.
+Lookups cannot use them, because lookups must not require numpy (an extra that is slow to import), and their
+results must equal tf2's bit for bit. `tests/unit/libraries/transforms/test_pose_and_matrices.py` compares the
+two.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def composed(outer: Pose, inner: Pose) -> Pose:
 def composed_up(pose: Pose, frames: Iterable[Pose]) -> Pose:
     """Convert a pose from a frame to its parent, from there to the next parent, and so on.
 
-    `frames` are the poses of these frames.
+    `frames` contains the poses of these frames, each relative to its parent.
     """
     # a loop instead of calls to `composed`, because lookups spend most of their time here
     px, py, pz, qx, qy, qz, qw = pose

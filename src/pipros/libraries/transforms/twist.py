@@ -12,7 +12,7 @@ _EARLIEST = 100_000
 
 
 def interval_around(time: int, latest: int, length: int) -> tuple[int, int]:
-    """Return the start and end of an interval around `time` that does not end after `latest`."""
+    """Return the start and end of an interval around `time`, moved so that it does not end after `latest`."""
     end = min(time + length // 2, latest)
     return max(_EARLIEST, end - length), end
 
@@ -31,7 +31,7 @@ def twist(
 
     The change of the reference point reproduces a bug in Noetic (`vel += numpy.dot(rot, delta[:3])` in
     tf/listener.py; compared in tests/interop): it adds the scalar product of the angular velocity and the
-    offset to each component of the linear velocity, where kinematics needs their cross product.
+    offset to each component of the linear velocity, although kinematics requires their cross product.
     """
     seconds = duration / NS_PER_S
     start, end, tracked, reference_point = map(normalized, (start, end, tracked, reference_point))

@@ -1,4 +1,4 @@
-"""Wait for transforms. The caller passes the clock."""
+"""Let threads wait for transforms, with a timeout on a clock that the caller passes."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class TransformWaiter:
         """Call `ask` after each new transform, and at least every 0.1 s, until it succeeds or time is up.
 
         Return the last result of `ask`. `timeout` is in nanoseconds on the clock. `check` is called before
-        each pause. If it raises, the wait ends.
+        each pause; if it raises an exception, the wait ends.
         """
         end = clock().now_ns() + timeout
         with self._changed:

@@ -1,6 +1,6 @@
 """Camera calibrations as text: YAML, and the INI format of Videre Design.
 
-As in camera_calibration_parsers, matrices may have surplus values, and a missing camera name is read as
+As in camera_calibration_parsers, surplus values in a matrix are ignored, and a missing camera name is read as
 `unknown`.
 """
 

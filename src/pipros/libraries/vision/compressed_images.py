@@ -59,8 +59,8 @@ def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec)
     """Compress an image array. Return the format and the data of a CompressedImage.
 
     Raises:
-        CompressionError: the encoding is unknown, does not have 8 or 16 bits, or is not supported by the
-            codec.
+        CompressionError: the encoding is unknown, does not have 8 or 16 bits per value, or is not supported
+            by the codec.
     """
     try:
         bits = encoding(encoding_name).bits
@@ -112,7 +112,7 @@ def _encoding_of_picture(image: Any) -> str:
 def _depth(name: str, data: bytes, codec: Codec) -> Any:
     """Decode a depth image.
 
-    16UC1 is unchanged; 32FC1 is computed from quantised inverse depths, and 0 becomes NaN.
+    16UC1 values are unchanged. 32FC1 values are computed from quantised inverse depths; 0 becomes NaN.
     """
     if len(data) < _DEPTH_HEADER.size:
         raise CompressionError(f"a compressed depth image must have more than 12 bytes, got {len(data)}")

@@ -19,9 +19,8 @@ class ConversionError(RuntimeError):
 def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
     """Convert an array of shape (height, width) or (height, width, channels) to another encoding.
 
-    The result is always a copy. Values are equal to the results of OpenCV, but grey values of Bayer images
-    may be greater by 1. Between 8 and 16 bits, white stays white. An empty `encoding_out` means
-    `encoding_in`.
+    The result is always a copy. The values equal OpenCV's, except that grey values from Bayer images may be
+    greater by 1. Between 8 and 16 bits, white stays white. An empty `encoding_out` means `encoding_in`.
 
     Raises:
         ConversionError: an encoding is unknown, the conversion is not supported, or the array does not match
@@ -125,7 +124,7 @@ def convert_for_display(
     In bgr8, a 32SC1 image is displayed as labels, each with its own colour (see `color_of_label`).
 
     Raises:
-        ConversionError: as for `convert`; or `encoding_out` is not a grey or colour encoding of 8 bits, or
+        ConversionError: as for `convert`; or `encoding_out` is not an 8-bit grey or colour encoding, or
             scaling was requested for an image with more than one channel.
     """
     target = _display_encoding(encoding_in, encoding_out)
@@ -152,7 +151,7 @@ def convert_for_display(
     if encoding_in == target.name:
         return image
     try:
-        # Depth images are displayed in grey. As in genuine cv_bridge, this applies only to 16UC1.
+        # Show depth images in grey. As in genuine cv_bridge, only 16UC1 images count as depth images.
         return convert(image, "mono16" if encoding_in == "16UC1" else encoding_in, target.name)
     except RuntimeError as error:
         raise ConversionError(

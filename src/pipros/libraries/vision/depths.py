@@ -41,7 +41,7 @@ def scaled(values: Any, dtype: str, factor: float) -> Any:
 
 
 def with_depth(image: Any, bits: int, target_bits: int, dtype: str) -> Any:
-    """Convert an image from `bits` to `target_bits` per value. Between 8 and 16 bits, white stays white."""
+    """Convert an image to `target_bits` per value and `dtype`. Between 8 and 16 bits, white stays white."""
     # For the common types, integer arithmetic is faster and exact.
     if image.dtype == np.uint8 and dtype == "uint16":
         return image.astype(np.uint16) * np.uint16(_WHITE_RATIO)

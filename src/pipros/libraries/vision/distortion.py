@@ -23,7 +23,7 @@ def undistorted(
 
     Args:
         camera: 3x3 camera matrix (K).
-        coefficients: distortion coefficients, whose number is in `COUNTS`; None if there is no distortion.
+        coefficients: distortion coefficients (see `COUNTS` for how many); None if there is no distortion.
         rotation: 3x3 rectification matrix (R).
         projection: 3x4 projection matrix of the rectified camera (P).
 

@@ -95,7 +95,7 @@ def _memory(code: str, value: Any) -> memoryview | None:
 def _converted(code: str, value: Any) -> memoryview | None:
     """Convert a numpy array with another element type as a whole.
 
-    Return None if the conversion could change values by more than rounding to a float.
+    Return None if the conversion could change values other than by rounding them to a float type.
     """
     numpy = sys.modules.get("numpy")
     if numpy is None or not isinstance(value, numpy.ndarray):

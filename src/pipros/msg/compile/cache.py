@@ -49,7 +49,7 @@ _MAGIC = b"pipros message 1\n"
 
 
 class CompiledTypes:
-    """Cache of the compiled code of types in a folder."""
+    """A folder in which the compiled code of types is cached."""
 
     def __init__(self, folder: str, files: DefinitionFiles) -> None:
         self._folder = CacheFolder(folder)

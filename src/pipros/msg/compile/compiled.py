@@ -1,4 +1,7 @@
-"""`CompiledMessage`, the base class of generated message classes, and readers for rare cases."""
+"""`CompiledMessage`, the base class of generated message classes.
+
+Readers for rare cases (numpy arrays, and strings that are not UTF-8) are compiled when first needed.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +50,7 @@ class CompiledMessage(Message):
 
 
 def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
-    """Compile a reader that replaces bytes in strings that are not UTF-8. It may also create numpy arrays."""
+    """Compile a reader that replaces invalid UTF-8 in strings, and creates numpy arrays if `is_numpy`."""
     from pipros.msg.compile.compiler import reader_source
     from pipros.msg.compile.run import run
     from pipros.msg.language.full_text import specs_from_text
@@ -55,7 +58,7 @@ def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
     specs = specs_from_text(cls._type, cls._full_text)
     source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy)
     compiled: Any = next(base for base in cls.__mro__ if CompiledMessage in base.__bases__)
-    names = dict(compiled.deserialize.__globals__)  # of the generated module, with the embedded classes
+    names = dict(compiled.deserialize.__globals__)  # names in the generated module
     reader: Reader = run(source, names, f"<reader of {cls._type}>")["read"]
     return reader
 

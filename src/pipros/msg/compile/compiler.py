@@ -82,8 +82,8 @@ def service_source(
 def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool) -> str:
     """Return the source of a module with a function `read(self, str, numpy)`.
 
-    The function is like `deserialize`, but accepts any bytes in a string, replacing bytes that are not UTF-8,
-    and creates numpy arrays if `is_numpy` is true.
+    The function is like `deserialize`, but replaces invalid UTF-8 in strings, and creates numpy arrays if
+    `is_numpy` is true.
     """
     names = Names()
     body = deserialize_body(
@@ -101,7 +101,7 @@ def _module(lines: list[str], names: Names) -> str:
 
 
 def _checked(spec: MessageSpec, lookup: Lookup, limits: Limits) -> tuple[CompleteSpec, TypeLayout]:
-    """Return the definition with all embedded definitions, and its layout.
+    """Check a definition. Return it with all embedded definitions, and its layout.
 
     Raises:
         DefinitionError: no class can be generated from the definition.

@@ -60,7 +60,7 @@ class _Decoder(Emitter):
         self._counts_down = False
 
     def begin(self, layout: TypeLayout) -> None:
-        """Emit the start of the body, which converts the input.
+        """Emit the start of the body, which converts the input if necessary.
 
         Slicing octets from a view avoids a copy; everything else is read faster from `bytes`.
         """
@@ -154,7 +154,7 @@ class _Decoder(Emitter):
 
     def _array(self, kind: FieldType, target: str, within: TypeLayout) -> None:
         """Emit code that reads an array of strings, times or messages."""
-        inner = within.members.get(kind.base)  # None for times and strings
+        inner = within.members.get(kind.base)  # None if the elements are times or strings
         count = self._count(kind, inner)
         self._flush()
         if kind.base == "string":

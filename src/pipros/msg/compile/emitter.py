@@ -21,7 +21,7 @@ def python_name(name: str) -> str:
 class Names:
     """Global names in the generated module: message classes, `struct` functions and string readers.
 
-    The name for a message class contains the package name and its length, so it is unique.
+    The name of a message class is unique, because it contains the package name and the length of that name.
     """
 
     def __init__(self) -> None:
@@ -98,7 +98,7 @@ class Emitter:
 
 
 def struct_layout(codes: Sequence[str]) -> str:
-    """Return codes in the short form of the `struct` module, in which three `d` are `3d`."""
+    """Return a `struct` format for the codes, in which repeated codes are abbreviated, such as `3d`."""
     parts = []
     for code, group in itertools.groupby(codes):
         count = len(list(group))

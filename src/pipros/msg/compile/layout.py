@@ -22,7 +22,7 @@ This is enough for a boolean (one byte) that is the only field of a message in a
 
 @dataclass(frozen=True, slots=True)
 class TypeLayout:
-    """A message type with the properties that determine the code to read and write it.
+    """A message type, and the properties that determine the code that reads and writes it.
 
     Attributes:
         spec: the definition of the type.
@@ -30,14 +30,14 @@ class TypeLayout:
         has_octets: whether the type contains a variable array of octets at any depth.
         takes_bytes: whether serialized messages have any bytes. If not, an array of such messages can have
             any length.
-        is_one_unpack: whether all messages have the same size, so that a single `struct` call reads a
-            message.
+        is_one_unpack: whether all messages of the type have the same size, so that a single `struct` call
+            reads a message.
         only_code: the `struct` code of all fields, if they are single numbers of one type; otherwise None.
         field_count: number of fields, including the fields of each embedded message and the elements of
             arrays that are unpacked with their neighbours.
         value_count: number of values in a new message. Each field and each embedded message counts as a
             value; eight octets of an array count as one value.
-        least_bytes: the size of a serialized new message, which is the minimum size.
+        least_bytes: the size of a new message when serialized, which is the minimum size.
     """
 
     spec: MessageSpec
@@ -78,7 +78,7 @@ class TypeLayouts:
         self._known: dict[str, TypeLayout] = {}
 
     def of(self, spec: MessageSpec) -> TypeLayout:
-        """Return the layout of a type. `lookup` must know all embedded types, but need not know the type."""
+        """Return the layout of a type. `lookup` must know all embedded types, but not the type itself."""
         members: dict[str, TypeLayout] = {}
         for field in spec.fields:
             base = field.type.base

@@ -105,10 +105,10 @@ def _fixed_octets(value: Any, length: int) -> bytes:
 
 
 def _allowed(values: int) -> int:
-    """Return the number of values that a message may contain beyond `values` and the budget for its bytes.
+    """Return how many more values a message may contain if it already exceeds its byte budget by `values`.
 
     Raises:
-        struct.error: `values` is already too large.
+        struct.error: `values` exceeds the limit.
     """
     from pipros.basics.limits import process_limits
 

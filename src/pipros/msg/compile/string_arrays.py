@@ -51,7 +51,7 @@ def read_strings(data: Buffer, offset: int, count: int, errors: str) -> tuple[li
                 offset += length + 4
                 length = following
         except IndexError:
-            pass  # a long string; it and all following strings are read below
+            pass  # a long string; the loop below reads it and all following strings
         offset -= 4
     for _ in range(count - len(strings)):
         (length,) = _read_length(data, offset)
@@ -65,7 +65,7 @@ def read_strings(data: Buffer, offset: int, count: int, errors: str) -> tuple[li
 class RepeatedStrings:
     """Reader for a field that is an array of strings.
 
-    Most publishers send the same array repeatedly, so the last few arrays are cached and looked up by their
+    Most publishers send the same array repeatedly, so the last few arrays are cached by their serialized
     bytes. Thread-safe.
     """
 

@@ -34,7 +34,7 @@ PACKAGE_OF_MODULE = {"urdf_parser_py": "urdfdom_py"}
 
 
 def install() -> None:
-    """Make the packages that `ImportablePackages` finds importable. Further calls have no effect."""
+    """Enable imports of the packages that `ImportablePackages` finds. Further calls have no effect."""
     if not any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
         packages = _Packages()
         sys.meta_path.insert(0, InterfaceFinder(packages.find, packages.cache_folder))
@@ -48,7 +48,7 @@ def installed_library() -> Library:
 
 
 class _Packages:
-    """Wrapper that imports `ImportablePackages` when a package is first searched for."""
+    """Wrapper for `ImportablePackages`, which it imports when the first package is searched for."""
 
     def __init__(self) -> None:
         self._importable: ImportablePackages | None = None
@@ -217,8 +217,8 @@ def _is_python_starting() -> bool:
     """Return True while Python runs `sitecustomize` or `usercustomize`.
 
     They often try to import modules that do not exist. For example, on Debian and Ubuntu, `sitecustomize`
-    tries to import the crash reporter whenever Python starts. Finding out that the crash reporter is not a
-    ROS package takes longer than the start itself.
+    tries to import the crash reporter whenever Python starts. Searching for a ROS package of that name would
+    take longer than the rest of the start.
     """
     for name in ("sitecustomize", "usercustomize"):
         spec = getattr(sys.modules.get(name), "__spec__", None)

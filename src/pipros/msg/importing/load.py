@@ -15,7 +15,7 @@ from pipros.msg.base import Message
 from pipros.msg.importing.hook import install, installed_library
 from pipros.msg.language.type_names import is_full_type_name
 
-install()  # `pipros.pth` may not have installed it
+install()  # in case `pipros.pth` has not installed the hook
 
 
 def load_message_class(type_name: str) -> type[Message]:

@@ -28,7 +28,7 @@ else:
 def interface_spec(
     library: Library, package: str, kind: str, path: Sequence[str] | None
 ) -> ModuleSpec | None:
-    """Return the spec of `<package>.<kind>`, from a Python package or from definitions, or None."""
+    """Return the spec of `<package>.<kind>`, from a Python package, else from definitions, else None."""
     name = f"{package}.{kind}"
     regular = PathFinder.find_spec(name, path)
     if regular is not None and regular.loader is not None:
@@ -89,7 +89,7 @@ class _InterfaceLoader(Loader):
         module.__dict__.update(__getattr__=get, __dir__=lambda: sorted({*module.__dict__, *self._homes()}))
 
     def _homes(self) -> dict[str, str]:
-        """Return the package's classes, each with the type whose module contains it."""
+        """Map the names of the package's classes to the types whose modules define them."""
         homes = {name: name for name in self.types()}
         if self._kind == "srv":
             for name in list(homes):

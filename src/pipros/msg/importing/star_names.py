@@ -1,4 +1,4 @@
-"""Names that star imports from message modules bind besides the types, because genpy's modules import them.
+"""Names that a star import from a message module binds in addition to types: the imports of genpy's modules.
 
 After `from rosapi.srv import *`, scripts use `rosapi.srv.Topics`, `genpy.Time` and `struct.pack`.
 """

@@ -18,7 +18,7 @@ class Comments:
 
     Attributes:
         head: the comment for the whole definition; may be empty.
-        of: comments by the name of the field or constant. Names without a comment are missing.
+        of: the comments for fields and constants, by name. Names without a comment are missing.
     """
 
     head: str

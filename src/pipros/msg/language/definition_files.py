@@ -113,7 +113,7 @@ def _stems(folder: str, extension: str) -> list[str]:
 
 
 def _folders_below(folder: str) -> list[str]:
-    """Return all folders below `folder`, sorted, except hidden folders and links."""
+    """Return the folders below `folder`, except hidden ones. Links are included, but not followed."""
     found = []
     for parent, folders, _ in os.walk(folder):
         folders[:] = sorted(name for name in folders if not name.startswith("."))

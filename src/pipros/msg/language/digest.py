@@ -25,8 +25,8 @@ def embedded_types(spec: MessageSpec, lookup: Lookup) -> dict[str, MessageSpec]:
     """Return all types that `spec` embeds, directly or indirectly, in the order of a full text.
 
     Raises:
-        DefinitionError: a type is unknown, embeds itself or is nested too deeply. The exception locates the
-            field that leads to the type.
+        DefinitionError: a type is unknown, embeds itself or is nested too deeply. The exception contains the
+            position of the field that embeds this type.
     """
     search = _Search(lookup)
     search.height(spec, (spec.type,))
@@ -84,9 +84,9 @@ class _Search:
         self._heights: dict[str, int] = {}
 
     def height(self, outer: MessageSpec, above: tuple[str, ...]) -> int:
-        """Return the nesting depth of messages in `outer`: 0 if it contains no messages.
+        """Return how deeply messages are nested in `outer`: 0 if it contains no messages.
 
-        `above` is the path to `outer`, inclusive.
+        `above` contains the types on the path to `outer`, including `outer` itself.
         """
         highest = 0
         for field in _message_fields(outer):
@@ -109,7 +109,7 @@ class _Search:
 
 
 def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """Return `CompleteSpec.md5_text`. All functions in this module raise the errors of `embedded_types`."""
+    """Return `CompleteSpec.md5_text`. All functions here raise the same errors as `embedded_types`."""
     return complete(spec, lookup).md5_text()
 
 

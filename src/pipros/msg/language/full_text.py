@@ -10,7 +10,7 @@ from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.language.parse import parse_message
 from pipros.msg.language.spec import HEADER, DefinitionError, MessageSpec
 
-_OLD_HEADER = "roslib/Header"  # the header's name in bags that are older than std_msgs/Header
+_OLD_HEADER = "roslib/Header"  # the name of std_msgs/Header in old bags
 
 
 def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
@@ -26,7 +26,7 @@ def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None
     where = f"<definition of {type_name}>"
     if len(full_text) > limits.definition_bytes:
         raise DefinitionError(f"the text is longer than {limits.definition_bytes} characters", file=where)
-    full_text = full_text.replace("\r\n", "\n")  # as in files
+    full_text = full_text.replace("\r\n", "\n")  # as when a file is read
     parts: dict[str, list[str]] = {}
     current = parts[type_name] = []
     expects_name = False

@@ -12,7 +12,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.printable import listed
 
 HEADER = "std_msgs/Header"
-"""The type that a plain `Header` stands for. A publisher sets the `seq` of such a field."""
+"""The type that a plain `Header` refers to. A publisher sets the `seq` of such a field."""
 
 INTEGERS = {
     "int8": "b",
@@ -43,7 +43,7 @@ class DefinitionError(PiprosError):
     """A definition violates the rules of the language.
 
     Attributes:
-        file: the path of the definition, or the text to show instead.
+        file: the definition's path, or a text in its place, such as `<definition of package/Name>`.
         line: counted from 1; 0 if the error concerns the whole file.
         column: counted from 1; 0 if the error concerns the whole file.
         others: further errors in the same file.
@@ -60,7 +60,7 @@ class DefinitionError(PiprosError):
 
 
 class UnknownType(DefinitionError):
-    """A field has a type without a definition."""
+    """A field's type has no definition."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +150,7 @@ class ServiceSpec:
 
 @dataclass(frozen=True, slots=True)
 class ActionSpec:
-    """An action definition, which consists of the seven messages made from it."""
+    """An action definition, as the seven messages derived from it."""
 
     type: str
     messages: tuple[MessageSpec, ...]

@@ -24,7 +24,7 @@ _DISTRIBUTION_SINCE = 6
 
 @dataclass(frozen=True, slots=True)
 class TopicMetadata:
-    """A topic of a bag.
+    """A topic in a bag.
 
     Attributes:
         is_latched: whether the publishers offer the durability transient_local.
@@ -91,7 +91,7 @@ def qos_text(profiles: Sequence[Any]) -> str:
 
 
 def is_latched(profiles: Any) -> bool:
-    """Return whether a profile, as text or values, has the durability transient_local."""
+    """Return whether any of the profiles, given as text or values, has the durability transient_local."""
     if isinstance(profiles, str):
         try:
             profiles = load(profiles, "offered_qos_profiles", angles=False)
@@ -182,9 +182,7 @@ def parse_metadata(text: str, where: str) -> BagMetadata:
             str(values.get("compression_format") or ""),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise BagFormatError(
-            f"{where}: the metadata of a bag lack a value, or it has a wrong type: {error}"
-        ) from None
+        raise BagFormatError(f"{where}: a value is missing or has the wrong type: {error}") from None
 
 
 def _topic(values: Mapping[str, Any]) -> TopicMetadata:

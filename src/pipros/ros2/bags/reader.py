@@ -35,7 +35,7 @@ from pipros.ros2.interfaces.ros1_text import ros1_definition, ros1_name
 
 _METADATA = "metadata.yaml"
 _LAST_WITHOUT_DISTRIBUTION = 5
-_OPTIONS = "give the folders with ROS 2 definitions by --msgs"
+_OPTIONS = "use --msgs to give the folders with ROS 2 definitions"
 
 
 class Ros2BagReader(BagReader):
@@ -149,7 +149,7 @@ class Ros2BagReader(BagReader):
                 data = plan.to_ros1(cdr)
             except ConversionError as error:
                 raise BagFormatError(
-                    f"{self.name}: a message of {connection.topic} is damaged: {error}"
+                    f"{self.name}: a message on {connection.topic} is damaged: {error}"
                 ) from None
             yield connection, time_ns, data, 0, 0
 
@@ -219,7 +219,7 @@ class Ros2BagReader(BagReader):
 
 
 class _Ros1Types:
-    """ROS 1 definitions, of installed packages or derived for types that only ROS 2 has."""
+    """ROS 1 definitions: from installed packages, or derived from types that only ROS 2 has."""
 
     def __init__(self) -> None:
         self._installed = installed_definitions()
@@ -267,7 +267,7 @@ def is_ros2_bag(path: str | os.PathLike[str]) -> bool:
 
 
 def _files(path: Path) -> tuple[BagMetadata | None, list[Path]]:
-    """Return the metadata, if `path` is a folder, and the files of a bag."""
+    """Return a bag's metadata, or None if `path` is a single file, and the bag's files."""
     if not path.is_dir():
         return None, [path]
     where = path / _METADATA
@@ -292,7 +292,10 @@ def _storage(path: Path) -> StorageReader:
 
 
 def _distribution(metadata: BagMetadata | None) -> Distribution:
-    """Return the distribution that wrote a bag, or a likely one. Definitions in the bag take precedence."""
+    """Return the distribution that wrote a bag, or a likely one if it is unknown.
+
+    Definitions in the bag take precedence over those of the distribution.
+    """
     if metadata is not None and metadata.distribution is not None:
         return metadata.distribution
     if metadata is not None and metadata.version <= _LAST_WITHOUT_DISTRIBUTION:

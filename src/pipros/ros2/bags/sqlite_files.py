@@ -62,8 +62,8 @@ class SqliteReader:
         uri = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
         with _translated(self._name):
             self._database = sqlite3.connect(uri, uri=True)
-        # Python handles signals while SQLite calls this function. SQLite replaces the exception of a signal
-        # handler with its own error, "interrupted".
+        # Python handles signals while SQLite calls this function. SQLite replaces an exception raised by a
+        # signal handler with its own error, "interrupted".
         self._database.set_progress_handler(lambda: 0, _STEPS_PER_SIGNAL_CHECK)
         try:
             with _translated(self._name):
@@ -80,7 +80,7 @@ class SqliteReader:
             self.close()
             if isinstance(error, BagError):
                 raise
-            raise BagFormatError(f"{self._name}: a table has a value of a wrong type: {error}") from error
+            raise BagFormatError(f"{self._name}: a table has a value of the wrong type: {error}") from error
 
     def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
         query = "SELECT topic_id, timestamp, data FROM messages WHERE timestamp BETWEEN ? AND ? "
@@ -91,14 +91,14 @@ class SqliteReader:
             for topic, time_ns, data in rows:
                 if topic in topics:
                     if not isinstance(data, bytes) or not isinstance(time_ns, int) or time_ns < 0:
-                        raise BagFormatError(f"{self._name}: a message has a value of a wrong type")
+                        raise BagFormatError(f"{self._name}: a message has a value of the wrong type")
                     yield topic, time_ns, data
 
     def close(self) -> None:
         self._database.close()
 
     def _check_tables(self) -> None:
-        """Check that the tables are plain: others could evaluate expressions from the file without end."""
+        """Check that the tables exist. Reject views and computed columns, whose evaluation may never end."""
         names = ("topics", "messages", "message_definitions")
         query = "SELECT type, sql FROM sqlite_master WHERE lower(name) IN (?, ?, ?)"
         found = self._database.execute(query, names).fetchall()

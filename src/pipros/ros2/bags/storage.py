@@ -1,4 +1,4 @@
-"""Interface of the storage formats of ROS 2 bags."""
+"""Interface of the storage formats for ROS 2 bags."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True, slots=True)
 class StoredTopic:
-    """A topic of a file. `id` is its number in the file."""
+    """A topic in a file. `id` is its number there."""
 
     id: int
     name: str
@@ -20,7 +20,7 @@ class StoredTopic:
 
 @dataclass(frozen=True, slots=True)
 class NewTopic:
-    """A topic to be written, with the definition of its type and of all embedded types."""
+    """A topic to be written, with the definitions of its type and of all embedded types."""
 
     name: str
     type: str
@@ -47,7 +47,7 @@ class StorageReader(Protocol):
         """The times of the first and the last message in ns; None if the bag is empty."""
 
     def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
-        """Yield topic id, time in ns and CDR of the messages from `first_ns` to `last_ns`, in time order."""
+        """Yield topic ID, time in ns and CDR of each message from `first_ns` to `last_ns`, in time order."""
 
     def close(self) -> None: ...
 

@@ -34,7 +34,7 @@ SUFFIXES = {"mcap": ".mcap", "sqlite3": ".db3"}
 
 @dataclass(slots=True)
 class _Topic:
-    """A topic of the new bag."""
+    """A topic in the new bag."""
 
     new: NewTopic
     id: int
@@ -42,7 +42,7 @@ class _Topic:
 
 
 class Ros2BagWriter:
-    """Writer of one file of a bag, which takes ROS 1 messages like `BagWriter`.
+    """Writes one file of a ROS 2 bag. Like `BagWriter`, it takes ROS 1 messages.
 
     Attributes:
         skipped: why topics were left out, by topic.
@@ -121,7 +121,7 @@ class Ros2BagWriter:
         return self._plans[key]
 
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
-        """Add a message, which is left out if its values do not fit the ROS 2 type."""
+        """Add a message. It is left out if its values do not fit the ROS 2 type."""
         found = self._of_connection[connection.id]
         if found is None:
             return

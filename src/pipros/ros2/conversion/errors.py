@@ -1,4 +1,4 @@
-"""Exceptions of conversions."""
+"""Exceptions raised by conversions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ConversionError(PiprosError):
 
 
 class BoundExceeded(ConversionError):
-    """A string or an array is longer than the type of the other side allows."""
+    """A string or an array is longer than the type on the other side allows."""
 
 
 class NotConvertible(ConversionError):

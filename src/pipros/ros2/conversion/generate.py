@@ -211,7 +211,7 @@ class _Converter(RunEmitter):
         self._fields += 1
         if self._fields > self._limits.definition_fields:
             limit = limit_text("definition_fields", self._limits.definition_fields)
-            raise DefinitionError(f"the message has more fields in all; {limit}", file=where)
+            raise DefinitionError(f"the message has too many fields in total; {limit}", file=where)
 
     def _single(self, source: Value, target: Value) -> None:
         if source.kind is Kind.STRING:
@@ -321,7 +321,7 @@ class _Converter(RunEmitter):
         return self._smallest[name]
 
     def _flat_element(self, source: Value, target: Value) -> tuple[int, int] | None:
-        """Return size and alignment if elements are the same bytes on both sides, without padding."""
+        """Return an element's size and alignment if its bytes are the same on both sides, without padding."""
         if source.kind in (Kind.INTEGER, Kind.FLOAT):
             return source.size, source.size
         if not self._may_be_flat(_one(source)):
@@ -344,7 +344,7 @@ class _Converter(RunEmitter):
         return made.source_size, alignment
 
     def _may_be_flat(self, value: Value) -> bool:
-        """Return False for a type with strings, times or arrays other than fixed ones of numbers.
+        """Return False for a type that contains strings, times, or arrays other than fixed arrays of numbers.
 
         For those types, the attempt in `_flat_element` always fails, and nested attempts would multiply.
         """
@@ -358,7 +358,7 @@ class _Converter(RunEmitter):
             self._flat[name] = all(self._may_be_flat(each) for each in fields)
         return self._flat[name]
 
-    # One side only ----------------------------------------------------------------------------------------
+    # Fields on one side only ------------------------------------------------------------------------------
 
     def _skip(self, value: Value) -> None:
         """Emit code that skips a field that the target lacks."""

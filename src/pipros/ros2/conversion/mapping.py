@@ -142,7 +142,7 @@ BUILTIN_RULES = MappingRules(
         ),
     ),
 )
-"""Built-in rules. Rules of the user precede them."""
+"""Built-in rules. The user's rules precede them."""
 
 _PACKAGES = ("ros1_package_name", "ros2_package_name")
 _KEYS = {

@@ -58,7 +58,7 @@ class Pairing:
 
     Args:
         lookup: the ROS 1 definitions.
-        rules: the rules of the user, followed by the built-in rules; see `mapping.merged`.
+        rules: the user's rules, followed by the built-in rules; see `mapping.merged`.
     """
 
     def __init__(self, lookup: Lookup, catalog: Catalog, rules: MappingRules) -> None:

@@ -75,7 +75,7 @@ class Plan:
         return b"".join(self.to_cdr_parts(data))
 
     def to_ros1_parts(self, cdr: Buffer) -> list[Any]:
-        """Return the ROS 1 message for CDR as buffers, which may be views of `cdr`. `seq` in headers is 0.
+        """Convert CDR to a ROS 1 message, as buffers, which may be views of `cdr`. `seq` in headers is 0.
 
         Raises:
             ConversionError: the bytes are not little-endian CDR of the type.
@@ -88,7 +88,7 @@ class Plan:
         return self._run(view[len(HEADER) :], to_cdr=False)
 
     def to_ros1(self, cdr: Buffer) -> bytes:
-        """Return the ROS 1 message for CDR. Raises the same errors as `to_ros1_parts`."""
+        """Convert CDR to a ROS 1 message. Raises the same errors as `to_ros1_parts`."""
         return b"".join(self.to_ros1_parts(cdr))
 
     def _run(self, data: memoryview, *, to_cdr: bool) -> list[Any]:

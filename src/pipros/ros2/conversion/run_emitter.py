@@ -1,7 +1,7 @@
 """Emit code that reads a source and writes a target, one of which is CDR.
 
-`RunEmitter` has the cursors on both sides. Items that are copied, dropped or filled are collected in a run,
-which one statement emitted by `flush` converts.
+`RunEmitter` keeps a cursor in each. Items that are copied, dropped or filled are collected in a run, which
+one statement emitted by `flush` converts.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pipros.ros2.conversion.runs import PHASES, TESTS, Check, Item, Layout, Role
 
 @dataclass(frozen=True, slots=True)
 class Cursor:
-    """An offset: `delta`, plus the local variable `base`, a multiple of `unit`, unless `base` is empty."""
+    """An offset: `delta` plus the local variable `base`, if any, whose value is a multiple of `unit`."""
 
     base: str = ""
     delta: int = 0
@@ -54,7 +54,10 @@ class RunEmitter(Emitter):
         self.target = Cursor()
 
     def slice(self, size: str, ahead: int) -> tuple[str, str]:
-        """Skip `ahead` and `size` bytes of the source. Return expressions for the latter's start and end."""
+        """Skip `ahead` bytes of the source, then a slice of `size` bytes.
+
+        Return expressions for the start and the end of the slice.
+        """
         start = str(self.source.plus(ahead))
         end = self.assign("o", f"{start} + {size}")
         self.source = Cursor(end, 0, 1)
@@ -158,7 +161,7 @@ class RunEmitter(Emitter):
             self.source = self._after(items, unit, f"{start} + {sizes}[{phase}]")
 
     def _after(self, items: Sequence[Item], unit: int, end: str) -> Cursor:
-        """Return the CDR cursor after a run. The last item with the largest alignment fixes its remainder."""
+        """Return the CDR cursor after a run. The last item with the largest alignment sets its remainder."""
         tail = 0
         present = [item for item in items if _is_in_cdr(item, to_cdr=self.to_cdr)]
         for number, item in enumerate(present):

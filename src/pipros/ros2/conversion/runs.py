@@ -27,7 +27,7 @@ class Role(Enum):
 
 
 class Check(Enum):
-    """Types of values that may not fit the other side. `patched` corrects them."""
+    """The kinds of values that may not fit the other side. `patched` corrects them."""
 
     TIME_TO_ROS2 = "time_to_ros2"
     TIME_TO_ROS1 = "time_to_ros1"
@@ -41,7 +41,7 @@ class Check(Enum):
 class Item:
     """Consecutive bytes with one alignment in CDR: a number, a time or a fixed array of numbers.
 
-    Dropped bytes exist in the source only, and filled ones, which are zero, in the target only.
+    Dropped bytes exist only in the source. Filled bytes exist only in the target, and are zero.
     """
 
     role: Role
@@ -183,4 +183,4 @@ def check_count(count: int, smallest: int, left: int, most_empty: int) -> None:
     if smallest * count > left:
         raise ConversionError(f"an array of {count} elements is longer than the data")
     if not smallest and count > most_empty:
-        raise ConversionError(f"an array has {count} elements of no bytes, and {most_empty} are allowed")
+        raise ConversionError(f"an array has {count} elements of size 0, but only {most_empty} are allowed")

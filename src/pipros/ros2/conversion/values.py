@@ -13,7 +13,7 @@ from pipros.ros2.interfaces.spec import DURATION, SIZES, TIME, Form, Ros2Message
 
 
 class Kind(Enum):
-    """Kind of value. The enum values are texts for error messages."""
+    """Kind of value. The enum values appear in error messages."""
 
     INTEGER = "integers"
     FLOAT = "floating-point numbers"
@@ -48,7 +48,7 @@ class Value:
 
     @property
     def alignment(self) -> int:
-        """Alignment in CDR of one number or time."""
+        """CDR alignment of one number or time."""
         return 4 if self.kind in (Kind.TIME, Kind.DURATION) else self.size
 
 

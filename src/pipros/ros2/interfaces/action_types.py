@@ -48,7 +48,7 @@ def action_of_service(type_name: str) -> str:
     """Return the action for the type of its `send_goal` service.
 
     Raises:
-        NotFound: the type is not that of such a service.
+        NotFound: the type is not that of an action's `send_goal` service.
 
     >>> action_of_service("example_interfaces/action/Fibonacci_SendGoal")
     'example_interfaces/action/Fibonacci'

@@ -1,6 +1,7 @@
-"""The types of a ROS 2 distribution: carried by pipros, in folders of the user, or derived from ROS 1.
+"""ROS 2 types: bundled with pipros, found in the user's folders, or derived from ROS 1 types.
 
-The file `carried.msgs` lists types with the same fields as in ROS 1, and defines types that differ.
+The file `carried.msgs` contains the bundled types: it lists those with the same fields as in ROS 1, and
+defines those that differ.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class Carried:
 
 @cache
 def carried(distribution: Distribution) -> Carried:
-    """Return the carried types of a distribution."""
+    """Return the bundled types of a distribution."""
     text = files("pipros.ros2.interfaces").joinpath("carried.msgs").read_text("utf-8")
     head, *sections = text.split("\n=== ")
     same: dict[str, set[str]] = {"same": set(), "service": set()}
@@ -75,14 +76,14 @@ def carried(distribution: Distribution) -> Carried:
 class Catalog:
     """ROS 2 definitions, by name. Each is read once.
 
-    A type is looked up in `folders`, then in the carried types, and then, if `derive` is true, in the
+    A type is looked up in `folders`, then in the bundled types, and then, if `derive` is true, in the
     ROS 1 types of the same name.
 
     Args:
         ros1: the ROS 1 definitions.
-        folders: folders that contain packages with `.msg`, `.srv` and `.action` files, such as a `share` of
-            ROS 2 or the `src` of a workspace.
-        derive: whether types that are found nowhere else are derived from ROS 1.
+        folders: folders that contain packages with `.msg`, `.srv` and `.action` files, such as ROS 2's
+            `share` folder or a workspace's `src` folder.
+        derive: whether to derive from ROS 1 the types that are found nowhere else.
     """
 
     def __init__(
@@ -107,7 +108,7 @@ class Catalog:
         self._messages.update(messages)
 
     def add_derived(self, specs: Mapping[str, MessageSpec]) -> None:
-        """Add types derived from ROS 1, unless they are known or pipros carries their packages."""
+        """Add types derived from ROS 1, except those that are known or belong to a bundled package."""
         for spec in specs.values():
             made = derived_message(spec)
             if not self._is_carried_package(made.type) and not self.has_message(made.type):
@@ -197,7 +198,7 @@ class Catalog:
         return name in same or (self._derive and not self._is_carried_package(name))
 
     def _is_carried_package(self, name: str) -> bool:
-        """Return whether all types of the package are known, so that an unknown type does not exist."""
+        """Return whether the type's package is bundled. Types that a bundled package lacks do not exist."""
         package = name.partition("/")[0] + "/"
         known = self._carried.same_messages | self._carried.same_services | self._carried.texts.keys()
         return any(each.startswith(package) for each in known)

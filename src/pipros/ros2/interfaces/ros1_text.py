@@ -1,4 +1,4 @@
-"""Derive ROS 1 definitions for types that only ROS 2 has."""
+"""Derive ROS 1 definitions for types that exist only in ROS 2."""
 
 from __future__ import annotations
 

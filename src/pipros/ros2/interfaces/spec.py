@@ -77,7 +77,7 @@ class Ros2Type:
 
 @dataclass(frozen=True, slots=True)
 class Ros2Field:
-    """A line `type name default`. `default` is the text as written, or empty."""
+    """A field, defined by a line `type name default`. `default` is the text as written, or empty."""
 
     type: Ros2Type
     name: str
@@ -86,7 +86,7 @@ class Ros2Field:
 
 @dataclass(frozen=True, slots=True)
 class Ros2Constant:
-    """A line `type NAME=value`. `text` is the value as written."""
+    """A constant, defined by a line `type NAME=value`. `text` is the value as written."""
 
     type: str
     name: str
@@ -109,7 +109,7 @@ class Ros2Message:
     file: str = ""
 
     def text(self) -> str:
-        """Return the definition as in a file, without comments."""
+        """Return the definition in the language of `.msg` files, without comments."""
         lines = [f"{each.type} {each.name}={each.text}" for each in self.constants]
         for field in self.fields:
             if field != NO_FIELDS:

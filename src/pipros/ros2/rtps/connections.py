@@ -1,7 +1,7 @@
 """The local endpoints of a participant, and their connections with remote ones.
 
 A local and a remote endpoint with the same topic and type, and compatible quality of service, match: the
-local one gets a proxy of the remote one.
+local one then keeps a proxy of the remote one.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Connections:
         writers: local writers by entity id, including those for discovery.
         readers: local readers by the GUID of the remote writer.
         busy: writers and readers that have a deadline.
-        events: receives matches and mismatches.
+        events: list to which matches and mismatches are appended.
     """
 
     def __init__(self, local_hosts: frozenset[str], events: list[Event]) -> None:

@@ -1,6 +1,6 @@
 """Encoding of submessages (OMG DDSI-RTPS 2.3, section 9.4), little-endian.
 
-Each function returns one submessage, or the part before its payload, which need not be copied then.
+Each function returns one submessage, or only the part before its payload, to avoid copying the payload.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _FRAG_FIXED: Final = 32
 
 
 def datagram_head(own_prefix: bytes, destination: bytes | None = None) -> bytes:
-    """Return the start of a datagram: the header, and INFO_DST for one participant."""
+    """Return the start of a datagram: the header, and INFO_DST if it is for one participant only."""
     head = MAGIC + PROTOCOL_VERSION + OWN_VENDOR + own_prefix
     return head if destination is None else head + bytes((INFO_DST, LITTLE, 12, 0)) + destination
 
@@ -65,7 +65,7 @@ def data_head(
     flags = LITTLE | (HAS_KEY if is_key else HAS_DATA) | (INLINE_QOS if inline else 0)
     length = _DATA_FIXED + len(inline) + payload_bytes
     if length > 0xFFFF:
-        length = 0  # up to the end of the datagram
+        length = 0  # the submessage extends to the end of the datagram
     head = _DATA_HEAD.pack(DATA, flags, length, 0, 16, reader, writer, sequence >> 32, sequence & 0xFFFFFFFF)
     return head + inline
 

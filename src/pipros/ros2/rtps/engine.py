@@ -2,8 +2,8 @@
 
 Theory of operation. Announcements of the participant (SPDP) are repeated for as long as it exists; they find
 other participants. Two built-in pairs of writers and readers (SEDP), which are reliable and keep their
-history for late readers, exchange the endpoints of both sides. A local and a remote endpoint with the same
-topic and type, and compatible quality of service, match, and samples flow between them. A peer counts as
+history for late readers, announce each side's endpoints to the other. A local and a remote endpoint with the
+same topic and type, and compatible quality of service, match, and samples flow between them. A peer counts as
 ended if it announces its end, or if it is silent for longer than its lease.
 
 The engine never raises because of a datagram. It is not thread-safe.
@@ -246,7 +246,7 @@ class Engine:
         return self._outbox.take()
 
     def take_events(self) -> list[Event]:
-        """Return the events since the last call, in their order."""
+        """Return the events since the last call, in order."""
         events = self._events.copy()
         self._events.clear()
         return events
@@ -255,7 +255,7 @@ class Engine:
 
     @property
     def deadline(self) -> float:
-        """Latest time for the next call of `poll`."""
+        """Time by which `poll` must be called."""
         soonest = min(self._outbox.deadline, self._presence.due, self._check_leases_at)
         return min(soonest, *(end.deadline for end in self._connections.busy), math.inf)
 
@@ -346,7 +346,7 @@ class Engine:
         if peer is not None:
             peer.data = announced
             if not self._has_answered(peer):
-                self._presence.answer(peer)  # the peer may have lost the first one
+                self._presence.answer(peer)  # the peer may have missed our first announcement
             return
         peer = self.peers.add(announced, cost_bytes(bytes(data.payload)), host, now)
         if peer is None:

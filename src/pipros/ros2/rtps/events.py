@@ -13,11 +13,11 @@ from pipros.ros2.rtps.reader import REQUEST_BYTES, Sample
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Identity of a participant, and where it looks for others.
+    """Settings of a participant: its identity, and where it looks for others.
 
     Attributes:
         me: its own announcement.
-        announce_to: addresses besides those of known peers: a multicast group, or ports of hosts.
+        announce_to: addresses to announce to, besides known peers: a multicast group, or ports of hosts.
         local_hosts: this machine's addresses; peers there get larger datagrams.
         request_bytes: maximum number of bytes to request from a writer at a time.
     """

@@ -1,9 +1,9 @@
-"""The nodes that ROS 2 lists: the topic `ros_discovery_info`, and the size of GIDs on it.
+"""The topic `ros_discovery_info`, from which ROS 2 lists nodes, and the size of the GIDs in its messages.
 
 A GID has 24 bytes in Humble and 16 from Iron on, and a Humble node that reads the shorter ones may exhaust
 its memory and die (rmw_fastrtps#733). So nothing is published, and no writer announced, until the size is
-known: from the messages of others, or from the user. Once both sizes were seen in a domain, nothing further
-is published.
+known: from the messages of others, or from the user. Once both sizes have been seen in a domain, nothing
+further is published.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class GidBytes(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class NodeInfo:
-    """A node and the GUIDs of its endpoints. A GUID is padded with zeros to a GID."""
+    """A node and the GUIDs of its endpoints. Encoded GUIDs are padded with zeros to the size of a GID."""
 
     namespace: str
     name: str
@@ -77,7 +77,7 @@ def _align(body: bytearray) -> None:
 
 
 class _Malformed(Exception):
-    """The message does not have this size of GIDs."""
+    """The message is malformed, or its GIDs do not have the expected size."""
 
 
 class _Cursor:
@@ -120,7 +120,7 @@ class _Cursor:
 
 
 def read_info(payload: bytes, size: GidBytes) -> ParticipantInfo | None:
-    """Decode a message of `ros_discovery_info`; return None if it does not have this size of GIDs."""
+    """Decode a message of `ros_discovery_info`; return None if its GIDs do not have this size."""
     cursor = _Cursor(payload[len(_ENCAPSULATION) :], size)
     try:
         guid = cursor.gid()
@@ -181,7 +181,7 @@ class GraphInfo:
         return next(iter(self._sizes)) if len(self._sizes) == 1 else None
 
     def on_message(self, payload: bytes, sender_prefix: bytes) -> None:
-        """Handle a message of another participant. Ignore it if it has neither size or could have both."""
+        """Handle another participant's message. Ignore it unless exactly one size of GIDs fits it."""
         fitting = {size: info for size in GidBytes if (info := read_info(payload, size))}
         if len(fitting) != 1:
             return

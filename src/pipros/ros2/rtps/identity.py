@@ -42,7 +42,7 @@ def user_entity(number: int, *, is_writer: bool) -> bytes:
 
 
 def is_writer(guid: bytes) -> bool:
-    """Return True if the last byte of a GUID says that it is a writer."""
+    """Return True if a GUID's last byte marks a writer."""
     return guid[-1] & 0x3F in _WRITER_KINDS
 
 

@@ -14,7 +14,7 @@ PIECE_OVERHEAD_BYTES: Final = 150
 
 @dataclass(slots=True, eq=False)
 class Budget:
-    """Bytes that one peer may use, within those of all peers."""
+    """Byte budget of one peer, which also counts against `total`, the budget of all peers."""
 
     limit_bytes: int
     total: Budget | None = None
@@ -106,7 +106,7 @@ class Assembly:
     def _keep(self, first: int, end: int, payload: Buffer) -> None:
         if self._use(len(payload) + PIECE_OVERHEAD_BYTES):
             datagram_bytes = memoryview(memoryview(payload).obj).nbytes
-            # Copying takes longer than all the rest, but a small part must not keep a whole datagram.
+            # Copying takes longer than all the rest, but a small part must not keep a whole datagram alive.
             self._runs[first] = payload if 2 * len(payload) > datagram_bytes else bytes(payload)
             self._has[first:end] = b"\1" * (end - first)
             self._arrived += end - first

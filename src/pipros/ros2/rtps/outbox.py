@@ -28,7 +28,7 @@ class Transfer(NamedTuple):
     """Datagrams for one reader, which may take several bursts.
 
     Attributes:
-        key: identifies the transfer, which is queued only once at a time.
+        key: identifies the transfer. Only one transfer with the same key is queued at a time.
         datagrams: iterator that creates each datagram when it is sent.
         is_current: function that returns False if the sample is no longer kept. The remaining datagrams are
             then dropped.
@@ -61,7 +61,7 @@ class Outbox:
         self._transfers.setdefault(transfer.key, transfer)
 
     def is_queued(self, key: tuple[bytes, bytes, int]) -> bool:
-        """Return whether a transfer has not ended."""
+        """Return whether a transfer is queued or still being sent."""
         return key in self._transfers
 
     @property

@@ -1,4 +1,4 @@
-"""Parameter lists (OMG DDSI-RTPS 2.3, section 9.4.2.11): announcements of discovery, and inline QoS."""
+"""Parameter lists (OMG DDSI-RTPS 2.3, section 9.4.2.11) in discovery announcements and inline QoS."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Parameter(IntEnum):
 
 
 class Address(NamedTuple):
-    """A UDP address over IPv4."""
+    """An IPv4 address and a UDP port."""
 
     host: str
     port: int

@@ -184,7 +184,7 @@ class Participant:
                 self._flush()
 
     def ask(self, question: Callable[[Engine], _Answer]) -> _Answer:
-        """Return the result of a function of the engine. It is called under the lock, and must not block."""
+        """Call a function with the engine, under the lock, and return its result. It must not block."""
         with self._lock:
             return question(self._engine)
 

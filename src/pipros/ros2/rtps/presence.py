@@ -1,4 +1,4 @@
-"""Announcements of this participant (SPDP): their times and addresses, and the one at its end."""
+"""Announce this participant to others (SPDP): repeatedly, in answer to a peer, and when it ends."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ class Qos:
         depth: number of samples that a writer keeps, or that wait at a reader; 0 means as many as the
             limits in bytes allow.
         deadline_s: longest time between two samples.
-        lease_s: longest time between two signs of life of a writer.
+        lease_s: longest time between two signs of life from a writer.
         partitions: names or patterns; empty is the default partition, the only one that ROS 2 uses.
         representations: data representations that a writer offers, the preferred one first, or that a reader
             understands; empty means XCDR1.
@@ -104,7 +104,7 @@ def mismatch(offered: Qos, requested: Qos) -> Policy | None:
 
 
 def _share_partition(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
-    """Return whether both have the default partition, the only one that endpoints of pipros have."""
+    """Return whether both have the default partition, the only one that pipros's endpoints have."""
     return _has_default(one) and _has_default(other)
 
 

@@ -1,9 +1,9 @@
-"""The reading end: samples in the order of each writer, and requests for what is missing.
+"""The reading end: delivers each writer's samples in order, and requests missing ones.
 
 Theory of operation. A sample of a reliable writer is delivered after all earlier samples that exist for this
-reader; heartbeats and GAPs tell which do not. Samples that arrive early wait, within a budget of bytes. A
-missing sample is requested when a heartbeat reveals it, and again at doubling intervals. If `MAX_REQUESTS`
-requests in a row bring nothing, the samples before the first early one are given up. There is one request at
+reader; heartbeats and GAPs show which do not exist. Samples that arrive early wait, within a budget of bytes.
+A missing sample is requested when a heartbeat reveals it, and again at doubling intervals. If `MAX_REQUESTS`
+requests in a row yield no data, the samples before the first early one are given up. There is one request at
 a time: while its answers arrive, heartbeats cause no further request, because repeated answers would displace
 new samples. Until the first heartbeat, empty ACKNACKs ask for one: the peer may not have known this reader
 when it sent its heartbeat. Fast DDS answers them only if their base is 0, which Cyclone DDS refuses as
@@ -46,7 +46,7 @@ class Sample(NamedTuple):
 
     Attributes:
         payload: CDR with its encapsulation header, and up to three bytes of padding. If `has_payload` is
-            False, the key of what has ended, or empty.
+            False, the key of the entity that has ended, or empty.
     """
 
     writer: bytes
@@ -66,7 +66,7 @@ class WriterProxy:
         announced: the last sample that the writer is known to have.
         early: samples after `expected`.
         skipped: ranges of samples after `expected` that do not exist, each as its start and exclusive end.
-        has_progressed: whether data expected or requested have arrived since the last poll that was due.
+        has_progressed: whether expected or requested data has arrived since the last `poll` after `due`.
         requested: the samples of the last request that are still missing, in whole or in part.
         requests: number of requests in a row without progress.
         usual_bytes: the size of the last sample that had fragments.
@@ -229,7 +229,7 @@ class Reader:
         history no longer contains.
         """
         early = writer.early
-        if end - writer.expected < len(early):  # short GAPs, of which a datagram can contain thousands
+        if end - writer.expected < len(early):  # fast for short GAPs: a datagram can contain thousands
             arrived = [each for each in range(writer.expected, end) if each in early]
         else:
             arrived = sorted(each for each in early if each < end)

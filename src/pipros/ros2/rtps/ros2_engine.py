@@ -52,7 +52,7 @@ _Owned = TypeVar("_Owned", bound="_Own")
 
 
 class RtpsEngine:
-    """A participant of DDS with one node. See `Ros2Engine`.
+    """A DDS participant with one node. See `Ros2Engine`.
 
     Args:
         node: full name of the node that owns all endpoints.
@@ -166,7 +166,7 @@ class RtpsEngine:
         return self._participant.ask(read)
 
     def _node_names(self) -> dict[bytes, str]:
-        """Return the nodes of endpoints, by GUID."""
+        """Return the names of the nodes that own endpoints, by the endpoint's GUID."""
         return {
             guid: f"{node.namespace.rstrip('/')}/{node.name}"
             for info in (self._nodes.others() if self._nodes is not None else ())

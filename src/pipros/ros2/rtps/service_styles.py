@@ -1,10 +1,9 @@
-"""Service requests and replies, in the two styles that DDS peers understand.
+"""Service requests and replies in the styles of rmw_fastrtps and rmw_cyclonedds.
 
-In the style of rmw_fastrtps, inline QoS names the related sample: a request names the client's reader of
-replies, and a reply names the request. In the style of rmw_cyclonedds, 16 bytes precede the message: a number
-of the client and a sequence number, which the reply repeats. A peer that receives the other style misreads
-it, and may run out of memory. So the style is chosen for each peer, and nothing is sent to a peer of unknown
-style.
+In the style of rmw_fastrtps, inline QoS names the related sample: a request names the client's reply reader,
+and a reply names the request. In the style of rmw_cyclonedds, 16 bytes precede the message: a client number
+and a sequence number, which the reply repeats. A peer that receives the other style misreads it, and may run
+out of memory. So the style is chosen for each peer, and nothing is sent to a peer whose style is unknown.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
 from pipros.ros2.rtps.reader import Sample
 
 PIPROS_MARK: Final = "pipros"
-"""Name of the entry in USER_DATA that marks participants of pipros."""
+"""Name of the entry in USER_DATA that marks pipros participants."""
 
 _ENCAPSULATION_BYTES: Final = 4
 _CYCLONE_HEAD = Struct("<Qq")
@@ -44,13 +43,13 @@ def style_of(peer: ParticipantData, endpoint: EndpointData) -> Style | None:
 
 
 def endpoint_id(user_data: bytes) -> str | None:
-    """Return the id that connects the two endpoints of a client or of a server in the style of Cyclone."""
+    """Return the id that the two endpoints of a client or server share in the style of rmw_cyclonedds."""
     found = entries(user_data)
     return found.get(_CLIENT_ID) or found.get(_SERVICE_ID)
 
 
 def id_entry(guid: bytes, *, is_client: bool) -> bytes:
-    """Return the entry of USER_DATA with the id that `endpoint_id` reads.
+    """Return a USER_DATA entry with an id for `endpoint_id`.
 
     >>> id_entry(bytes(range(16)), is_client=True)
     b'clientid=0.1.2.3.4.5.6.7.8.9.a.b.c.d.e.f;'
@@ -60,7 +59,7 @@ def id_entry(guid: bytes, *, is_client: bool) -> bytes:
 
 
 def topics_of(service: str) -> tuple[str, str]:
-    """Return the topics of requests and replies.
+    """Return a service's request topic and reply topic in DDS.
 
     >>> topics_of("/add_two_ints")
     ('rq/add_two_intsRequest', 'rr/add_two_intsReply')
@@ -73,11 +72,11 @@ class Request:
     """A request to a server.
 
     Attributes:
-        payload: CDR without Cyclone's bytes.
-        writer: the client's writer of requests.
-        reply_reader: the client's reader of replies, if the request names it.
-        related: the sample that the reply names.
-        head: Cyclone's bytes, which the reply repeats.
+        payload: CDR without `head`.
+        writer: the client's request writer.
+        reply_reader: the client's reply reader, if the request names it.
+        related: the sample that the reply must name (rmw_fastrtps).
+        head: the 16 bytes that the reply must repeat (rmw_cyclonedds).
     """
 
     payload: bytes
@@ -115,7 +114,7 @@ def read_request(sample: Sample, style: Style) -> Request | None:
 
 
 def split_head(payload: bytes) -> tuple[bytes, bytes] | None:
-    """Return Cyclone's bytes and the payload without them, or None if it is too short or big-endian."""
+    """Return rmw_cyclonedds's 16 bytes and the rest of the payload; None if it is too short or big-endian."""
     end = _ENCAPSULATION_BYTES + _CYCLONE_HEAD.size
     if len(payload) < end or payload[1] & 1 == 0:
         return None
@@ -127,7 +126,7 @@ def cyclone_head(client: int, number: int) -> bytes:
 
 
 def read_cyclone_head(head: bytes) -> tuple[int, int] | None:
-    """Return the client and the sequence number in Cyclone's bytes; None if their length is wrong."""
+    """Return the client number and the sequence number; None if there are not exactly 16 bytes."""
     try:
         client, number = _CYCLONE_HEAD.unpack(head)
     except error:

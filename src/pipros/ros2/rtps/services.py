@@ -1,4 +1,4 @@
-"""Servers and clients of services, for peers of both styles at the same time."""
+"""Service servers and clients, which support rmw_fastrtps and rmw_cyclonedds peers at the same time."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ displace one for a client whose reader has not yet answered the first heartbeat.
 """
 _LOG = logging.getLogger("pipros.ros2")
 _REPLY_READER_S: Final = 0.1
-"""How long a reply waits until the client's reader of replies has matched, as in rmw_cyclonedds."""
+"""How long a reply waits for the client's reply reader to match, as in rmw_cyclonedds."""
 _WORKERS: Final = 16
 
 
 class UnknownStyle(PiprosError):
-    """A peer has a service, but does not say how it relates replies to requests."""
+    """A peer offers a service, but the style of its requests and replies is unknown."""
 
 
 def style_at(engine: Engine, guid: bytes) -> Style | None:
@@ -59,11 +59,11 @@ def style_at(engine: Engine, guid: bytes) -> Style | None:
 
 
 class Server:
-    """A service for clients of both styles. Each reply is sent only to the reader of its client.
+    """A service server for clients of both styles. Each reply is sent only to the client that called.
 
     Attributes:
         refused: number of requests that were malformed, of unknown style, or beyond the limits.
-        unanswered: number of replies that were not sent, because no reader of the client had matched.
+        unanswered: number of replies that were not sent because no reply reader of the client had matched.
     """
 
     def __init__(
@@ -148,7 +148,7 @@ class Server:
         return len(self._reader.writers())
 
     def close(self) -> None:
-        """End the service. May be called repeatedly."""
+        """Close the server. May be called repeatedly."""
         self._reader.close()
         self._writer.close()
         self._workers.close()
@@ -181,7 +181,7 @@ class _Target:
 
 
 class Client:
-    """A client of a service. Thread-safe; calls may run concurrently."""
+    """A service client. Thread-safe; calls may run concurrently."""
 
     def __init__(
         self,
@@ -227,7 +227,7 @@ class Client:
 
         Raises:
             NotFound: there is no server.
-            UnknownStyle: the server does not say how it relates replies to requests; nothing was sent.
+            UnknownStyle: the server's style is unknown; nothing was sent.
             TimeoutError: the reply did not arrive in time.
         """
         deadline = time.monotonic() + timeout_s
@@ -282,6 +282,6 @@ class Client:
             waiting.put(payload)
 
     def close(self) -> None:
-        """End the client. May be called repeatedly."""
+        """Close the client. May be called repeatedly."""
         self._reader.close()
         self._writer.close()

@@ -39,7 +39,7 @@ _INTERFACE_REQUEST: Final = Struct("256s")
 
 
 def interface_addresses() -> list[str]:
-    """Return the IPv4 addresses of all interfaces, loopback last; on Linux without looking up any name."""
+    """Return the IPv4 addresses of all interfaces, loopback last. On Linux, no host name is looked up."""
     found: list[str] = []
     if sys.platform == "linux":
         import fcntl
@@ -148,7 +148,7 @@ class Backlog:
 
     @property
     def handled_until(self) -> float:
-        """Every datagram that arrived before this time was returned by `next`."""
+        """Time before which all arrived datagrams have been returned by `next`."""
         return self._datagrams[0][2] if self._datagrams else self._read_at
 
     def read(self, sources: Iterable[socket.socket], now: float) -> None:

@@ -1,8 +1,8 @@
 """Decoding of datagrams into submessages (OMG DDSI-RTPS 2.3, section 9.4). `encoding` does the reverse.
 
 `read_datagram` never raises: it returns the submessages before the first malformed one. Submessages are
-NamedTuples, because they are created for every datagram, three times as fast as frozen dataclasses. Both byte
-orders are read.
+NamedTuples, because they are created for every datagram, and frozen dataclasses take three times as long.
+Both byte orders are supported.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MAX_SET: Final = 256
 """Maximum number of members of a set, counted from its base."""
 
 MAGIC: Final = b"RTPS"
-# The kinds of submessages, and their flags.
+# The kinds of submessages, then their flags.
 PAD, ACKNACK, HEARTBEAT, GAP, INFO_TS, INFO_SRC, INFO_DST = 0x01, 0x06, 0x07, 0x08, 0x09, 0x0C, 0x0E
 NACK_FRAG, HEARTBEAT_FRAG, DATA, DATA_FRAG = 0x12, 0x13, 0x15, 0x16
 LITTLE, INLINE_QOS, HAS_DATA, HAS_KEY = 0x01, 0x02, 0x04, 0x08
@@ -53,7 +53,7 @@ class Malformed(Exception):
 
 
 class Data(NamedTuple):
-    """A sample, or the end of one: then `has_payload` is False, and `payload` holds a key or is empty."""
+    """A sample. If `has_payload` is False, it announces an end, and `payload` is a key or empty."""
 
     reader: bytes
     writer: bytes
@@ -92,7 +92,7 @@ class Heartbeat(NamedTuple):
 
 
 class AckNack(NamedTuple):
-    """A reader has all samples below `base`, and requests those in `missing`."""
+    """Acknowledgement of all samples below `base`, and a request for those in `missing`."""
 
     reader: bytes
     writer: bytes
@@ -103,7 +103,7 @@ class AckNack(NamedTuple):
 
 
 class Gap(NamedTuple):
-    """The samples from `start` to `base - 1`, and those in `others`, do not exist for this reader."""
+    """Samples that do not exist for this reader: those from `start` to `base - 1`, and those in `others`."""
 
     reader: bytes
     writer: bytes
@@ -113,7 +113,7 @@ class Gap(NamedTuple):
 
 
 class NackFrag(NamedTuple):
-    """A reader requests fragments of a sample."""
+    """A request for fragments of a sample."""
 
     reader: bytes
     writer: bytes
@@ -123,7 +123,7 @@ class NackFrag(NamedTuple):
 
 
 class HeartbeatFrag(NamedTuple):
-    """The fragments of a sample up to `last` exist."""
+    """Announcement that the fragments of a sample up to `last` exist."""
 
     reader: bytes
     writer: bytes

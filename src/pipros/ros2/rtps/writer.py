@@ -5,10 +5,10 @@ be answered. But a reliable reader gets new samples only after it has answered a
 samples. Until then, it may not have discovered the writer, and Cyclone DDS begins with the sample after those
 that the first heartbeat announces. While a reliable reader has not acknowledged all samples, further
 heartbeats, which must be answered, are sent at doubling intervals. The reader requests missing samples, and
-gets them again, or a GAP if they are no longer kept. A reader starts again if its participant had considered
-this one lost: samples that it requests count as unacknowledged, even if it had acknowledged them. A service
-reply is addressed to a single reader. The other readers get a GAP for its sequence number before their next
-sample.
+gets them again, or a GAP if they are no longer kept. If a reader's participant had considered this one
+lost, the reader starts again: samples that it requests count as unacknowledged, even if it had acknowledged
+them. A service reply is addressed to a single reader. The other readers get a GAP for its sequence number
+before their next sample.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ class ReaderProxy:
         first: the first sample for the reader.
         sent: the last sample that was sent to the reader, or that it must skip.
         wanted: the last sample that the reader should have.
-        acked: the last sample up to which the reader has acknowledged all.
-        asked: how often the reader has asked for a heartbeat.
+        acked: the reader has acknowledged all samples up to this one.
+        asked: number of times that the reader has asked for a heartbeat.
         given_up: the last sample that the reader has requested in vain; at first, the one before `first`.
         is_greeted: whether the reader has answered a heartbeat.
         due: time of the next heartbeat.

@@ -1,7 +1,7 @@
 """The endpoints of the engine for rmw_zenoh; see `Ros2Engine` for their interfaces.
 
 eclipse-zenoh runs Python callbacks in its own threads. A process that uses such callbacks never exits unless
-it calls `Session.close`. Therefore, data is received through channels, each of which a daemon thread reads.
+it calls `Session.close`. Therefore, data is received through channels, each read by a daemon thread.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class ZenohConnection(Protocol):
         """Wait until an endpoint is known; return False after the timeout, or if the engine is closed."""
 
     def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
-        """Return the number of other sessions' endpoints of a kind, for a name and type."""
+        """Return the number of endpoints of other sessions with this kind, name and type."""
 
 
 class Publisher:
@@ -103,7 +103,7 @@ class Publisher:
 
     @property
     def dropped(self) -> int:
-        return 0  # eclipse-zenoh does not report them
+        return 0  # eclipse-zenoh does not report lost messages
 
     def close(self) -> None:
         _undeclare(self._engine.library, self._token, self._publisher)
@@ -124,7 +124,7 @@ class Subscriber:
         self._callback = callback
         self._arrivals = Arrivals()
         self._wait_from_s = 0.0
-        # Publishers of Lyrical use the plain key only while a token of a subscriber is known.
+        # Publishers in Lyrical use the plain key only while they know a subscriber's token.
         key, _, token = engine.new_endpoint(EndpointKind.SUBSCRIBER, topic, type_name, type_hash, qos)
         channel = zenoh.handlers.RingChannel(max(1, qos.depth))
         if qos.durability is Durability.TRANSIENT_LOCAL:

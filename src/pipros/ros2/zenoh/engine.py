@@ -70,7 +70,7 @@ class ZenohEngine:
     Args:
         node: full name of the node that owns all endpoints.
         routers: endpoints of routers, such as `tcp/localhost:7447`.
-        timeout_s: timeout of the connection to a router.
+        timeout_s: timeout for connecting to a router.
         limits: defaults to the process-wide limits.
 
     Raises:
@@ -100,7 +100,7 @@ class ZenohEngine:
         try:
             self._session = self._zenoh.open(_config(self._zenoh, routers, timeout_s, limits))
         except self._zenoh.ZError as error:
-            reason = str(error).partition(" at /")[0]  # without the source location in the library
+            reason = str(error).partition(" at /")[0]  # omit the location in the library's source
             raise EngineError(f"no Zenoh router answers at {', '.join(routers)}: {reason}") from error
         namespace, _, name = node.rpartition("/")
         self._zid = str(self._session.zid())

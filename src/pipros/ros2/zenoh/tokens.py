@@ -39,7 +39,7 @@ class NodeIdentity:
 
     Attributes:
         session: the id of the session, as Zenoh's API prints it.
-        namespace, name: those of the node; the namespace is empty or begins with a slash.
+        namespace, name: the node's namespace, which is empty or begins with a slash, and its base name.
     """
 
     domain: int
@@ -79,10 +79,10 @@ def new_attachment(sequence: int, gid: bytes) -> Attachment:
 
 
 class Arrivals:
-    """Counts the messages that a subscriber misses, by gaps in the sequences of its publishers.
+    """Counts the messages that a subscriber misses, from gaps in its publishers' sequence numbers.
 
     Attributes:
-        missing: number of messages that did not arrive after the first one of their publisher.
+        missing: number of missing messages, counted from each publisher's first message to arrive.
     """
 
     def __init__(self) -> None:
@@ -90,9 +90,9 @@ class Arrivals:
         self._last: dict[bytes, int] = {}
 
     def add(self, gid: bytes, sequence: int) -> bool:
-        """Note a message, and return whether it is the first one of its publisher.
+        """Record a message, and return whether it is the first one from its publisher.
 
-        Older messages of the publisher, which it repeats for late subscribers, do not count.
+        Older messages, which a publisher repeats for late subscribers, do not affect `missing`.
         """
         is_first = gid not in self._last
         last = self._last.pop(gid, sequence - 1)

@@ -10,7 +10,7 @@ SECONDS_PER_HOUR: Final = 3600.0
 
 @dataclass(frozen=True, slots=True)
 class BatterySettings:
-    """A battery and its load.
+    """Settings of a battery and its load.
 
     Attributes:
         capacity_ah: charge of a full battery, in ampere hours.
@@ -55,7 +55,7 @@ class Battery:
 
     @property
     def is_empty(self) -> bool:
-        """Whether the battery is empty and not charging, so that the motors stop."""
+        """Whether the battery is empty and not charging. The motors then stop."""
         return self.charge_ah <= 0.0 and not self.is_charging
 
     def step(self, load: float, duration_s: float) -> None:

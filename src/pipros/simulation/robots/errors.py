@@ -10,4 +10,4 @@ class InvalidSettings(PiprosError, ValueError):
 
 
 class Rejected(PiprosError):
-    """A request cannot be performed. The text is for the sender."""
+    """A request cannot be performed. The error text is returned to the client."""

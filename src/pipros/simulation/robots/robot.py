@@ -69,7 +69,7 @@ class Robot:
     def step(self, motion: Motion, duration_s: float, *, is_blocked: bool) -> None:
         """Perform a motion.
 
-        If it is blocked, the robot turns on the spot, and its wheels turn accordingly.
+        If `is_blocked` is true, the robot only turns on the spot, and its wheels turn accordingly.
         """
         self.is_bumped = is_blocked
         if is_blocked:

@@ -97,7 +97,7 @@ class RobotEndpoints:
 
     @property
     def wants_scan(self) -> bool:
-        """Whether the robot has a laser, and its scans have a subscriber."""
+        """Whether the robot has a laser whose scans have a subscriber."""
         return self._robot.settings.laser is not None and bool(self._scan.connection_count)
 
     def publish_motion(self, stamp: Time) -> None:
@@ -118,7 +118,7 @@ class RobotEndpoints:
             self._bumper.publish(self._bumper_class(robot.is_bumped))
 
     def publish_battery(self, stamp: Time) -> None:
-        """Publish the state of the battery if it has subscribers."""
+        """Publish the state of the battery if the topic has subscribers."""
         if not self._battery.connection_count:
             return
         battery, message = self._robot.battery, self._battery_class()

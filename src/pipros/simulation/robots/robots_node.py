@@ -1,4 +1,4 @@
-"""The node of simulated robots: time, transforms, and the endpoints of each robot around a `Simulation`."""
+"""The node for simulated robots: runs a `Simulation` with time, transforms and each robot's endpoints."""
 
 from __future__ import annotations
 

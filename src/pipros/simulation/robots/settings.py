@@ -26,7 +26,7 @@ class Laser:
         range_min, range_max: range of measurements in metres.
         noise: standard deviation of a measurement in metres.
         no_echo: the range reported if a ray hits nothing between `range_min` and `range_max`.
-        x, y, yaw: pose on the robot, in metres and radians.
+        x, y, yaw: pose relative to the robot, in metres and radians.
     """
 
     rays: int = 360
@@ -48,7 +48,7 @@ class Laser:
 
     @property
     def pose(self) -> Pose:
-        """The pose on the robot."""
+        """The laser's pose relative to the robot."""
         return Pose(self.x, self.y, self.yaw)
 
 

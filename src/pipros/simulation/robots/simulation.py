@@ -106,7 +106,7 @@ class Simulation:
         return False
 
     def scans(self, names: Collection[str]) -> dict[str, Ranges]:
-        """Return the ranges in metres that the lasers of these robots currently measure, by name.
+        """Return the ranges, in metres, that the lasers of these robots measure now, by robot name.
 
         Robots without a laser are omitted.
         """

@@ -30,8 +30,8 @@ class World:
     """The walls of a world.
 
     Attributes:
-        jumps: for each cell, and for a border of one cell around the grid: WALL, OUTSIDE, or a number of
-            cells within which, also diagonally, all cells are free.
+        jumps: for each cell, and for a border of one cell around the grid: WALL, OUTSIDE, or a distance
+            in cells within which all cells are free, in all directions including diagonals.
         resolution: metres per cell.
         left, bottom: position of the lower left corner of the grid, excluding the border.
     """
@@ -110,7 +110,7 @@ class World:
 
 
 def _free_distances(occupied: NDArray[np.bool_]) -> Jumps:
-    """Return `World.jumps`.
+    """Return the value of `World.jumps`.
 
     The cells blocked within a distance of 2r are those blocked within r, shifted by -r, 0 and r along both
     axes, so each of the distances 1, 2, 4, … needs one pass.

@@ -12,7 +12,7 @@ from pipros.node.roscpp_program import roscpp_program
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `mimic`, which sends the velocities in `input/pose` as commands on `output/cmd_vel`.
+    """Run `mimic`, which publishes the velocities in `input/pose` as commands on `output/cmd_vel`.
 
     Users remap the namespaces `input` and `output`, not the topics in them.
     """

@@ -66,7 +66,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Teleport:
-    """A queued teleport: to x, y and theta, or, if relative, by the turn theta and then the distance x."""
+    """A queued teleport: to x, y and theta, or, if relative, by a turn of theta and then a distance of x."""
 
     is_relative: bool
     x: float
@@ -76,7 +76,7 @@ class Teleport:
 
 @dataclass(frozen=True, slots=True)
 class Pen:
-    """A turtle's pen. A `width` of 0 draws like 1."""
+    """A turtle's pen. A `width` of 0 has the same effect as 1."""
 
     color: Color = PEN_COLOR
     width: int = PEN_WIDTH
@@ -97,13 +97,13 @@ _STAND = Command(0.0, 0.0, 0.0, -math.inf)
 
 
 class Turtle:
-    """A turtle of a world.
+    """A turtle in a world.
 
     `command`, `teleport` and `pen` may be used while another thread ticks; the rest is not thread-safe.
 
     Attributes:
         name: the name with which the turtle was spawned.
-        look: number of the turtle's drawing.
+        look: index of the turtle's image, below `LOOKS`.
         x, y, theta: the pose.
     """
 
@@ -114,7 +114,7 @@ class Turtle:
 
         Args:
             pose: x, y and theta.
-            look: a number below `LOOKS`.
+            look: index of the turtle's image, below `LOOKS`.
             namespace: namespace of the turtle's topics, for the log.
         """
         self.name = name

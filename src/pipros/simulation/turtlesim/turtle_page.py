@@ -1,4 +1,4 @@
-"""The page of a turtlesim: a canvas, arrow keys for its turtles, and a button that shuts down the node.
+"""The page of a turtlesim node: a canvas, arrow keys for its turtles, and a button that shuts down the node.
 
 The page affects only this node: its keys move the node's turtles without a topic.
 """

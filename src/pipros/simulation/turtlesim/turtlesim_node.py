@@ -1,4 +1,4 @@
-"""The node of turtlesim: topics, services and parameters around a `World`."""
+"""The turtlesim node: topics, services and parameters for a `World`."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class TurtleEndpoints:
 
 
 class Turtlesim:
-    """A ROS node around a world of turtles.
+    """A ROS node that runs a world of turtles.
 
     Service handlers run in threads. `_change` is held while turtles and their registrations change; `lock` is
     held while the world changes or ticks, but not during registrations.

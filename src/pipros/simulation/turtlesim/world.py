@@ -1,4 +1,4 @@
-"""The world of a turtlesim: its turtles, and the picture that they draw.
+"""The world of a turtlesim node: its turtles, and the picture that they draw.
 
 This module reads no clock and performs no I/O. The owner of a world calls `tick` every 16 ms.
 """
@@ -21,7 +21,7 @@ LINES_KEPT: Final = 2000
 
 
 class Rejected(PiprosError):
-    """The world cannot perform a request. The text is for the log."""
+    """The world cannot perform a request. The error text is logged."""
 
 
 class World:
@@ -50,7 +50,7 @@ class World:
             background: the colour of the picture.
             namespace: namespace of the node, with a trailing slash, for the log.
             limit: the maximum number of turtles.
-            look: function that returns the number of the drawing for a new turtle.
+            look: function that returns the index of the image for a new turtle.
         """
         self.turtles: dict[str, Turtle] = {}
         self.lines: deque[Line] = deque(maxlen=LINES_KEPT)

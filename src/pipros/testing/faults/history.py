@@ -137,8 +137,8 @@ class History:
         """Return one line for each violated guarantee; empty if there are none.
 
         Args:
-            counted: the number of reported drops: the sum of `dropped` for all publishers, subscribers and
-                recorders.
+            counted: the number of reported drops, that is, the sum of `dropped` for all publishers,
+                subscribers and recorders.
             breaks: the number of broken links and killed nodes. Each of these explains one gap.
         """
         found = self.torn

@@ -14,7 +14,7 @@ from pipros.testing.nodes.expectation import Expectation, Watch, expectations, f
 from pipros.testing.nodes.run_checks import run_checks
 from pipros.wire.handshake import WireType
 
-# unittest omits the frames of modules that have this variable from its reports.
+# unittest's reports omit the frames of modules that define this variable.
 __unittest = True
 
 

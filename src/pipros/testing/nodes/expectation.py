@@ -10,7 +10,7 @@ from pipros.node import Node
 from pipros.node.clock import Clock
 from pipros.testing.nodes.run_checks import parameter, poll
 
-# unittest omits the frames of modules that have this variable from its reports.
+# unittest's reports omit the frames of modules that define this variable.
 __unittest = True
 
 DEFAULT_TIMEOUT_S = 10.0

@@ -16,7 +16,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.clock import WallClock
 from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
-# unittest omits the frames of modules that have this variable from its reports.
+# unittest's reports omit the frames of modules that define this variable.
 __unittest = True
 
 

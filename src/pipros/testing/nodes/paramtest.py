@@ -9,7 +9,7 @@ from __future__ import annotations
 from pipros.node import Node
 from pipros.testing.nodes.run_checks import number, parameter, poll, run_checks
 
-# unittest omits the frames of modules that have this variable from its reports.
+# unittest's reports omit the frames of modules that define this variable.
 __unittest = True
 
 _UNSET = object()

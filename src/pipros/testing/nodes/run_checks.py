@@ -15,7 +15,7 @@ from pipros.node.clock import Clock, WallClock
 from pipros.node.start_params import set_private_params
 from pipros.testing.script_runner import exit_unless, run_program
 
-# unittest omits the frames of modules that have this variable from its reports.
+# unittest's reports omit the frames of modules that define this variable.
 __unittest = True
 
 POLL_INTERVAL_S = 0.05

@@ -16,7 +16,7 @@ PERIOD_S: Final = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Slider:
-    """A number with its range.
+    """A named value with its range.
 
     Attributes:
         unit: shown after the number, for example `rad` or `m/s`.
@@ -58,7 +58,7 @@ class SliderPage:
         )
 
     async def _show(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all sliders whenever a value or a range changed."""
+        """Yield all sliders whenever a value or a range changes."""
         sent: Any = None
         try:
             while True:

@@ -57,7 +57,7 @@ class ActionViews:
                 await asyncio.sleep(UPDATE_INTERVAL_S)
 
     async def send_goal(self, arguments: Mapping[str, Any]) -> Any:
-        """Send a goal in YAML once the action's server has connected, and return the id of the goal."""
+        """Send a goal in YAML once the action's server has connected, and return the goal's id."""
         name, value, goal_class = (
             topic_name(arguments),
             yaml_in(arguments, "goal"),
@@ -102,7 +102,7 @@ class ActionViews:
 
 
 def action_rows(observation: Observation) -> list[Sequence[str]]:
-    """Return name, type of the goal topic, and serving nodes of each action, sorted."""
+    """Return each action's name, goal topic type and server nodes, sorted by name."""
     topics = frozenset(observation.state.topics())
     bases = (topic.removesuffix("/goal") for topic in topics if topic.endswith("/goal"))
     return [
@@ -122,7 +122,7 @@ def _state(status: TopicWatch, feedback: TopicWatch, result: TopicWatch) -> Mapp
 
 
 def _goals(watch: TopicWatch) -> list[Mapping[str, Any]]:
-    """Return id, status and text of each goal that the server reports, the newest first."""
+    """Return the id, status and text of each goal that the server reports, newest first."""
     if watch.newest is None:
         return []
     array = watch.decode_as(watch.newest.message, load_message_class("actionlib_msgs/GoalStatusArray"))

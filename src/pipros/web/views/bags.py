@@ -156,11 +156,11 @@ class BagViews:
                 yield found
 
     async def bag_curve(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the samples of a curve over the whole bag of this browser, in pieces."""
+        """Yield, in pieces, the samples of a curve for the whole bag that this browser has opened."""
         text, axis = field_text(arguments), axis_of(arguments)
         field = find_field(text, self._playback().system.observation.types)
         if field is None:
-            raise RequestRefused(f"the bag does not have the topic of {text}")
+            raise RequestRefused(f"the bag does not contain the topic of {text}")
         chosen = field
 
         def take(message: Any, time_s: float) -> list[float | None]:
@@ -171,7 +171,7 @@ class BagViews:
             yield piece
 
     async def bag_marks(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the warnings and errors in the log of the whole bag, like `PlotViews.log_marks`."""
+        """Yield the warnings and errors logged in the whole bag, like `PlotViews.log_marks`."""
         axis = axis_of(arguments)
         topics = {each for each in LOG_TOPICS if each in self._playback().system.observation.types}
         topics = topics if len(topics) == 1 else topics - {LOG_TOPICS[1]}
@@ -303,7 +303,7 @@ def _export(
 
 
 def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int) -> bytes | None:
-    """Return the newest image of a topic at or before a moment, reduced; None if it cannot be shown."""
+    """Return a topic's last image at or before a moment, scaled down, or None if it cannot be shown."""
     with _reader(path, layout) as reader:
         connections = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
         found = newest_before(reader, connections, moment_ns)

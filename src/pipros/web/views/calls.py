@@ -80,8 +80,8 @@ class CallViews:
 
         With a rate of 0, one latched message is published.
 
-        Strings that begin with "=" are evaluated as expressions of `i`, the number of the message from 0, and
-        `t`, the seconds since the first message.
+        Strings that begin with "=" are evaluated as expressions of `i`, the message's number, counted from 0,
+        and `t`, the seconds since the first message.
         """
         topic, value = topic_name(arguments), yaml_in(arguments, "message")
         rate = arguments.get("rate", 1.0)
@@ -115,7 +115,7 @@ class CallViews:
 
 
 def withdraw(system: WatchedSystem, advertised: Future[Publisher[Any]]) -> None:
-    """Unregister a publisher that has been advertised. Does not block."""
+    """Unregister the publisher that an `advertise` call returned, if it succeeded. Does not block."""
     if not advertised.cancelled() and advertised.exception() is None:
         system.questions.start(advertised.result().unregister)
 
@@ -129,7 +129,7 @@ def _definition_of(type_name: str) -> str:
 
 
 def message_class_in(arguments: Mapping[str, Any]) -> Any:
-    """Load the message class named by the argument `type` of a request."""
+    """Load the message class that a request's argument `type` names."""
     name = arguments.get("type")
     if not isinstance(name, str) or name.count("/") != 1:
         raise RequestRefused(f"type must be a message type such as std_msgs/String, got {name!r}")
@@ -140,7 +140,7 @@ def message_class_in(arguments: Mapping[str, Any]) -> Any:
 
 
 def yaml_in(arguments: Mapping[str, Any], key: str) -> Any:
-    """Parse the YAML string in the argument `key` of a request."""
+    """Parse the YAML string in a request's argument `key`."""
     text = arguments.get(key, "")
     if not isinstance(text, str):
         raise RequestRefused(f"{key} must be a YAML string, got {type(text).__name__}")

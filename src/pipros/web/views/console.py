@@ -80,7 +80,7 @@ class ConsoleViews:
             if not is_this_machine(split_uri(graph.master_uri)[0]):
                 return []
             run_id = graph.master.get_param("/run_id")
-        except (PiprosError, ValueError):  # no master answers, or it has no /run_id
+        except (PiprosError, ValueError):  # the master does not answer, or has no /run_id
             return []
         return log_history(graph.environment.log_dir.expanduser(), run_id, LONGEST_TEXT, LONGEST_NAME)
 
@@ -93,7 +93,7 @@ class ConsoleViews:
                 yield log, topic
 
     async def loggers(self, arguments: Mapping[str, Any]) -> Any:
-        """Return the loggers of a node with their levels."""
+        """Return a node's loggers with their levels."""
         node = topic_name(arguments)
         response = await self._call(f"{node}/get_loggers", [])
         return [{"name": logger.name, "level": logger.level} for logger in response.loggers]

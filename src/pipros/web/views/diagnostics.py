@@ -93,7 +93,7 @@ class Statuses:
     def news(self, sent: dict[str, int], most_bytes: int) -> list[Mapping[str, Any]]:
         """Return the statuses that have changed since a view sent them, up to about `most_bytes`.
 
-        Statuses that the view has never sent are first, then those that it sent longest ago.
+        Statuses that the view has never sent come first, followed by those that it sent longest ago.
 
         Args:
             sent: numbers of the statuses that the view has sent, by component. Updated in place.
@@ -132,7 +132,7 @@ class DiagnosticViews:
         self._shared = {name: Shared(lambda name=name: self._open(name)) for name in TOPICS}  # type: ignore[misc]
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all components, then changed ones. If there is an aggregator, yield only its statuses."""
+        """Yield all components, then those that change; if there is an aggregator, only its statuses."""
         observations = self._system.observations()
         observation = await anext(observations)
         names = [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)

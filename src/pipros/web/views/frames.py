@@ -71,7 +71,7 @@ class FrameTree:
         self._clock_s: float | None = None
 
     def set_clock(self, clock_s: float) -> None:
-        """Set the simulated time, in which delays are measured. If it jumps back, clear `buffer`."""
+        """Set the simulated time, which is used to measure delays. If it jumps back, clear `buffer`."""
         if self._clock_s is not None and clock_s < self._clock_s:
             self.buffer.clear()
         self._clock_s = clock_s
@@ -123,7 +123,7 @@ class FrameTree:
             ]
 
     def ancestors(self, frame: str, now_s: float) -> list[Mapping[str, Any]]:
-        """Return the links from a frame up to the root. The age is in seconds; None for static transforms."""
+        """Return the links from a frame up to the root. Ages are in seconds; None for static transforms."""
         links: list[Mapping[str, Any]] = []
         with self._lock:
             seen: set[str] = set()
@@ -170,7 +170,10 @@ class FrameViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def transform(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the pose of the frame `source` in `target`, or why it is unknown, and both frames' chains."""
+        """Yield the pose of the frame `source` in `target`, or an error if it is unknown.
+
+        Each value also contains the links from both frames up to the root.
+        """
         target, source = (_frame_name(arguments, key) for key in ("target", "source"))
         with self._shared.use() as (tree, _):
             while True:

@@ -1,4 +1,4 @@
-"""The drawing of the graph with its traffic, details of one node, and export as an image file."""
+"""Draw the graph with its traffic, show details of a node, and export the drawing as a file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ MOST_CHARACTERS = 300_000
 
 
 def options_from(arguments: Mapping[str, Any]) -> tuple[GraphOptions, Grouping]:
-    """Parse the options sent by a browser. The names of options of `Grouping` have the prefix `group_`.
+    """Parse the options sent by a browser. The names of `Grouping` options have the prefix `group_`.
 
     Raises:
         RequestRefused: an option is unknown, or a value has the wrong type.
@@ -72,7 +72,7 @@ class GraphViews:
         self._extended = Observation(), Observation()
 
     async def graph(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the drawing as `scene` whenever it changes, and the traffic of its edges."""
+        """Yield the drawing as `scene` whenever it changes, and the traffic on its edges."""
         options, grouping = options_from(arguments)
         changes = self._system.changes
         shown: NodeGraph | None = None
@@ -106,7 +106,7 @@ class GraphViews:
         """Yield the nodes and topics added and removed in the last ten minutes, newest first."""
         shown = None
         async for _observation in self._system.observations():
-            own = "node", self._system.node.name  # registered only while the page subscribes
+            own = "node", self._system.node.name  # the page's own node, registered only when needed
             found = [event for event in self._system.changes.events(time.time()) if event.part != own]
             if found != shown:
                 shown = found
@@ -129,7 +129,7 @@ class GraphViews:
         return self._extended[1]
 
     async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield why the master does not answer, now and after each change; an empty string if it answers."""
+        """Yield the error if the master does not answer, or an empty string, now and after each change."""
         shown = None
         async for observation in self._system.observations():
             if observation.error != shown:
@@ -228,7 +228,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
 
 
 def _label_part(arrow: Arrow) -> float:
-    """Return the label's position along the arrow: near the topic, where arrows are further apart."""
+    """Return the label's relative position on the arrow: near the topic, where arrows are further apart."""
     return 0.65 if arrow.start.kind == "node" and arrow.end.kind != "node" else 0.4
 
 
@@ -237,7 +237,7 @@ def key_values(key: Key) -> Mapping[str, str]:
 
 
 def traffic_values(observation: Observation, scene: Scene) -> list[list[float] | None]:
-    """Return messages and bytes per second of each edge, or None if unknown."""
+    """Return the messages and bytes per second on each edge, or None for edges with unknown traffic."""
     sums: dict[tuple[Key, Key, str], list[float]] = {}
     for connection, traffic in observation.connections.items():
         if traffic is None:

@@ -27,7 +27,7 @@ class ImageViews:
         self._system = system
 
     async def image(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the newest image of a topic up to ten times a second: a JSON header, a newline, pixels."""
+        """Yield a topic's newest image up to ten times a second: a JSON header, a newline, and pixels."""
         with self._system.topics.watch(topic_name(arguments)) as watch:
             number = -1
             while True:

@@ -21,7 +21,7 @@ _COLOURS: Final = re.compile(r"\x1b\[[\d;]*[A-Za-z]")
 
 
 class LaunchViews:
-    """The views and actions of the section Launches of the Nodes tab."""
+    """The views and actions of the Launches section in the Nodes tab."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system
@@ -44,11 +44,11 @@ class LaunchViews:
             await asyncio.sleep(LOOK_INTERVAL_S)
 
     async def restart_launched(self, arguments: Mapping[str, Any]) -> Any:
-        """Restart a node of a launch."""
+        """Restart a launched node."""
         return await self._change("restart", arguments)
 
     async def stop_launched(self, arguments: Mapping[str, Any]) -> Any:
-        """Stop a node of a launch."""
+        """Stop a launched node."""
         return await self._change("stop", arguments)
 
     async def _change(self, what: str, arguments: Mapping[str, Any]) -> Any:

@@ -1,4 +1,4 @@
-"""Live curves of numbers in messages, as in `rqt_plot`, and marks of log entries."""
+"""Live curves of numbers in messages, as in `rqt_plot`, and marks for log entries."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class PlotViews:
 
 
 class _RosTime:
-    """The newest time from `/clock`; before the first one, the time of arrival."""
+    """The newest time from `/clock`; until one is received, each message's time of arrival."""
 
     def __init__(self) -> None:
         self._clock_s: float | None = None

@@ -30,7 +30,7 @@ class ProcessViews:
         self._system = system
 
     async def processes(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield each node with its host, connections and, on this machine, its load, memory and threads."""
+        """Yield each node with its host, connections and, if it runs on this machine, its resource usage."""
         table = _Table(self._system.node_clients, self._system.graph.caller_id)
         problem = "" if has_proc() else "Processor and memory are shown on Linux only."
         async for observation in self._system.observations():
@@ -43,7 +43,7 @@ class ProcessViews:
 
 @dataclass(slots=True)
 class _Process:
-    """Process of a node, with its last reading. The load is computed from two successive readings."""
+    """A node's process and its last reading. The load is computed from two successive readings."""
 
     pid: int
     usage: ProcessUsage

@@ -70,7 +70,7 @@ class ReconfigureViews:
                 await asyncio.sleep(LOOK_INTERVAL_S)
 
     async def set_reconfigured(self, arguments: Mapping[str, Any]) -> Any:
-        """Change parameters and group states of a server. Return the new values."""
+        """Change a server's parameters and group states. Return the new values."""
         name = topic_name(arguments)
         changes, states = arguments.get("changes", {}), arguments.get("states", {})
         if not isinstance(changes, dict) or not isinstance(states, dict):

@@ -19,10 +19,10 @@ MOST_TOPICS: Final = 1000
 
 
 class RecordingViews:
-    """The view and the actions of the section Record of the Bags tab.
+    """The view and the actions of the Record section in the Bags tab.
 
     Args:
-        recording: the recordings of this page; None without a folder of bags.
+        recording: this page's recordings; None if the page has no folder of bags.
     """
 
     def __init__(self, system: WatchedSystem, recording: BagRecording | None) -> None:
@@ -30,9 +30,9 @@ class RecordingViews:
         self._recording = recording
 
     async def recording(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the running system's topics, the space for a recording, and the current or last recording.
+        """Yield the running system's topics, the free space, and the current or last recording.
 
-        The space (bytes) is None if the page has no folder of bags.
+        The space for a recording (bytes) is None if the page has no folder of bags.
         """
         recording = self._recording
         observations = self._system.observations()

@@ -1,4 +1,4 @@
-"""Data of the Scene tab: serialized messages, point clouds as columns, robots, meshes, and the `.rviz` file.
+"""Data for the Scene tab: serialized messages, point clouds as columns, robots, meshes, and the `.rviz` file.
 
 The browser decodes messages, stores the transforms, and draws. The server only handles bytes and files.
 """
@@ -127,8 +127,8 @@ class SceneViews:
         A batch consists of one byte (1 if the rest is zlib-compressed), followed for each message by its
         arrival time (f64, s), size (u32), sender number (u16) and data. A JSON list of senders, numbered from
         1, precedes the first batch that refers to a new sender; sender 0 is unknown. If the browser is slow,
-        the oldest messages are dropped, and their total number (`lost`) is yielded as JSON. With `queue` 1,
-        the browser receives only the newest message.
+        the oldest messages are dropped, and their total number (`lost`) is yielded as JSON. If `queue`
+        is 1, the browser receives only the newest message.
         """
         name = topic_name(arguments)
         queue = _number(arguments, "queue", 10, LONGEST_QUEUE)
@@ -151,7 +151,7 @@ class SceneViews:
                 await asyncio.sleep(SEND_INTERVAL_S)
 
     async def cloud(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the newest `PointCloud2` or `PointCloud` of a topic: a JSON header, a newline, columns.
+        """Yield a topic's newest `PointCloud2` or `PointCloud`: a JSON header, a newline, and columns.
 
         A cloud has at most `limit` points, and fewer on a slow link.
         """
@@ -176,10 +176,10 @@ class SceneViews:
                 await asyncio.sleep(CLOUD_INTERVAL_S)
 
     async def robot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield errors until the robot description can be read, then its links with their shapes, once."""
+        """Yield errors until the robot description can be read; then yield its links and shapes once."""
         name = arguments.get("name", "")
         if not isinstance(name, str) or not names.is_legal(name):
-            raise RequestRefused(f"name must be that of a parameter, got {name!r:.100}")
+            raise RequestRefused(f"name must be a parameter name, got {name!r:.100}")
         shown: Any = None
         while True:
             try:
@@ -291,7 +291,7 @@ def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes
 
 
 def fitting_points(points: int, most: int, sent_s: float) -> int:
-    """Return how many points the next cloud may have, after sending one with `points` took `sent_s`."""
+    """Return the maximum number of points for the next cloud, if sending `points` points took `sent_s`."""
     if sent_s > LONGEST_SEND_S:
         return min(points, max(LEAST_POINTS, int(points * LONGEST_SEND_S / sent_s)))
     return points if sent_s > LONGEST_SEND_S / 4 else min(most, points + points // 4 + 1)

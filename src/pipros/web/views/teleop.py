@@ -28,7 +28,7 @@ LONGEST_SESSION = 64
 
 
 class TeleopViews:
-    """The view and the action of the Teleop tab. The action refers to a view by the name of its session."""
+    """The view and the action of the Teleop tab. The action selects a view by session name."""
 
     def __init__(self, system: WatchedSystem) -> None:
         self._system = system

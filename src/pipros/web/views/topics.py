@@ -106,7 +106,7 @@ class TopicViews:
             return await self._system.computations.run(_text_of, watch, newest.message, form)
 
     async def definition(self, arguments: Mapping[str, Any]) -> str:
-        """Return the definition of a topic's type, with comments and the types of its fields.
+        """Return the definition of a topic's type, with comments and the definitions of embedded types.
 
         If a message has been received, return its publisher's definition; otherwise the installed one.
         """

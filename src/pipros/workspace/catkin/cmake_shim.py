@@ -1,4 +1,4 @@
-"""The program that `${CMAKE_COMMAND}` names: CMake, or a substitute."""
+"""Provide the value of `${CMAKE_COMMAND}`: the path of CMake or, if it is not installed, of a substitute."""
 
 from __future__ import annotations
 

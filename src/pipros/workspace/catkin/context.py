@@ -44,7 +44,7 @@ class ReadContext:
         find_package: finds a package by name.
         has_foreign_packages: whether the file uses packages or CMake modules that may define commands unknown
             to pipros.
-        empy_hint: the end of error texts about such commands, if they may be in an empy template; otherwise
+        empy_hint: text to append to errors about such commands if an empy template may define them; otherwise
             empty.
     """
 

@@ -1,4 +1,4 @@
-"""Commands that catkin and ROS packages add to CMake, and packages that CMake finds without a folder."""
+"""The CMake commands of catkin and ROS packages, and packages that `find_package()` always finds."""
 
 from __future__ import annotations
 

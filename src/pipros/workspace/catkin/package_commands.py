@@ -44,7 +44,7 @@ def _set_project(context: ReadContext, command: Command, words: list[str]) -> No
                 command,
                 f"The project is named [{name}], but package.xml names the package [{project.name}]",
             )
-        values["CMAKE_PROJECT_NAME"] = "Project"  # the project name in the workspace's top-level file
+        values["CMAKE_PROJECT_NAME"] = "Project"  # set by the workspace's top-level file
     options = sections(words[1:], ("VERSION", "DESCRIPTION", "HOMEPAGE_URL", "LANGUAGES"))
     values["PROJECT_NAME"] = name
     for key, value in (
@@ -78,7 +78,7 @@ def _find_package(context: ReadContext, command: Command, words: list[str]) -> N
 
 
 def _component_names(words: Sequence[str]) -> list[str]:
-    """Return the components in the arguments of `find_package()`, including optional ones.
+    """Return the components that the arguments of `find_package()` name, including optional ones.
 
     Components may follow `REQUIRED` directly. If catkin is required, its optional components are required,
     too.

@@ -86,7 +86,7 @@ class Project:
 
     Attributes:
         folder, file: the package's folder, and its `CMakeLists.txt`.
-        binary: the folder in the build space.
+        binary: the package's folder in the build space.
         components, catkin_depends: package names, each with the line that lists it.
         generate_messages_line: the line of `generate_messages()`; 0 if it is not called.
         has_reconfigure_options: whether `generate_dynamic_reconfigure_options()` was called.

@@ -52,7 +52,7 @@ def read_project(
 
     Args:
         name: the package's name in its manifest.
-        settings: `-D` settings from the command line, and the folders of the workspace.
+        settings: `-D` settings from the command line, and the workspace's folders.
         environment: the values of `$ENV{NAME}`; `ROS_DISTRO` and similar variables default to Noetic's
             values.
         find_package: function that finds the packages that the file needs.

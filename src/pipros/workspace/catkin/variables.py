@@ -1,4 +1,4 @@
-"""Variables that catkin and CMake set before they read a package."""
+"""Variables that catkin and CMake set before they read a package's `CMakeLists.txt`."""
 
 from __future__ import annotations
 

@@ -110,9 +110,9 @@ def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: Arra
 
 
 def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
-    """Return the factor, the origin in homogeneous coordinates (shape (4,)), and the direction of a scale.
+    """Return the factor, the origin in homogeneous coordinates (shape (4,)), and the direction of scaling.
 
-    The direction is None for a uniform scale. Raises ValueError if the matrix has no fixed point.
+    The direction is None if scaling is uniform. Raises ValueError if the matrix has no fixed point.
     """
     scaling = np.array(matrix, dtype=np.float64)
     factor = float(np.trace(scaling[:3, :3])) - 2.0
@@ -141,7 +141,7 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
 
 
 def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
-    """Return the angle, direction, a point on the plane (homogeneous, shape (4,)) and the normal vector.
+    """Return a shear's angle, direction, a point on its plane (homogeneous, shape (4,)) and normal vector.
 
     Raises ValueError if `matrix` is not a shear.
     """

@@ -73,7 +73,7 @@ def compose_matrix(
 ) -> Array:
     """Return the matrix that scales, shears, rotates, translates and projects, in that order.
 
-    None omits a step. The arguments have the format of the results of `decompose_matrix`.
+    None omits a step. The arguments have the same format as the results of `decompose_matrix`.
     """
     matrix = np.identity(4)
     if perspective is not None:
@@ -115,7 +115,7 @@ def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
 
 
 def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, usesvd: bool = True) -> Array:
-    """Return the rigid transform that maps `v0` closest to `v1`; a similarity if `scaling` is true.
+    """Return the rigid transform (or similarity, if `scaling` is true) that maps `v0` closest to `v1`.
 
     Both arguments are arrays of shape (3, n) or (4, n), n >= 3, with one point per column. The transform
     minimises the sum of squared distances. Methods: W. Kabsch (1976) with singular values; B. K. P. Horn
