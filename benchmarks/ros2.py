@@ -243,7 +243,8 @@ def through_gateway(size, count, ahead):
                     published += 1
                 if (arrived := listener.text().count(f" {size}\n")) != last:
                     last, changed_at = arrived, time.perf_counter()
-                time.sleep(0.001)
+                # Polling takes processor time from the gateway: poll often only while messages must follow.
+                time.sleep(0.001 if published < count else 0.02)
     return count - last, last / (changed_at - began)
 
 

@@ -54,6 +54,10 @@ class SlowLink:
         self._loop.close()
 
     async def _serve(self, reader, writer):
+        with contextlib.suppress(asyncio.CancelledError):  # of `close`; asyncio would log it
+            await self._forward(reader, writer)
+
+    async def _forward(self, reader, writer):
         made = socket.socket()
         made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, QUEUE_BYTES)
         made.setblocking(False)

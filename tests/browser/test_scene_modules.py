@@ -132,7 +132,8 @@ def test_a_selected_line_has_the_box_of_its_points(tab: Tab) -> None:
         """async () => {
           const { wideLines } = await import("/scene/shapes.js");
           const THREE = await import("three");
-          const { min, max } = new THREE.Box3().setFromObject(wideLines([1, 2, 3, -4, 5, 6], 0.1, [1, 0, 0, 1]));
+          const lines = wideLines([1, 2, 3, -4, 5, 6], 0.1, [1, 0, 0, 1]);
+          const { min, max } = new THREE.Box3().setFromObject(lines);
           return [...min.toArray(), ...max.toArray()];
         }"""
     )

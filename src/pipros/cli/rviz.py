@@ -32,9 +32,7 @@ def _main(argv: Sequence[str]) -> int:
 
     try:
         path = config_path(name)
-        file = SceneFile(
-            path, options.fixed_frame or "", is_smooth=not options.disable_anti_aliasing
-        )
+        file = SceneFile(path, options.fixed_frame or "", is_smooth=not options.disable_anti_aliasing)
     except OSError as error:
         raise CommandError(f"cannot read {name}: {error.strerror}") from None
     if path.is_relative_to(SHARE):  # start from the default; saving creates the user's own file
