@@ -26,6 +26,7 @@ settings.register_profile(
 )
 settings.load_profile("pipros")
 
+SETTINGS = ("ROS_", "ROSCONSOLE_", "PIPROS_ADVERTISE", "PIPROS_LIMITS", "PIPROS_PORTS")
 _INTEROP = Path(__file__).parent / "interop"
 _BROWSER = Path(__file__).parent / "browser"
 _ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
@@ -144,7 +145,7 @@ def bare_tools(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(autouse=True)
 def isolated_ros_variables(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
     """Hide the ROS settings, the master and the ~/.ros of the user from all tests."""
-    for name in [name for name in os.environ if name.startswith(("ROS_", "ROSCONSOLE_"))]:
+    for name in [name for name in os.environ if name.startswith(SETTINGS)]:
         monkeypatch.delenv(name)
     monkeypatch.setenv("ROS_HOME", str(tmp_path_factory.getbasetemp() / "ros_home"))
     monkeypatch.setenv("ROS_MASTER_URI", "http://127.0.0.1:1")

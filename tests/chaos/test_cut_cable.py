@@ -18,7 +18,7 @@ from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until
 
-pytestmark = needs_network
+pytestmark = [needs_network, pytest.mark.timeout(500)]  # waits for browser tests
 
 String: Any = load_message_class("std_msgs/String")
 

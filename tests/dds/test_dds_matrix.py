@@ -17,7 +17,7 @@ from tests.support.network import needs_network
 from tests.support.processes import Process
 from tests.support.waiting import wait_until
 
-pytestmark = needs_network
+pytestmark = [needs_network, pytest.mark.timeout(300)]  # the first test compiles the peers
 
 TOPIC = "rt/chatter"
 BOTH = ["fast-udp", "cyclone"]

@@ -461,6 +461,32 @@ def test_topics_unregistered_during_shutdown_are_not_left_at_the_master(
     assert observer.master.get_system_state() == [[], [], []]
 
 
+def test_links_of_a_topic_unregistered_during_shutdown_are_closed(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    talker, listener = make_node("talker"), make_node("listener")
+    listener.subscribe("chat", String, Inbox())
+    publisher = talker.advertise("chat", String)
+    wait_until_connected(publisher)
+    (subscriber,) = publisher.publication.links
+    is_removed, has_ended = threading.Event(), threading.Event()
+    remove = talker.registrations.remove
+
+    def remove_slowly(entry: registration.Entry) -> None:
+        remove(entry)
+        is_removed.set()
+        assert has_ended.wait(60)
+
+    monkeypatch.setattr(talker.registrations, "remove", remove_slowly)
+    unregistering = threading.Thread(target=publisher.unregister)
+    unregistering.start()
+    assert is_removed.wait(60)
+    talker.shutdown()
+    has_ended.set()
+    unregistering.join(60)
+    assert subscriber.link.sock.fileno() == -1
+
+
 @pytest.mark.parametrize("kind", ["publication", "subscription", "service"])
 def test_topics_added_during_shutdown_do_not_disturb_it(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, kind: str

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import sys
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -55,6 +56,27 @@ def wait_for_endpoint(engine: Ros2Engine, kind: EndpointKind, name: str) -> None
         lambda: any((each.kind, each.name) == (kind, name) for each in engine.endpoints()),
         what=f"{kind} of {name}",
     )
+
+
+def test_an_engine_is_closed_while_a_service_is_being_offered(
+    router: Router, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine = ZenohEngine(0, "/robot/gateway", [router.address], timeout_s=60)
+    is_starting, may_start = threading.Event(), threading.Event()
+
+    class SlowThread(threading.Thread):
+        def start(self) -> None:
+            is_starting.set()
+            assert may_start.wait(60)
+            super().start()
+
+    starting = threading.Thread(target=engine.start, args=("calls", lambda: None))
+    monkeypatch.setattr(threading, "Thread", SlowThread)
+    starting.start()
+    assert is_starting.wait(60)
+    engine.close()
+    may_start.set()
+    starting.join(60)
 
 
 @pytest.mark.parametrize("size", [10, 1_000_000])

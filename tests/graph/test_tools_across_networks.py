@@ -12,7 +12,7 @@ from tests.support.network import FarNetwork, needs_network
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
 
-pytestmark = needs_network
+pytestmark = [needs_network, pytest.mark.timeout(500)]  # waits for browser tests
 
 UNKNOWN = "robot.name.invalid"
 

@@ -112,7 +112,9 @@ class Peers:
             argv = [str(cyclone_peer()), DOMAIN, mode, name, *words]
         else:
             argv = [sys.executable, _SOURCES / "rtps_peer.py", DOMAIN, kind, mode, name, dds_type, *words]
-        command = self._network.command(*map(str, argv))
+        # Programs that were killed leave files in the shared memory, which all networks have in common.
+        private = ["sh", "-c", 'mount -t tmpfs shm /dev/shm && exec "$@"', "sh"]
+        command = self._network.command(*(private if kind.startswith("fast") else []), *map(str, argv))
         environment = {"PYTHONPATH": str(REPOSITORY / "src")}
         if kind == "cyclone-localhost":
             environment["CYCLONEDDS_URI"] = _LOCALHOST

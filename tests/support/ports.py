@@ -1,4 +1,7 @@
-"""Free ports for masters. Each port is claimed by one test at a time, even if several users run tests."""
+"""Free ports for masters. Each port is claimed by one test of this user at a time.
+
+Tests of several users share the ports, but a port that is in use is not claimed.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from pathlib import Path
 # Below the range that Linux and macOS use for port 0, so that no node's socket gets a port after the port was
 # chosen here and before a master binds it.
 _PORTS = range(20_000, 30_000)
-_CLAIMS = Path(tempfile.gettempdir()) / "pipros-test-ports"
+_CLAIMS = Path(tempfile.gettempdir()) / f"pipros-test-ports-{os.getuid()}"
 
 
 class ClaimedPort:

@@ -46,6 +46,7 @@ STAMP_WAIT_S = 0.5
 
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
 _CHUNK_BYTES = 16 * 1024
+_LONGEST_REQUEST_S = 2.0  # beyond this, a response does not tell the time
 
 
 def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
@@ -257,10 +258,11 @@ def _clock_offset(uri: str, timeout_s: float) -> float | None:
         before = time.time()
         connection.request("POST", path, body, {"Content-Type": "text/xml"})
         date = connection.getresponse().getheader("Date")
-        now = (before + time.time()) / 2
-        return (
-            parsedate_to_datetime(date).timestamp() + 0.5 - now if date else None
-        )  # the date has a resolution of 1 s
+        after = time.time()
+        if date is None or after - before > _LONGEST_REQUEST_S:
+            return None
+        # the date has a resolution of 1 s
+        return parsedate_to_datetime(date).timestamp() + 0.5 - (before + after) / 2
     except (OSError, HTTPException, ValueError):
         return None
     finally:

@@ -94,10 +94,13 @@ class BackgroundLoop:
         """Start a coroutine in the loop, without waiting for it."""
         return asyncio.run_coroutine_threadsafe(coroutine, self.asyncio)
 
-    def call(self, function: Callable[..., object], *args: object) -> None:
-        """Schedule a call in the loop. Do nothing if the loop has stopped."""
-        with contextlib.suppress(RuntimeError):
+    def call(self, function: Callable[..., object], *args: object) -> bool:
+        """Schedule a call in the loop. Return False if the loop has stopped."""
+        try:
             self.asyncio.call_soon_threadsafe(function, *args)
+        except RuntimeError:
+            return False
+        return True
 
     def stop(self, timeout_s: float | None = None) -> None:
         """Cancel running tasks, stop the loop and wait for its thread. May be called repeatedly."""

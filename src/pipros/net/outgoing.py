@@ -244,7 +244,8 @@ class OutgoingLink:
             self._take(Event.CLOSED)
             self.statistics.dropped += self._backlog.clear()
             sockets.abort(self.sock)
-            self._loop.call(self._end)
+            if not self._loop.call(self._end):
+                self.sock.close()
 
     # -- in the event loop ----------------------------------------------------
 

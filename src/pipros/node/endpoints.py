@@ -174,9 +174,9 @@ class Endpoints:
         with self._lock:
             publication.handles -= 1
             if publication.handles == 0:
-                _, entry = self._publications.pop(publication.topic)
-                self._registrations.remove(entry)
+                self._registrations.remove(self._publications[publication.topic][1])
                 publication.close()
+                del self._publications[publication.topic]  # last, so that `close` never misses open links
 
     # -- subscribing ----------------------------------------------------------------
 
@@ -241,9 +241,9 @@ class Endpoints:
         with self._lock:
             subscription.handles -= 1
             if subscription.handles == 0:
-                _, entry = self._subscriptions.pop(subscription.topic)
-                self._registrations.remove(entry)
+                self._registrations.remove(self._subscriptions[subscription.topic][1])
                 subscription.close()
+                del self._subscriptions[subscription.topic]
 
     # -- serving ----------------------------------------------------------------------
 
@@ -282,9 +282,9 @@ class Endpoints:
         with self._lock:
             found = self._services.get(server.name)
             if found is not None and found[0] is server:
-                del self._services[server.name]
                 self._registrations.remove(found[1])
-        server.close()
+                server.close()
+                del self._services[server.name]
 
     def _log_handler_error(self, error: BaseException) -> None:
         self._context.log.error("Error processing request: %s", error, exc_info=error)

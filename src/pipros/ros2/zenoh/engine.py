@@ -155,8 +155,13 @@ class ZenohEngine:
             self._is_closed = True
             self._changed.notify_all()
         atexit.unregister(self.close)
-        self._session.close()
-        for thread in self._threads:
+        try:
+            self._session.close()
+        except self._zenoh.ZError as error:  # after 10 s
+            _LOG.warning("the Zenoh session was not closed in time: %s", error)
+        with self._lock:
+            threads = self._threads
+        for thread in threads:
             if thread is not threading.current_thread():
                 thread.join(_CLOSE_S)
 
@@ -172,8 +177,9 @@ class ZenohEngine:
 
     def start(self, name: str, run: Callable[[], None]) -> None:
         thread = threading.Thread(target=run, name=f"zenoh {name}", daemon=True)
-        self._threads = [each for each in self._threads if each.is_alive()] + [thread]
         thread.start()
+        with self._lock:  # only started threads, which `close` can join
+            self._threads = [each for each in self._threads if each.is_alive()] + [thread]
 
     def new_endpoint(
         self, kind: EndpointKind, name: str, type_name: str, type_hash: str, qos: TopicQos
