@@ -4,7 +4,7 @@ Import the public names from here: `from pipros import Node`. docs/api.md descri
 defines a name is imported when the name is first used.
 
 PYTEST_DONT_REWRITE stops pytest from rewriting the asserts of this package. Otherwise, pytest would warn that
-it is too late: pipros's import hook imports the package when the interpreter starts.
+the package is already imported: pipros's import hook imports it when the interpreter starts.
 """
 
 __version__ = "0.2.0"

@@ -34,9 +34,9 @@ def nop_cb(goal_handle: Any) -> None:
 
 
 class ActionServer:
-    """Server of the action `ns`. Accepts any number of concurrent goals.
+    """Server for the action in the namespace `ns`. Accepts any number of concurrent goals.
 
-    Callbacks run one at a time. The server's lock is not held, so callbacks and other threads may use the
+    Callbacks run one at a time, without holding the server's lock, so callbacks and other threads may use the
     goal handles at the same time.
 
     Args:

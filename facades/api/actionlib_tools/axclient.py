@@ -26,7 +26,7 @@ _SLICE_S = 0.1
 
 
 def type_of_action(name: str) -> str:
-    """Return the type of a running action server, from its goal topic.
+    """Return a running server's action type, derived from the type of its goal topic.
 
     Raises:
         ValueError: no server is running, or the topic's type is not an action goal type.

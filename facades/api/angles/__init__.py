@@ -48,8 +48,8 @@ def shortest_angular_distance_with_limits(
             the right limit. For example, the range from 0.25 to -0.25 excludes angles near 0.
 
     Returns:
-        True and the rotation. If one of the angles is outside the range, False and the rotation that violates
-        the limits least.
+        True and the rotation, or, if one of the angles is outside the range, False and the rotation that
+        violates the limits least.
 
     >>> shortest_angular_distance_with_limits(-0.5, 0.5, 0.25, -0.25) == (True, 1.0 - 2 * pi)
     True
@@ -78,8 +78,8 @@ def shortest_angular_distance_with_large_limits(
         left_limit, right_limit: limits of any size; the left limit must be less than the right limit.
 
     Returns:
-        True and the rotation. If both rotations violate the limits, `from_angle` is outside the range, or the
-        limits are reversed, False and the shorter rotation.
+        True and the rotation, or False and the shorter rotation if both rotations violate the limits,
+        `from_angle` is outside the range, or the limits are reversed.
     """
     shorter, longer = sorted(_rotations(from_angle, to_angle), key=abs)
     if left_limit <= right_limit:

@@ -23,7 +23,7 @@ class LogExporter:
 
     Attributes:
         logfile: path to the bag.
-        output_dir: the output folder, which is `name_csv` in the given folder for `name.bag`.
+        output_dir: the output folder. For `name.bag`, it is the subfolder `name_csv` of the given folder.
     """
 
     def __init__(self, output_dir: str, logfile: str) -> None:

@@ -1,1 +1,1 @@
-"""diagnostic_common_diagnostics: nodes that report on their machine."""
+"""diagnostic_common_diagnostics: nodes that report their computer's state."""

@@ -1,4 +1,4 @@
-"""`rosrun dynamic_reconfigure dynparam`: list, read and change parameters of nodes."""
+"""`rosrun dynamic_reconfigure dynparam`: list, read and change nodes' parameters."""
 
 from __future__ import annotations
 

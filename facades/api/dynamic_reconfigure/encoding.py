@@ -62,7 +62,7 @@ def encode_description(descr: Any) -> ConfigDescrMsg:
 
 
 def encode_groups(parent: Any, group: Any) -> list[Any]:  # noqa: ARG001 # part of the public signature
-    """Return the messages of a group and its subgroups."""
+    """Return the messages that describe a group and its subgroups."""
     fields = ("name", "type", "level", "description", "edit_method")
     described = [ParamDescription(*(each[field] for field in fields)) for each in group["parameters"]]
     message = GroupMsg(group["name"], group["type"], described, group["parent"], group["id"])

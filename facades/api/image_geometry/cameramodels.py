@@ -225,7 +225,7 @@ class StereoCameraModel:
         return self.left.project3dToPixel(point), self.right.project3dToPixel(point)
 
     def projectPixelTo3d(self, left_uv: Sequence[float], disparity: float) -> tuple[float, float, float]:
-        """Return the point (x, y, z) for a rectified pixel of the left image; zeros if the disparity is 0.
+        """Return the point (x, y, z) for a rectified pixel of the left image, or zeros if the disparity is 0.
 
         Args:
             disparity: column in the left image minus column in the right image.
@@ -235,9 +235,9 @@ class StereoCameraModel:
             return (x / w, y / w, z / w) if w != 0 else (0.0, 0.0, 0.0)
 
     def getZ(self, disparity: float) -> float:
-        """Return the depth of points with the given disparity; infinity if the disparity is 0."""
+        """Return the depth of points with the given disparity, or infinity if the disparity is 0."""
         return math.inf if disparity == 0 else float(-self.right.Tx() / disparity)
 
     def getDisparity(self, Z: float) -> float:
-        """Return the disparity of points at the given depth; infinity if the depth is 0."""
+        """Return the disparity of points at the given depth, or infinity if the depth is 0."""
         return math.inf if Z == 0 else float(-self.right.Tx() / Z)

@@ -48,7 +48,7 @@ _star_names(
 
 
 class Compression:
-    """Names of the chunk compressions."""
+    """Names of the chunk compression formats."""
 
     NONE = _compression.NONE
     BZ2 = _compression.BZ2

@@ -30,7 +30,10 @@ class BagContents(ABC):
             return _info.info_text(self._info())
 
     def get_compression_info(self) -> CompressionTuple:
-        """Return the most common compression format of the chunks, and their total sizes in bytes."""
+        """Return the chunks' most common compression format, and their total sizes in bytes.
+
+        The uncompressed size comes first, then the compressed size.
+        """
         with translated():
             found = _info.compressions(self._view())
         if not found:

@@ -210,7 +210,7 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
 @_interruptible
 def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
-    """Like `get_param`, but query the master only once. The master announces later changes."""
+    """Like `get_param`, but query the master only once. The master then notifies the node of changes."""
     try:
         return session.params.get_cached(param_name)
     except NotFound:

@@ -124,7 +124,7 @@ class TopicManager:
         return self.get_impl(reg_type, resolved_name)
 
     def release_impl(self, reg_type: str, resolved_name: str) -> None:
-        """Undo one call to `acquire_impl`. Do nothing if every call was already undone."""
+        """Undo one call to `acquire_impl`. Do nothing if all calls have already been undone."""
         for held in self._held:
             if held[:2] == (reg_type, resolved_name):
                 self._held.remove(held)

@@ -80,7 +80,7 @@ def _end_previous(session: Session) -> None:
     if session.is_shutdown:
         raise ROSInitException(
             "init_node interrupted before it could complete: rospy has been shut down "
-            "(rospy.core._shutdown_flag = False lets it start over)"
+            "(to call init_node again, set rospy.core._shutdown_flag = False)"
         )
     if session.node is not None:
         session.forget_node()

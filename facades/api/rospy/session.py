@@ -97,7 +97,7 @@ class Session:
     def set_shutdown(self, value: bool) -> None:
         """Handle an assignment to the shutdown flag.
 
-        False after a shutdown restores the state before `init_node`.
+        Assigning False after a shutdown restores the state before `init_node`.
         """
         if not value and self.node is not None and self.node.is_shutdown:
             self.forget_node()

@@ -1,4 +1,4 @@
-"""The state shared by all publishers, or all subscribers, of a topic in this process. Names as in Noetic."""
+"""The state shared by all publishers or all subscribers of a topic in this process, with Noetic's names."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class TopicConnection:
 
     Attributes:
         id: number of the connection in this process, as reported by the slave API.
-        direction: `i` to a publisher, `o` to a subscriber.
+        direction: `i` if the peer is a publisher, `o` if it is a subscriber.
         endpoint_id: the caller ID of a subscriber, or the URI of a publisher.
         callerid_pub: the caller ID of the publisher.
     """

@@ -86,7 +86,7 @@ class Topic(Generic[AnyMessage]):
 
     @property
     def impl(self) -> TopicImpl | None:
-        """The state shared by all handles of the topic in this process; None if there are no handles."""
+        """The state shared by all handles of the topic in this process, or None if there are no handles."""
         return None
 
     def get_num_connections(self) -> int:

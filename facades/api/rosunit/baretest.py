@@ -138,7 +138,7 @@ def print_unittest_summary(result: unittest.TestResult) -> None:
 def print_runner_summary(
     runner_results: unittest.TestResult, junit_results: junitxml.Result, runner_name: str = "ROSUNIT"
 ) -> None:
-    """Print the cases of test programs, and the programs that could not run."""
+    """Print the result of each test case, and the programs that could not run."""
     lines = "".join(result.description for result in junit_results.test_case_results).splitlines()
     not_run = [test.id().rpartition(".")[2] for test, _ in runner_results.failures]
     lines += [f"[{name}][failed]" for name in not_run]

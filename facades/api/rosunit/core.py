@@ -1,4 +1,4 @@
-"""Result files of test programs, and output of rosunit."""
+"""Test programs' result files, and rosunit's console output."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ tf_errors: list[Rule] = [
 
 
 def is_tf_active() -> bool:
-    """Return whether /tf has a publisher; False if the master cannot be reached."""
+    """Return True if /tf has a publisher, or False if it has none or the master cannot be reached."""
     try:
         return any(topic == "/tf" for topic, _ in rospy.get_published_topics())
     except OSError:

@@ -19,7 +19,7 @@ try:
 except ImportError as error:
     raise ImportError(
         "tf2_kdl needs PyKDL, which is not on PyPI: install your system's package python3-pykdl, "
-        "for the system's Python",
+        "and use the system's Python",
         name="PyKDL",
     ) from error
 

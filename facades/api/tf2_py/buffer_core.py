@@ -125,7 +125,7 @@ class BufferCore:
         return self._buffer.as_yaml()
 
     def all_frames_as_string(self, *_: Any) -> str:
-        """Return a string with one line per frame, which names the frame and its parent."""
+        """Return a string with one line per frame, consisting of the names of the frame and its parent."""
         return self._buffer.as_string()
 
     def _allFramesAsDot(self, current_time: Any = None) -> str:

@@ -10,10 +10,10 @@ _WARN_AFTER = rospy.Duration(5)
 
 
 class LazyTransport(rospy.SubscribeListener):
-    """Base class that calls `subscribe` for the first subscriber and `unsubscribe` after the last.
+    """Base class that calls `subscribe` when the first subscriber connects, and `unsubscribe` after the last.
 
-    Subclasses define both methods. If the parameter `~lazy` is false, `unsubscribe` is not called, and a call
-    of `_post_init` subscribes at once. As in Noetic on Python 3, `_post_init` is not called automatically.
+    Subclasses define both methods. If the parameter `~lazy` is false, `unsubscribe` is not called, and
+    `_post_init` subscribes immediately. As in Noetic on Python 3, `_post_init` is not called automatically.
     """
 
     def __init__(self) -> None:

@@ -47,7 +47,7 @@ def is_special(type_: str) -> bool:
 
 
 def get_special(type_: str) -> Special | None:
-    """Return the substitute for a type that is not generated; None for other types."""
+    """Return the substitute for a type that is not generated, or None for other types."""
     return _parts.special(type_)
 
 

@@ -75,7 +75,8 @@ class Master:
     def handle(self) -> Any:
         """An `xmlrpc.client.ServerProxy` for the master, for methods that this class does not have.
 
-        If set to another object, all methods call that object with the caller ID first: `getPid("/me")`.
+        If this is set to another object, all calls go to that object, with the caller ID first:
+        `getPid("/me")`.
         """
         if self._handle is not None:
             return self._handle

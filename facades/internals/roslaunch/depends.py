@@ -140,7 +140,7 @@ def calculate_missing(
     file_deps: Mapping[str, RoslaunchDeps],
     use_test_depends: bool = False,
 ) -> dict[str, set[str]]:
-    """Add to `missing`, for each package, the dependencies that its manifest lacks. Return `missing`."""
+    """Add the dependencies that each package's manifest lacks to `missing`, and return `missing`."""
     _ = base_pkg
     index = PackageIndex.from_environment()
     kinds = ("exec_depends", *(("test_depends",) if use_test_depends else ()))

@@ -105,7 +105,7 @@ class ROSLaunchParent:
 
         Raises:
             RLException: a file is invalid.
-            ValueError: a node that must be required has `respawn` set.
+            ValueError: `force_required` is true, and a node has `respawn` set.
         """
         config = load_config_default(
             self.roslaunch_files, self.port, roslaunch_strs=self.roslaunch_strs, verbose=self.verbose

@@ -77,7 +77,7 @@ def _wait_for_master() -> None:
 
 
 def check_log_disk_usage() -> None:
-    """Print whether the log folder has grown large."""
+    """Check the disk usage of the log folder, and print the result."""
     printlog("Checking log directory for disk usage. This may take a while.\nPress Ctrl-C to interrupt")
     printlog(disk_usage_report(Environment.from_os().log_dir))
 

@@ -129,7 +129,9 @@ def compute_md5_v1(get_deps_dict: Dependencies) -> NoReturn:
     Raises:
         NotImplementedError: always.
     """
-    raise NotImplementedError(f"no md5 by the old rules for {get_deps_dict['package']}: use compute_md5")
+    raise NotImplementedError(
+        f"the MD5 sum used before 2009 is not supported ({get_deps_dict['package']}): use compute_md5"
+    )
 
 
 def compute_full_text(get_deps_dict: Dependencies) -> str:

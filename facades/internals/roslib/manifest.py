@@ -38,10 +38,10 @@ def load_manifest(package: str) -> Manifest:
 def manifest_file(package: str, required: bool = True, env: object = None) -> str | None:
     """Return the path of a package's `manifest.xml`, or None if the package does not exist.
 
-    The file does not need to exist unless it is `required`.
+    The file does not need to exist unless `required` is true.
 
     Raises:
-        InvalidROSPkgException: the file is `required`, and the package or the file does not exist.
+        InvalidROSPkgException: `required` is true, and the package or the file does not exist.
     """
     del env
     folder = get_pkg_dir(package, required)

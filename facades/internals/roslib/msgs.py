@@ -74,7 +74,7 @@ def is_header_type(type_: str) -> bool:
 
 
 def parse_type(type_: str | None) -> tuple[str, bool, int | None]:
-    """Return the base type, whether it is an array, and the length of a fixed-size array.
+    """Return the base type, whether the type is an array, and the length of a fixed-size array.
 
     Raises:
         MsgSpecException: the text is not a valid type.

@@ -26,14 +26,14 @@ ROS_BOOST_ROOT = "ROS_BOOST_ROOT"
 
 
 class ROSEnvException(Exception):
-    """An environment variable is not set or invalid."""
+    """An environment variable is unset or invalid."""
 
 
 def get_ros_root(required: bool = True, env: Mapping[str, str] | None = None) -> str | None:
     """Return `ROS_ROOT`, which ROS 1 no longer needs.
 
     Raises:
-        ROSEnvException: the variable is `required` but not set.
+        ROSEnvException: `required` is true, and the variable is not set.
     """
     return _variable(ROS_ROOT, required, env)
 

@@ -19,7 +19,7 @@ def configure_logging() -> str | None:
     """Configure Python's logging to write to `master.log` in ROS's log folder; see `rosgraph.roslogging`.
 
     Returns:
-        The path of the log file; None if its folder cannot be created.
+        The path of the log file, or None if its folder cannot be created.
 
     Raises:
         rosgraph.roslogging.LoggingException: `ROS_PYTHON_LOG_CONFIG_FILE` is invalid.

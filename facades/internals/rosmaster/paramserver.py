@@ -86,7 +86,7 @@ class ParamDictionary:
 
         Args:
             notify_task: called with the update notices for subscribers, if there are any.
-            caller_id: the node that sets the parameter and is not notified.
+            caller_id: the node that sets the parameter; it is not notified.
 
         Raises:
             TypeError: the root is set to something other than a dictionary.

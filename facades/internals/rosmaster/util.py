@@ -16,9 +16,10 @@ _proxies = threading.local()
 
 
 def xmlrpcapi(uri: str | None) -> ServerProxy | None:
-    """Return an XML-RPC proxy for a node or master, or None if the URI is invalid. Cached per thread.
+    """Return an XML-RPC proxy for a node or master, or None if the URI is invalid.
 
-    A call raises TimeoutError if the server is silent for longer than the limit `notice_s`.
+    Proxies are cached per thread. A call raises TimeoutError if the server is silent for longer
+    than the limit `notice_s`.
     """
     scheme, _, rest = (uri or "").partition("://")
     if uri is None or not scheme or not rest.partition("/")[0]:

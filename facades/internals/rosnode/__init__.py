@@ -117,7 +117,7 @@ def get_nodes_by_machine(machine: str) -> list[str]:
 
 
 def kill_nodes(node_names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Ask nodes to shut down. Return the nodes that accepted, and those that are unknown or failed."""
+    """Shut down nodes. Return those that ended or did not respond, and those that are unknown or refused."""
     with _graph() as graph:
         killed, failed = _nodes.kill(graph.master, node_names)
     return killed, list(failed)

@@ -145,7 +145,7 @@ class ROSTopicBandwidth:
     """Bandwidth of a topic. Subscribe with `callback` and the message class `rospy.AnyMsg`.
 
     Attributes:
-        sizes, times: sizes in bytes and times of arrival in seconds of the last messages.
+        sizes, times: sizes (bytes) and times of arrival (s) of the most recent messages.
         last_printed_tn: time of the last arrival that was printed.
         lock: protects these attributes.
     """
@@ -182,7 +182,7 @@ class ROSTopicDelay:
     """Age of a topic's messages on arrival. Subscribe with `callback_delay`.
 
     Attributes:
-        delays: delays of the last messages in seconds.
+        delays: delays of the most recent messages, in seconds.
         msg_t0, msg_tn, last_msg_tn: times of the first, the last and the last reported arrival.
         lock: protects these attributes.
     """

@@ -63,7 +63,8 @@ def publish_message(
         once: whether to return after publishing a single message; otherwise block until the node is shut
             down.
         verbose: whether to print each message.
-        substitute_keywords: whether to set times `now` and headers `auto` to the time of each publication.
+        substitute_keywords: whether to update times given as `now` and headers given as `auto` for
+            each message.
 
     Raises:
         ROSTopicException: the values do not match the type.

@@ -1,4 +1,4 @@
-"""The context that rules check, whose attributes plugins read. Facade of `pipros.health.wtf.subject`."""
+"""The context that rules check and whose attributes plugins read. Facade of `pipros.health.wtf.subject`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules about the environment variables. Facade of `pipros.health.wtf.environment`."""
+"""Rules that check the environment variables. Facade of `pipros.health.wtf.environment`."""
 
 from __future__ import annotations
 

@@ -27,5 +27,5 @@ warnings = of_contexts(_rules.warnings)
 
 
 def wtf_check(ctx: WtfContext) -> None:
-    """Apply all rules of this module."""
+    """Apply all rules in this module."""
     apply(ctx, warnings, errors)

@@ -32,7 +32,7 @@ class BagFile:
     Attributes:
         version: format version as an integer: 200 for 2.0.
         writer: the bag's writer; None if the bag is read-only.
-        topics: adds messages by topic; None if the bag is read-only.
+        topics: adds messages by topic name; None if the bag is read-only.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Cache of chunk contents, which threads decompress ahead of use."""
+"""Cache of chunk contents, which a thread pool decompresses before they are needed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _AHEAD_BYTES = 64 * 1024 * 1024
 
 
 class Headers(Protocol):
-    """Callable that returns the header of a chunk by its number."""
+    """Callable that takes a chunk's number and returns the chunk's header."""
 
     def __call__(self, number: int, /) -> ChunkHeader: ...
 

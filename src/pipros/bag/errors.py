@@ -11,7 +11,7 @@ _TEXT_LIMIT = 2_000
 class BagError(PiprosError):
     """A bag cannot be read or written as requested.
 
-    The text is made printable, because it may quote the file.
+    Unprintable characters in the text are escaped, because it may quote the file.
     """
 
     def __init__(self, text: str = "") -> None:
@@ -19,7 +19,7 @@ class BagError(PiprosError):
 
 
 class BagFormatError(BagError):
-    """A file's bytes violate the bag format. The text names the position."""
+    """A file violates the bag format. The error text names the position."""
 
 
 class NotIndexed(BagError):

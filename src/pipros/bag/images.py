@@ -1,6 +1,6 @@
 """Save `sensor_msgs` images as files.
 
-Raw images become PNG files; no library is needed. Compressed images stay unchanged.
+Raw images are saved as PNG files, without any library. Compressed images are saved unchanged.
 """
 
 from __future__ import annotations

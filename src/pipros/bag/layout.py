@@ -184,7 +184,7 @@ def read_chunk_index(
 
 
 class _Block:
-    """A part of a source, held in memory. Other parts are read from the source."""
+    """A buffered part of a source. Data beyond it are read from the source."""
 
     def __init__(self, source: Source, position: int, size: int) -> None:
         self._source = source

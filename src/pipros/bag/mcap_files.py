@@ -3,7 +3,8 @@
 Needs the `mcap` library (`pipros[mcap]`).
 
 The profile is `ros1`: messages have the encoding `ros1`, their definitions are schemas with the encoding
-`ros1msg`, and a channel's metadata are fields of the connection header (https://mcap.dev/spec/registry).
+`ros1msg`, and a channel's metadata contains the fields of the connection header
+(https://mcap.dev/spec/registry).
 """
 
 from __future__ import annotations
@@ -190,7 +191,7 @@ class McapReader(BagReader):
 
 
 def recover(path: str | os.PathLike[str], file: Any, limits: Limits, progress: Progress) -> list[str]:
-    """Write to `file` the messages that precede the first damaged record of an MCAP file, and a summary.
+    """Copy the messages that precede the first damaged record of an MCAP file to `file`, and add a summary.
 
     Return descriptions of the damage; the list is empty if there is none.
 
@@ -259,7 +260,7 @@ class McapWriter:
 
     @property
     def size(self) -> int:
-        """The size of the file in bytes, without the open chunk."""
+        """The size of the file in bytes, excluding the open chunk."""
         return int(self._file.tell())
 
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:

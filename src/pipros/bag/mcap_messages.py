@@ -1,7 +1,7 @@
 """Read the messages in an MCAP file in time order, with few chunks in memory.
 
-The times and offsets of a chunk's messages are kept in memory from the first of these messages to the last.
-As for bags, chunk contents are cached, and decompressed again if necessary (`chunk_data.py`).
+While the messages of a chunk are being yielded, their times and offsets are kept in memory. As with bags,
+chunk contents are cached, and are decompressed again if necessary (`chunk_data.py`).
 """
 
 from __future__ import annotations

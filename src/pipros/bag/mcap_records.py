@@ -1,8 +1,8 @@
-"""Read records from MCAP files in bounded memory: chunks by position, their messages, and the summary.
+"""Read MCAP files in bounded memory: the summary, chunks at given positions, and their messages.
 
 The `mcap` library parses schemas, channels, statistics and chunk indexes. This module reads everything else,
-because the library limits neither the size of decompressed data nor that of reads, and creates an object for
-each message in a chunk.
+because the library limits neither the size of decompressed data nor the size of reads, and creates an object
+for each message in a chunk.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def records(source: Source, position: int) -> Iterator[tuple[int, int, int]]:
     The caller must stop at the last record.
 
     Raises:
-        BagFormatError: there are no more records, or the file ends within the start of a record.
+        BagFormatError: there are no more records, or the file ends within a record's opcode or length.
     """
     while True:
         op, size = RECORD.unpack(source.read(position, RECORD.size))

@@ -1,4 +1,4 @@
-"""Merge the messages from several bags in time order. Memory is bounded by the open chunks of each bag."""
+"""Merge the messages from several bags in time order. Memory use is limited to each bag's open chunks."""
 
 from __future__ import annotations
 
@@ -44,9 +44,10 @@ def merged(
     start: Stamp | None = None,
     end: Stamp | None = None,
 ) -> Iterator[BagMessage]:
-    """Yield deserialized messages from all bags between two timestamps (seconds and nanoseconds), inclusive.
+    """Yield the deserialized messages from all bags in time order.
 
-    See `merged_raw` and `BagReader.messages`.
+    `start` and `end` are the earliest and latest timestamp (seconds and nanoseconds), inclusive. See also
+    `merged_raw` and `BagReader.messages`.
     """
     streams = [bag.decoded(_chosen(bag, where), ns_of(start), ns_of(end)) for bag in bags]
     for connection, time_ns, message in heapq.merge(*streams, key=itemgetter(1)):

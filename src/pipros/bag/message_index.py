@@ -130,7 +130,7 @@ class MessageIndex:
         return next(found, None)
 
     def _reading(self, chunk: int, where: str) -> Callable[[int, int], bytes]:
-        """Return a function that reads a number of bytes at an offset in a chunk."""
+        """Return a function that reads a given number of bytes at a given offset in a chunk."""
         if len(self._numbers) != len(self.bag.chunks):
             self._numbers = {each.position: at for at, each in enumerate(self.bag.chunks)}
         at = self._numbers.get(chunk)

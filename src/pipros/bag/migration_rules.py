@@ -23,8 +23,8 @@ class Rule:
     """A migration rule.
 
     Attributes:
-        old, new: type and md5sum before and after migration; both are empty if the type exists only on the
-            other side.
+        old, new: type and md5sum before and after migration. Both strings in `old` are empty if the type is
+            new; both strings in `new` are empty if the type was removed.
         is_valid: False until the rule has been completed by hand.
     """
 
@@ -108,7 +108,7 @@ def _rule(node: ast.stmt, file: str) -> Rule:
 
 def _md5sum(type_name: str, text: str, node: ast.AST, file: str) -> str:
     if not type_name:
-        return ""  # the type exists on only one side
+        return ""  # the type was added or removed
     try:
         return message_classes_from_text(type_name, text)[type_name]._md5sum
     except Exception as error:

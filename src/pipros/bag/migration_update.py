@@ -29,7 +29,7 @@ FindClass = Callable[[str, str], type[Message] | None]
 
 
 class Refused(Exception):
-    """A rule contains an unsupported statement, at `node`."""
+    """A rule contains an unsupported statement. `node` is the part at fault."""
 
     def __init__(self, node: ast.AST, reason: str) -> None:
         super().__init__(reason)
@@ -142,7 +142,7 @@ class Update:
         parameters = [each.arg for each in method.args.args][1:]
         self._depth += 1
         if self._depth > _CALL_DEPTH or len(parameters) != len(values):
-            raise self._error(method, f"[{name}] is called too deeply, or with the wrong arguments")
+            raise self._error(method, f"[{name}] is called with wrong arguments or nested too deeply")
         self._do_all(method.body, dict(zip(parameters, values, strict=True)))
         self._depth -= 1
 

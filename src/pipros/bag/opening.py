@@ -36,7 +36,7 @@ def is_mcap(path: str | os.PathLike[str]) -> bool:
 def writer_for(
     path: str | os.PathLike[str], file: Any, *, compression: str = "none", chunk_bytes: int = CHUNK_BYTES
 ) -> MessageWriter:
-    """Return a writer for an open file, in the format that the file's final name determines.
+    """Return a writer for an open file, in the format determined by `path`, the file's final name.
 
     Raises:
         BagError: the format needs a library that is not installed, or does not support the compression.

@@ -1,4 +1,4 @@
-"""Convert between bag time and the machine's time, with a rate, pauses and skips.
+"""Convert between bag time and the machine's time, taking the rate, pauses and skips into account.
 
 Callers pass in the machine's time.
 """
@@ -51,7 +51,7 @@ class PlaybackClock:
             self._paused_at = None
 
     def jump(self, bag_ns: int, now_ns: int) -> None:
-        """Continue at another bag time. A paused clock stays paused."""
+        """Jump to another bag time. A paused clock stays paused."""
         self._bag, self._now = bag_ns, now_ns
         if self._paused_at is not None:
             self._paused_at = now_ns

@@ -1,4 +1,4 @@
-"""Read the messages in a bag in time order, optionally only some topics or a time range.
+"""Read a bag's messages in time order, optionally limited to certain topics or a time range.
 
 Opening a bag reads only its index. Memory is bounded by the open chunks, not by the size of the bag.
 """
@@ -202,7 +202,7 @@ class BagReader:
         return header
 
     def chunk_index(self, number: int) -> Mapping[int, bytes]:
-        """Return a chunk's packed entries by connection. Raise `BagFormatError` if they are damaged."""
+        """Return a chunk's packed entries for each connection. Raise `BagFormatError` if they are damaged."""
         chunks = self.layout.chunks
         end = chunks[number + 1].position if number + 1 < len(chunks) else self._source.size
         return read_chunk_index(self._source, self.layout, chunks[number], self.chunk_header(number), end)

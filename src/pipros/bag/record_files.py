@@ -149,7 +149,7 @@ class RecordFiles:
         return True
 
     def forget_latched(self, topics: Set[str]) -> None:
-        """Do not repeat the latched messages of the given topics in later files."""
+        """Do not repeat latched messages from the given topics in later files."""
         self._latched = {key: message for key, message in self._latched.items() if key[0] not in topics}
 
     def is_due(self, now_ns: int) -> bool:

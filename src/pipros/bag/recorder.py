@@ -200,7 +200,7 @@ class Recorder:
         if now >= self._next_disk_check:
             ends = self._options.ends_without_space
             self._next_disk_check = now + (_ENDING_DISK_PERIOD_S if ends else _DISK_PERIOD_S)
-            self._report_dropped()  # before `_check_disk` changes `_has_space`, which decides the reason
+            self._report_dropped()  # before `_check_disk` changes `_has_space`, on which the reason depends
             self._check_disk(files)
 
         if now >= self._next_flush and self._has_space:
@@ -256,7 +256,7 @@ class Recorder:
             header = message.header
             known = connections.get(id(header))
             if known is None:
-                # Most of these headers belong to publishers that no longer exist.
+                # When the cache is full, most of its headers belong to publishers that no longer exist.
                 if len(connections) >= KEPT_CONNECTIONS:
                     connections.clear()
                 known = connections[id(header)] = received_connection(topic, header), header

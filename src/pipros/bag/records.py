@@ -75,7 +75,7 @@ def parse_fields(header: bytes, where: str) -> Fields:
     """Parse the fields of a header.
 
     Raises:
-        BagFormatError: a field exceeds the header, or does not have a name.
+        BagFormatError: a field extends beyond the header, or has no name.
     """
     fields: Fields = {}
     position, end = 0, len(header)
@@ -100,7 +100,7 @@ def parse_head(read: Callable[[int, int], bytes], position: int, where: str) -> 
     """Return the fields of the record at `position`, and the position and size of its data.
 
     Args:
-        read: function that takes a position and a number of bytes, and returns these bytes.
+        read: function that takes a position and a number of bytes, and returns the bytes at that position.
     """
     head_size = int.from_bytes(read(position, 4), "little")
     fields = parse_fields(read(position + 4, head_size), where)
@@ -134,7 +134,7 @@ def op_of(fields: Fields, where: str) -> int:
 
 
 def number(fields: Fields, name: str, size: int, where: str) -> int:
-    """Return the unsigned integer of `size` bytes in a field.
+    """Return the unsigned integer in a field of `size` bytes.
 
     Raises:
         BagFormatError: the field is missing, or has a different size.

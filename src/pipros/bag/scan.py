@@ -180,7 +180,7 @@ def _scan_inner(
 
 
 def _next_chunk(source: Source, position: int) -> int:
-    """Return the position of the next probable chunk, or the end of the file if there is none."""
+    """Return the position of the next likely chunk, or the end of the file if there is none."""
     first = position
     while position < source.size:
         block = source.read(position, min(_SEARCH_BYTES, source.size - position))

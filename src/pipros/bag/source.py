@@ -99,7 +99,7 @@ class Source:
         return self.read(position, size)
 
     def _start(self, position: int) -> bytes:
-        """Return enough bytes for most headers with a single read."""
+        """Return the start of a record, with enough bytes for most headers, in a single read."""
         if position >= self.size:
             raise BagFormatError(
                 f"{self.at(position)}: a record must follow, but the file ends at {self.size}"

@@ -1,4 +1,4 @@
-"""Write messages to a bag by topic."""
+"""Add messages to a bag by topic name."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class TopicWriter:
         nanoseconds: int,
         header: Mapping[str, Any] | None = None,
     ) -> None:
-        """Add a message. Header values may be text or bytes.
+        """Add a message. Header values may be strings or bytes.
 
         Raises:
             AttributeError: `message` is not a message.

@@ -1,1 +1,1 @@
-"""Names, limits, errors, files, and text received from peers."""
+"""Basic modules: names, limits, errors, files, and the handling of text received from peers."""

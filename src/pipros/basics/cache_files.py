@@ -40,7 +40,7 @@ class CacheFolder:
         self._path = path
 
     def read(self, name: str) -> bytes | None:
-        """Return the content of a file; None if it is missing or not trusted."""
+        """Return the content of a file, or None if the file is missing or not trusted."""
         try:
             return self.load(name)
         except Untrusted as error:
@@ -125,7 +125,7 @@ class CacheFolder:
             os.close(folder)
 
     def enter(self, *, creates: bool = False) -> int:
-        """Return a file descriptor for the folder, which the caller closes. Needs a system with file owners.
+        """Return a file descriptor for the folder, which the caller must close. Requires a POSIX system.
 
         Args:
             creates: whether to create the folder if it does not exist.

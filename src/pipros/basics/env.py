@@ -105,7 +105,7 @@ class Environment:
         return PortRange.parse(self.ports) if self.ports else None
 
     def advertised_address(self, ports: PortRange | None = None) -> AdvertisedAddress | None:
-        """Return the address in `PIPROS_ADVERTISE`, at which peers reach this process; None if unset.
+        """Return the address in `PIPROS_ADVERTISE`, at which peers reach this process, or None if unset.
 
         `ports` are the ports that nodes may open; defaults to `port_range`.
 

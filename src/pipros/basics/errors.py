@@ -22,7 +22,7 @@ class NeedsPosix(PiprosError):
 
 
 class NeedsSockets(PiprosError):
-    """Python runs in a browser, where there are no sockets and threads."""
+    """Python runs in a browser, where there are no sockets or threads."""
 
     def __init__(self) -> None:
         super().__init__("nodes, masters and their clients need sockets and threads, which a browser lacks")

@@ -1,4 +1,4 @@
-"""Read whole files from untrusted sources, up to a size limit. Pipes and devices are refused."""
+"""Read regular files from untrusted sources, up to a size limit. Pipes and devices are rejected."""
 
 from __future__ import annotations
 

@@ -25,9 +25,9 @@ _Item = TypeVar("_Item")
 
 
 class OnceEvent:
-    """An event that can be set once, and stays usable if a signal handler raises in a waiting thread.
+    """An event that can be set once, and stays usable if a signal handler raises an exception during `wait`.
 
-    `set` never blocks, so signal handlers may call it. A handler may raise an exception during `wait`.
+    `set` never blocks, so signal handlers may call it.
     """
 
     __slots__ = ("_is_set", "_lock")
@@ -62,7 +62,7 @@ class OnceEvent:
 
 @contextlib.contextmanager
 def set_by_signals(over: OnceEvent) -> Iterator[None]:
-    """Set `over` at the first SIGINT or SIGTERM, and end the process at the second.
+    """Set `over` on the first SIGINT or SIGTERM, and let the second one end the process.
 
     Does nothing outside the main thread.
     """

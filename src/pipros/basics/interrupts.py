@@ -26,7 +26,7 @@ _AGAIN_S = 0.02
 
 
 def install() -> None:
-    """Make every Ctrl-C effective, even if Python would only report it. May be called repeatedly."""
+    """Make every Ctrl-C interrupt the program, even during a `__del__` method. May be called repeatedly."""
     if not isinstance(sys.unraisablehook, _InterruptKeeper):
         sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
 

@@ -113,7 +113,7 @@ class Limits(NamedTuple):
         bridge_clients: clients of all rosbridge and Foxglove servers in a process.
         bridge_topics: topics that all these clients receive together.
         bridge_subscriptions: subscriptions of one client; also the topics and services that it advertises.
-        bridge_queue_bytes: the messages and answers queued for one client.
+        bridge_queue_bytes: the messages and responses queued for one client.
         bridge_message_bytes: a message from a client, or from ROS 2 through Zenoh.
         bridge_stall_s: the time for which a client may leave a full connection unread.
         bridge_client_rate: messages per second that a client may send; faster clients are slowed down.
@@ -126,7 +126,7 @@ class Limits(NamedTuple):
         ros2_incomplete_total_bytes: fragments and early messages of all participants together.
         ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
         ros2_backlog_bytes: datagrams from ROS 2 that a participant has read but not yet handled.
-        ros2_inbox_bytes: ROS 2 messages that are queued for one callback, or for a service's answer.
+        ros2_inbox_bytes: ROS 2 messages that are queued for one callback, or requests queued for one service.
         fleet_file_bytes: a fleet member's YAML file.
         fleet_members: other members of a fleet that a member shows.
         fleet_topics: topics and services of these members, in total.

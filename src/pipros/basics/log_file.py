@@ -1,8 +1,8 @@
 """Write log files that another user cannot redirect, and that tolerate a full disk.
 
 Log folders may be shared. Another user who can write to a log folder could replace a log file with a link.
-Lines that contain text from peers would then be appended to the linked file, which could be any file of the
-node's user.
+Lines that contain text from peers would then be appended to the linked file, which could be any file that
+the node's user owns.
 """
 
 from __future__ import annotations

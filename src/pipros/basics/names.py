@@ -39,7 +39,7 @@ def is_legal_topic(name: str) -> bool:
 
 
 def is_legal_base(name: str) -> bool:
-    """Return True for a legal name without a namespace, as a node name must be: `talker`."""
+    """Return True for a legal name without a namespace, such as the base name of a node: `talker`."""
     return re.fullmatch(_LEGAL_BASE, name) is not None
 
 
@@ -108,7 +108,7 @@ def make_global_namespace(ns: str) -> str:
 
 
 def resolve(name: str, node_name: str, remappings: Mapping[str, str] | None = None) -> str:
-    """Return the global name of `name` inside the node `node_name`, with remappings applied.
+    """Resolve `name` to a global name, as in the node `node_name`, and apply remappings.
 
     `node_name` is the node's full name (`/ns/node`). The keys and values of `remappings` must be
     global names (see `resolve_remappings`).
@@ -143,7 +143,7 @@ class InvalidKey(ValueError):
 def leaves_below(
     name: str, value: Any, combine: Callable[[str, str], str] = join
 ) -> Iterator[tuple[str, Any]]:
-    """Yield the individual parameters in a value at `name`.
+    """Yield the name and value of each parameter in `value`, which is stored at `name`.
 
     Dictionaries are namespaces; empty dictionaries are omitted.
 
@@ -166,7 +166,7 @@ def leaves_below(
 
 
 def anonymous(base: str) -> str:
-    """Return `base` made unique as in rospy: `base_<process id>_<milliseconds>`."""
+    """Return a unique name in rospy's format: `base_<process id>_<milliseconds>`."""
     return re.sub(_ILLEGAL_IN_ANONYMOUS, "_", f"{base}_{os.getpid()}_{int(time.time() * 1000)}")
 
 
@@ -174,13 +174,13 @@ _NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 class Arguments(NamedTuple):
-    """The arguments of a command line, classified by the ROS rules.
+    """A command line's arguments, classified by the ROS rules.
 
     Attributes:
-        remappings: `from:=to`, with both sides as written.
-        params: `_name:=value`: the name without its underscore, and the value as YAML text.
-        special: `__name:=value`; the keys include the underscores: `__name`, `__ns`, `__log`, `__ip`,
-            `__hostname`, `__master`, ….
+        remappings: arguments of the form `from:=to`, with both sides as written.
+        params: values from `_name:=value`, as YAML text, by name without the underscore.
+        special: values from `__name:=value`. The keys include the underscores: `__name`, `__ns`, `__log`,
+            `__ip`, `__hostname`, `__master`, ….
         rest: all other arguments in order.
         malformed: arguments with a key and more than one `:=`; they have no effect.
     """

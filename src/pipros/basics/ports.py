@@ -1,9 +1,9 @@
 """The ports that the nodes of a process may open, and the address at which peers reach them.
 
 `PIPROS_PORTS=11400-11420` limits the nodes to a range. `PIPROS_ADVERTISE` is for nodes in a container or
-behind a router, which peers reach at an address other than the bound address: `HOST` if the ports are the
-same, `HOST:31400-31420` for the ports in `PIPROS_PORTS` in the same order, and
-`HOST:31400-31420=11400-11420,21311=11311` to map advertised ports to bound ports.
+behind a router, which peers reach at an address other than the bound address. Its value is `HOST` if the
+ports are the same, `HOST:31400-31420` to map these ports to those in `PIPROS_PORTS` in the same order, or
+`HOST:31400-31420=11400-11420,21311=11311` to map each advertised range to a range of bound ports.
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ class AdvertisedAddress:
         return self.host, port
 
     def inside(self, port: int) -> int | None:
-        """Return the bound port for an advertised port; None if it is not listed."""
+        """Return the bound port for an advertised port, or None if the port is not listed."""
         for outer, inner in self.ports:
             if port in outer:
                 return inner.first + port - outer.first

@@ -1,4 +1,4 @@
-"""Module attributes that forward reads and writes to the attributes of an object."""
+"""Module attributes that forward reads and writes to an object's attributes."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ def share_names(module: str, owner: object, attributes: Mapping[str, str]) -> No
 
     Args:
         module: the module's own name.
-        attributes: for each name, the attribute of `owner`, or `part.attribute` for an attribute of one of
-            its parts.
+        attributes: maps each name to an attribute of `owner`, or to `part.attribute` for an attribute of one
+            of its parts.
     """
 
     def shared(path: str) -> property:

@@ -38,7 +38,7 @@ def split_uri(text: str, schemes: Collection[str] = ("http",)) -> tuple[str, int
 
 
 def host_of(peer: str) -> str:
-    """Return the host in a URI or an address; the whole text if it is neither.
+    """Return the host in a URI or an address, or the whole text if it is neither.
 
     >>> host_of("http://robot:123/"), host_of("10.0.0.1:5"), host_of("rosrpc://[::1]:80"), host_of("robot")
     ('robot', '10.0.0.1', '::1', 'robot')

@@ -13,7 +13,7 @@ _LIMIT = 1_000
 
 @cache
 def warn_once(text: str) -> None:
-    """Write a line to standard error the first time that `text` is given. Never raises."""
+    """Write `text` to standard error, unless it was already written. Never raises."""
     if sys.stderr is not None:
         with contextlib.suppress(OSError, ValueError):
             print(printable(text, _LIMIT), file=sys.stderr, flush=True)

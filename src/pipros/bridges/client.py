@@ -2,11 +2,11 @@
 
 Theory of operation. `Outbox` wakes the event loop once for all clients. No task writes a client's frames:
 the event loop writes them until the socket buffer is full, and again when asyncio reports that there is room.
-A connection that stays full is aborted if the client reads nothing for `bridge_stall_s`. Frames bypass
-websockets' `send`, which copies a large message twice and takes several times as long for a small one, and
-`broadcast`, which does not report a full buffer. Their headers are therefore encoded here (unmasked, without
-extensions; RFC 6455). A large frame is sent without copying it; while it is being written, control frames
-wait.
+A connection whose buffer stays full is aborted if the client reads nothing for `bridge_stall_s`. Frames
+bypass websockets' `send`, which copies a large message twice and takes several times as long for a small one,
+and `broadcast`, which does not report a full buffer. Frame headers are therefore encoded here (unmasked,
+without extensions; RFC 6455). A large frame is sent without copying it; while it is being written, control
+frames wait.
 """
 
 from __future__ import annotations
@@ -205,19 +205,19 @@ class Client:
         self._frames: deque[Frame] = deque()  # remaining frames of the current message
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
-        self._sent: asyncio.Future[None] | None = None  # resolved once all answers are written
+        self._sent: asyncio.Future[None] | None = None  # resolved once all responses are written
         self._ending: asyncio.Task[None] | None = None
         connection.on_room = self._flush
         connection.on_full = self._watch_progress
 
     def send(self, *frames: Frame) -> None:
-        """Send an answer, or another message that must not be dropped. Thread-safe."""
+        """Send a response, or another message that must not be dropped. Thread-safe."""
         self.outbox.answer(*frames)
 
     async def send_large(self, frame: Frame) -> None:
-        """Send an answer that may be large, once all other answers have been written.
+        """Send a response that may be large, once all other responses have been written.
 
-        Large answers are sent one at a time, so that they never overrun the outbox.
+        Large responses are sent one at a time, so that they never overrun the outbox.
         """
         async with self._turn:
             while self.outbox.has_answers:
@@ -241,7 +241,7 @@ class Client:
 
     def _flush(self) -> None:
         if self.outbox.is_overrun:
-            self.end("This client has too many unread answers.", CloseCode.TRY_AGAIN_LATER)
+            self.end("This client has too many unread responses.", CloseCode.TRY_AGAIN_LATER)
             return
         connection = self._connection
         left = TURN_BYTES

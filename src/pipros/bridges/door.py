@@ -1,4 +1,4 @@
-"""One port for all bridges and the page: admits clients, and passes each to the handler of its protocol.
+"""One port for all bridges and the page, which admits clients and passes each to its protocol's handler.
 
 A client chooses its protocol with the WebSocket subprotocol; the handler "" serves clients without one. The
 token, if one is required, is in the header `Authorization: Bearer`, in the URL (the last segment of the path,
@@ -43,11 +43,11 @@ DESCRIPTORS_SHARE: Final = 1 / 2
 PING_S: Final = 20.0
 """Interval between pings to each client."""
 PONG_S: Final = 60.0
-"""Timeout for the answer to a ping, which a slow client receives only after all data queued before it."""
+"""Maximum time to wait for a pong. A slow client receives the ping only after all data queued before it."""
 
 
 class Session(Protocol):
-    """One client of a protocol. For use in the event loop."""
+    """A session with one client. For use in the event loop."""
 
     async def receive(self, data: str | bytes) -> None:
         """Handle a message.
@@ -56,13 +56,13 @@ class Session(Protocol):
         """
 
     def takes(self) -> Mapping[Hashable, str]:
-        """Return the client's subscriptions: their names for the list of clients, by key in the outbox."""
+        """Return the client's subscriptions: a mapping from outbox keys to names in the list of clients."""
 
     def sends(self) -> Sequence[str]:
         """Return the topics that the client publishes."""
 
     def close(self) -> None:
-        """Release everything that the client uses, after its connection has closed."""
+        """Release the client's resources after its connection has closed."""
 
 
 class Handler(Protocol):
@@ -155,7 +155,7 @@ class Door:
             names: host names under which the page and the list of clients are served, besides the loopback
                 names.
             ping_s: interval between pings; None disables them.
-            pong_s: timeout for the answer to a ping; None waits forever.
+            pong_s: maximum time to wait for a pong; None waits forever.
 
         Raises:
             OSError: the port is in use, or the address does not belong to this machine.
@@ -207,7 +207,7 @@ class Door:
         ]
 
     def _answer(self, connection: BridgeConnection, request: Request) -> Response | None:
-        """Return the HTTP response to a request, or None to start a WebSocket connection."""
+        """Return the HTTP response to a request, or None to continue with the WebSocket handshake."""
         is_upgrade = (request.headers.get("Upgrade") or "").lower() == "websocket"
         path = request.path.partition("?")[0]
         if self._page is not None and path != CLIENTS_PATH and (not is_upgrade or path == SOCKET_PATH):
@@ -307,7 +307,7 @@ class Door:
 
 
 def _origin(request: Request) -> str | None:
-    """Return the origin of a request; an invalid one if the request contains several."""
+    """Return a request's origin, or None if it has none. Several `Origin` headers give an invalid origin."""
     values = request.headers.get_all("Origin")
     return None if not values else ", ".join(values)
 

@@ -21,7 +21,7 @@ class Frame:
 
     Attributes:
         parts: the data. A large body is a separate part, so that it is not copied for each client.
-        is_text: whether the data are text in UTF-8.
+        is_text: whether the data is UTF-8 text.
         size: number of bytes.
     """
 
@@ -34,7 +34,7 @@ class Frame:
 
 
 def text_frame(text: str) -> Frame:
-    """Return a frame of text."""
+    """Return a frame that contains text."""
     return Frame((text.encode(errors="replace"),), is_text=True)
 
 
@@ -63,7 +63,7 @@ class _Subscription:
 
 
 class Outbox:
-    """The messages and answers for one client. Thread-safe, and never blocks.
+    """Queue of messages and answers for one client. Thread-safe; methods never block.
 
     Attributes:
         total: traffic of all subscriptions, current and past.
@@ -145,7 +145,7 @@ class Outbox:
             self._wake()
 
     def pop(self) -> Sequence[Frame] | None:
-        """Remove the oldest message or answer, and return its frames; None if the outbox is empty."""
+        """Remove the oldest message or answer and return its frames. Return None if the outbox is empty."""
         with self._lock:
             first = next(iter(self._messages), self._next)
             if self._answers and self._answers[0].number < first:
@@ -179,7 +179,7 @@ class Outbox:
         return self._bytes
 
     def traffic(self) -> Mapping[Hashable, Traffic]:
-        """Return a copy of the traffic of each open subscription, by key."""
+        """Return a copy of each open subscription's traffic, by subscription key."""
         with self._lock:
             return {key: replace(found.traffic) for key, found in self._subscriptions.items()}
 

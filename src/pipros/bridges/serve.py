@@ -144,7 +144,7 @@ def serve(
 
 
 def secret_of(options: DoorOptions) -> Secret | None:
-    """Return the secret in the token file; None without a token file.
+    """Return the secret in the token file, or None if there is no token file.
 
     Raises:
         BadTokenFile: the tokens cannot be read.

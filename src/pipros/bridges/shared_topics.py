@@ -1,9 +1,9 @@
 """Topics that the clients of a bridge receive. All clients share one ROS subscription per topic.
 
-The node shares the subscription, and also passes latched messages to later callbacks. This module adds three
-guarantees for bridges: subscribing never blocks, because a thread calls the master; all clients of a topic
-share one object per message, which includes the time of arrival; and a client that expects a type never
-receives messages of other types.
+The node shares its subscriptions, and passes latched messages to callbacks that are added later. This module
+adds three guarantees for bridges: subscribing never blocks, because a thread calls the master; all clients of
+a topic share one object per message, which includes the time of arrival; and a client that expects a type
+never receives messages of other types.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class TopicMessage:
         topic: global name.
         body: the serialized message.
         header: the publisher's connection header: `type`, `md5sum`, `message_definition`, `callerid`, ….
-        received_ns: time of arrival by the node's clock, which may be simulated.
+        received_ns: time of arrival according to the node's clock, which may be simulated.
     """
 
     topic: str
@@ -110,7 +110,7 @@ class SharedTopics:
         return taken
 
     def type_of(self, topic: str) -> str | None:
-        """Return the type of a topic, from its newest message or from the master. Blocks; None if unknown.
+        """Return a topic's type, from its newest message or from the master, or None if unknown. Blocks.
 
         Raises:
             PiprosError: the master does not answer.
@@ -158,7 +158,7 @@ class SharedTopics:
                 self._newest.pop(taken.topic, None)
 
     def _message_of(self, topic: str, raw: AnyMsg) -> TopicMessage:
-        """Return the shared object for a message. A topic delivers one message at a time."""
+        """Return the shared object for a message. Messages on a topic are delivered one at a time."""
         newest = self._newest.get(topic)
         if newest is not None and newest[0] is raw:
             return newest[1]
@@ -197,7 +197,7 @@ class Taken:
         self._lock = threading.Lock()
 
     def close(self) -> None:
-        """Stop calling `on_message`; a call that is running continues. May be called repeatedly."""
+        """Stop calling `on_message`. A call in progress is not interrupted. May be called repeatedly."""
         with self._lock:
             if self.is_closed:
                 return

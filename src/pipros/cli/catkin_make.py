@@ -73,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _check_targets(
     targets: list[str], result: BuildResult, layout: WorkspaceFolders, definitions: Mapping[str, str]
 ) -> int:
-    """Let genuine catkin make the targets that pipros does not know. For `help`, print the known targets.
+    """Pass targets that pipros does not know to genuine catkin. For `help`, print the known targets.
 
     Return 1 if an error was printed, otherwise 0.
     """

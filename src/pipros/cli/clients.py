@@ -64,7 +64,7 @@ def _clients(place: str, token: str | None, certificate: str | None) -> list[Map
         if answer.status == http.HTTPStatus.FORBIDDEN and "Authorization" in text and token is None:
             raise CommandError(f"{place} requires a token; use --token-file FILE")
         if answer.status != http.HTTPStatus.OK:
-            raise CommandError(f"{place} refuses the request: {text}")
+            raise CommandError(f"{place} refused the request: {text}")
         rows: list[Mapping[str, Any]] = json.loads(text)
     except (OSError, ValueError, http.client.HTTPException) as error:
         hint = ""

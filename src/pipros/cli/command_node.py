@@ -15,7 +15,7 @@ from pipros.node.start_params import is_on
 def command_node(
     name: str, argv: Sequence[str] = (), *, wall_time: bool = False, insist: bool = True
 ) -> Iterator[Node]:
-    """Run a node with a unique name until the context ends. It is then unregistered, even after an error.
+    """Context manager that runs a node with a unique name, and unregisters it on exit, even after an error.
 
     Ctrl-C and SIGTERM shut the node down; see `ended_by_signals`.
 

@@ -32,7 +32,7 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
       Therefore, no file or socket that is opened later gets the stream's descriptor.
     - If output cannot be written, the command ends with one line on standard error and code 120.
     - If the reader of a pipe closes it (`| head`), the command ends silently with code 0.
-    - A character missing in the terminal's encoding is written as an escape such as `\\xe9`.
+    - A character that the stream's encoding lacks is written as an escape such as `\\xe9`.
 
     Output is flushed when the command returns. Streams that have replaced the process's own, as in tests, are
     left unchanged.

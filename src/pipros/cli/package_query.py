@@ -93,7 +93,7 @@ class PackageQuery:
 
     @property
     def name(self) -> str:
-        """The name of the given package, or else of the package in the current folder.
+        """The name of the given package or, by default, of the package in the current folder.
 
         Raises:
             QueryFailed: the package does not exist, or none was given and the folder is not a package.

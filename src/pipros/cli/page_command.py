@@ -40,8 +40,8 @@ def without_remappings(argv: Sequence[str]) -> list[str]:
 def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int:
     """Open the page at a tab, and serve the page until Ctrl-C.
 
-    `more` are additional fields of `PageOptions`. `usual` is the kind of change that the command exists to
-    make. On loopback, the page may make such changes without `--control`.
+    `more` are additional fields of `PageOptions`. `usual` is the kind of change for which the command is
+    intended. On loopback, the page may make such changes without `--control`.
     """
     from pipros.web.serve_page import CHANGING, PageOptions, serve_page
 

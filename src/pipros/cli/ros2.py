@@ -132,7 +132,7 @@ def _status(argv: Sequence[str]) -> int:
 
 
 def _statuses() -> dict[str, Mapping[str, Any]]:
-    """Return the reports of this master's gateways, by node."""
+    """Return the status reports of this master's gateways, by node name."""
     from pipros.graph.client import GraphClient
     from pipros.graph.errors import GraphError
     from pipros.graph.service_call import ServiceCaller

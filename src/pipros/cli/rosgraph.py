@@ -53,7 +53,7 @@ def _follow() -> int:
 
 
 def describe(state: SystemState) -> str:
-    """List the nodes with their inbound and outbound peers, then the services, as registered."""
+    """List the registered nodes with their inbound and outbound peers, then the registered services."""
     inbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     outbound: dict[str, set[str]] = {node: set() for node in state.nodes()}
     for topic, publishers in state.publishers.items():

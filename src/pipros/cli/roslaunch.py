@@ -185,9 +185,9 @@ def _wait_for_master(console: Console) -> None:
 
 
 def _inspection(options: Values, files: Sequence[str]) -> Inspection | None:
-    """Return the function that prints the information that an option requests; None if nodes will be started.
+    """Return the function that prints the requested information, or None if no option requests any.
 
-    If there are several such options, one of them is selected as in Noetic.
+    If there are several such options, the order of precedence is Noetic's.
     """
     requested = (
         options.node_args,

@@ -1,4 +1,4 @@
-"""`roslaunch-complete`: prints the arguments of a launch file, for completion in shells."""
+"""`roslaunch-complete`: prints the arguments of a launch file, for shell completion."""
 
 from __future__ import annotations
 

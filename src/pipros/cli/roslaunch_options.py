@@ -120,7 +120,7 @@ def check_child_options(parser: OptionParser, options: Values, words: Sequence[s
 def session_options(options: Values) -> SessionOptions:
     """Convert the command-line options of roslaunch or roscore to session options.
 
-    `--ports` becomes the `PIPROS_PORTS` of this process.
+    `--ports` sets `PIPROS_PORTS` in the environment of this process.
 
     Raises:
         InvalidEnvironment: `--ports` is not a range of ports.

@@ -1,4 +1,4 @@
-"""`rosmsg-proto`: prints an empty message as YAML, for shells that complete `rostopic pub /topic type`."""
+"""`rosmsg-proto`: prints an empty message as YAML, for shell completion of `rostopic pub /topic type`."""
 
 from __future__ import annotations
 

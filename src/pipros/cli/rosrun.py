@@ -157,7 +157,7 @@ def _report_missing_program(package: Package, name: str, found: Executables, pro
 
 
 def _suggest(name: str, known: list[str]) -> None:
-    """Suggest names that are similar to a mistyped name, on stderr, so that stdout equals Noetic's."""
+    """Suggest names similar to a mistyped name. Uses stderr, so that stdout equals Noetic's."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, known, n=3, cutoff=0.7)

@@ -45,7 +45,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, chan
 
 
 def _resolved(graph: GraphClient, word: str) -> str:
-    """Resolve the name of a topic, node or field. The text from the first `[` or `:` on is kept."""
+    """Resolve the name of a topic, node or field. The part from the first `[` or `:` on is left unchanged."""
     end = min((at for at in map(word.find, ":[") if at >= 0), default=len(word))
     return graph.resolve(word[:end]) + word[end:]
 
@@ -157,7 +157,7 @@ def _show_layout(arguments: list[str]) -> int:
 
 
 def _panels(name: str | None, file: str | None) -> str:
-    """Return the panels of a stored layout or of a layout file; empty if neither is given."""
+    """Return the panels of a stored layout or a layout file, or an empty string if neither is given."""
     from pipros.web.layouts import StoredLayouts, open_layout
 
     try:
@@ -174,7 +174,7 @@ def _panels(name: str | None, file: str | None) -> str:
 
 
 def _standalone(arguments: list[str]) -> tuple[str | None, list[str]]:
-    """Return the plugin that `-s` names, or None, and the other arguments."""
+    """Return the plugin named by `-s`, or None if `-s` is not given, and the other arguments."""
     for at, word in enumerate(arguments):
         option, equals, value = word.partition("=")
         if option == "--standalone" and equals:

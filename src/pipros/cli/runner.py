@@ -1,4 +1,4 @@
-"""Shared behaviour of all commands: options in the style of ROS, one line per error, no tracebacks.
+"""Shared behaviour of all commands: ROS-style options, one line per error, no tracebacks.
 
 Most of a command's run time is interpreter start-up, so this module imports nothing that only some commands
 need.
@@ -39,7 +39,7 @@ class MasterUnreachable(CommandError):
 
 
 def option_parser(command: str, usage: str, description: str | None = None) -> OptionParser:
-    """Return a parser whose usage has Noetic's format: `Usage: rostopic list [/namespace]`.
+    """Return a parser whose usage text has Noetic's format: `Usage: rostopic list [/namespace]`.
 
     If a command line is invalid, the parser exits with code 2.
     """
@@ -102,7 +102,7 @@ def add_flag(parser: OptionParser, *names: str, help: str, dest: str | None = No
 
 
 def single_argument(parser: OptionParser, arguments: Sequence[str], *, missing: str, several: str) -> str:
-    """Return the single argument. If there is not exactly one, exit with the text `missing` or `several`."""
+    """Return the only argument. If there are none or several, exit with the error `missing` or `several`."""
     if not arguments:
         parser.error(missing)
     if len(arguments) > 1:

@@ -161,7 +161,7 @@ class _Chromium:
                 if answer.get("id") == self._number:
                     break
         except OSError:
-            raise CommandError("the browser ended unexpectedly") from None
+            raise CommandError("the browser exited unexpectedly") from None
         if "error" in answer:
             raise CommandError(f"the browser refused {method}: {answer['error'].get('message')}")
         return answer["result"]
@@ -174,7 +174,7 @@ class _Chromium:
                 raise CommandError(f"the browser did not answer within {START_S:g} s")
             more = os.read(self._answers, 1_000_000)
             if not more or len(self._rest) > LARGEST_ANSWER:
-                raise CommandError("the browser ended unexpectedly")
+                raise CommandError("the browser exited unexpectedly")
             self._rest += more
         answer, _, self._rest = self._rest.partition(b"\0")
         return answer

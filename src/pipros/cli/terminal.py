@@ -122,7 +122,7 @@ class LiveBlock:
         self._height = 0
 
     def _height_of(self, text: str) -> int:
-        """Return the number of screen lines of a block; 0 if its start has scrolled off the screen."""
+        """Return the number of screen lines of a block, or 0 if its start has scrolled off the screen."""
         import shutil
 
         columns, lines = shutil.get_terminal_size()

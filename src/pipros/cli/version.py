@@ -31,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def versions_of_process() -> dict[str, str]:
-    """Return the versions and paths to print, by name, in order."""
+    """Return the versions and paths to print, keyed by label, in order."""
     from pipros.cli.rosversion import DISTRO
 
     return {

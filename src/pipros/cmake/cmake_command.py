@@ -1,6 +1,6 @@
 """Substitute for the program `cmake` if CMake is not installed: `cmake -E tool …` and `cmake -P script`.
 
-Custom commands of packages use `cmake` to copy files and run programs.
+Packages' custom commands use `cmake` to copy files and run programs.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class CannotCopy(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Pattern:
-    """A `PATTERN` or `REGEX`, and the treatment of matching paths."""
+    """A `PATTERN` or `REGEX`, and how matching paths are treated."""
 
     expression: re.Pattern[str]
     is_excluded: bool = False
@@ -76,7 +76,7 @@ class Copy:
 def read_copies(
     words: Sequence[str], in_source: Callable[[str], str], *, is_folder: bool = False, mode: int = FILE_MODE
 ) -> list[Copy]:
-    """Parse the copies in words such as `a.txt b.txt DESTINATION share OPTIONAL`.
+    """Parse the copies specified by words such as `a.txt b.txt DESTINATION share OPTIONAL`.
 
     Args:
         in_source: function that makes a source path absolute.
@@ -126,7 +126,7 @@ def read_copies(
 
 
 def _by_keyword(words: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
-    """Yield each keyword with the words after it. Words before the first keyword have an empty keyword."""
+    """Yield each keyword with the words after it. The keyword is "" for words before the first keyword."""
     keyword, following = "", list[str]()
     for word in words:
         if word in _KEYWORDS:

@@ -43,7 +43,7 @@ def _in(words: Sequence[str], variables: Mapping[str, str]) -> list[str]:
 
 
 def _range(numbers: list[int]) -> range:
-    """Return the numbers in a range that includes the last number, as in CMake.
+    """Return the range that `numbers` specifies. As in CMake, it includes the last number.
 
     If no step is given, the range may count down.
     """

@@ -39,7 +39,7 @@ def check_length(characters: int, limits: Limits) -> None:
 
 
 class Scope:
-    """The variables of the current function or folder, with the cache below them.
+    """The variables of the current function or folder, with the cache entries as a fallback.
 
     Attributes:
         values: the values for `${NAME}`. Setting an item sets a variable, never a cache entry.
@@ -71,15 +71,15 @@ class Scope:
         self._values.characters -= len(self._variables.pop(name, ""))
 
     def set_in_parent(self, name: str, value: str | None) -> None:
-        """Set a variable, or unset it if `value` is None, in the caller of the current function or folder."""
+        """Set a variable in the scope that encloses the current one; unset it if `value` is None."""
         self._for_parent[-1][name] = value
 
     @contextmanager
     def inner(self) -> Iterator[None]:
         """Open a scope for a function, block or folder.
 
-        At its end, its variables are discarded, and those set by `set_in_parent` are assigned in the outer
-        scope.
+        When the scope ends, its variables are discarded, and those set by `set_in_parent` are assigned in the
+        outer scope.
         """
         before, characters = dict(self._variables), self._values.characters
         self._for_parent.append({})

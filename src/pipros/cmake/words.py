@@ -23,5 +23,5 @@ def sections(words: Sequence[str], keys: Sequence[str], switches: Sequence[str] 
 
 
 def options_of(words: list[str], *names: str) -> dict[str, str]:
-    """Return the word that follows each of `names`. The result lacks names that do not occur in `words`."""
+    """Return the word that follows each of `names`. Omit names that do not occur in `words`."""
     return {name: words[words.index(name) + 1] for name in names if name in words[:-1]}

@@ -1,4 +1,4 @@
-"""The agent of one member: a node of its master, and a link to the router.
+"""A fleet member's agent: a node on the member's master, with a link to the router.
 
 One thread owns the state. It handles events: tokens, directories and wishes from other members, and changes
 on the local master. A second thread polls the master, because calls to it may block. Messages pass through
@@ -56,19 +56,19 @@ def agent_node_name(member: str) -> str:
 
 
 def new_instance() -> str:
-    """Return an id for one run of an agent. Ids sort by start time, with a resolution of 1 s."""
+    """Return a unique ID for an agent that starts now. IDs sort by start time, with a resolution of 1 s."""
     return f"{int(time.time()) & 0xFFFFFFFF:08x}{os.urandom(4).hex()}"
 
 
 class Agent:
-    """An agent that joins a master to a fleet.
+    """An agent that connects a master to a fleet.
 
     Call `start` to join. To leave, call `close`, and then close the node and the link.
 
     Attributes:
         member: the name of this member.
-        instance: identifies this run of the agent.
-        sender: sends the messages to other members.
+        instance: unique ID, which changes whenever the agent is restarted.
+        sender: sends messages to other members.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class Agent:
         """Store the settings.
 
         Args:
-            on_failure: called if an older member has the same name, so that this agent must end.
+            on_failure: called if this agent must stop because an older member has the same name.
             look_s: interval at which the local master is polled.
         """
         self.member = keys.member_name(member)
@@ -203,7 +203,7 @@ class Agent:
         self._events.wake()
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
-        """Queue a directory or wishes. Answers have a `kind`, so that they never replace newer documents."""
+        """Queue a directory or wishes. Replies have a `kind`, so that they never replace newer documents."""
         del attachment
         match keys.parts(key):
             case (member, "directory", []):

@@ -73,7 +73,7 @@ class RemoteService:
     """A service of another member, advertised on the local master."""
 
     def __init__(self, node: Node, link: Requests, me: str, member: str, entry: Entry) -> None:
-        """Advertise the service as `/<member><name>`. Blocks until the master answers.
+        """Advertise the service as `/<member><name>`. Blocks until the master responds.
 
         Raises:
             NameInUse: the node already has a service of this name.
@@ -90,7 +90,7 @@ class RemoteService:
         self._server: ServiceServer = node.serve(f"/{member}{entry.name}", self._class, self._call)
 
     def close(self) -> None:
-        """Unadvertise the service. Running calls fail."""
+        """Unadvertise the service. Calls in progress fail."""
         self._is_closed = True
         self._node.endpoints.stop_serving(self._server)
 
@@ -131,7 +131,7 @@ class RemoteService:
 
 
 class LocalCalls:
-    """Answers other members' service calls and parameter requests. Thread-safe."""
+    """Handles other members' service calls and parameter requests. Thread-safe."""
 
     def __init__(self, node: Node, file: FleetFile, log: logging.Logger) -> None:
         self.calls = 0
@@ -146,7 +146,7 @@ class LocalCalls:
         self.services: Mapping[str, Entry] = {}
 
     def take(self, asked: Asked) -> None:
-        """Answer a request in a separate thread; refuse it immediately if too many are running."""
+        """Handle a request in a separate thread, or refuse it immediately if too many calls are running."""
         with self._lock:
             has_room = self._running < self._node.limits.fleet_calls
             self._running += has_room

@@ -134,7 +134,7 @@ class Authority:
     def revoke(self, name: str) -> None:
         """Remove a member from the list, and delete its folder.
 
-        Running routers end its link within two seconds.
+        Running routers close the member's link within two seconds.
 
         Raises:
             KeysFailed: there is no member with this name.

@@ -1,4 +1,4 @@
-"""Memory for the definitions of other members' messages."""
+"""Memory limit for the definitions of other members' messages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import threading
 
 
 class DefinitionRoom:
-    """Counts the memory used by all members' definitions. Thread-safe."""
+    """Limits the memory used by all members' definitions. Thread-safe."""
 
     def __init__(self, limit_bytes: int) -> None:
         self._limit_bytes = limit_bytes

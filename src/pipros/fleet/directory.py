@@ -63,7 +63,7 @@ class Wishes:
 
     Attributes:
         instance: identifies the run of the member's agent.
-        revision: increases with each change, so that an old answer does not replace a newer message.
+        revision: increases with each change, so that an outdated reply does not replace a newer message.
         topics: names on the other member's master.
     """
 
@@ -110,7 +110,7 @@ def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Di
 
 
 def read_json(content: bytes) -> Any:
-    """Return the value of a JSON document from a peer; None if it is malformed."""
+    """Return the value of a JSON document from a peer, or None if the document is malformed."""
     try:
         return json.loads(content)
     except (ValueError, RecursionError):
@@ -124,7 +124,7 @@ def wishes_to_json(wishes: Wishes) -> bytes:
 
 
 def wishes_from_json(content: bytes, limit_bytes: int | None = None) -> Wishes | None:
-    """Decode wishes; None if they are malformed or too large."""
+    """Decode wishes. Return None if they are malformed or too large."""
     limit_bytes = process_limits().fleet_directory_bytes if limit_bytes is None else limit_bytes
     match read_json(content) if len(content) <= limit_bytes else None:
         case {"instance": str(instance), "revision": int(revision), "topics": list(topics)}:

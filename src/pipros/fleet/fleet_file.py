@@ -1,4 +1,4 @@
-"""The YAML file of a member: what it shares and accepts, and how it sends messages.
+"""A member's YAML file: what the member shares and accepts, and how it sends messages.
 
     router: tls/fleet.example.org:7447
     show: ["robot*"]                 # members whose topics and services appear here; default: all
@@ -123,7 +123,7 @@ class FleetFile:
     accepted_parameters: Sequence[Rule] = ()
 
     def shared_topic(self, topic: str) -> Rule | None:
-        """Return the rule that shares a topic; None if the topic is not shared."""
+        """Return the rule that shares a topic, or None if the topic is not shared."""
         if topic in NEVER_SHARED:
             return None
         rule = first_rule(self.shared_topics, topic)
@@ -132,12 +132,12 @@ class FleetFile:
         return rule
 
     def accepted_topic(self, topic: str) -> Rule | None:
-        """Return the rule that accepts a topic from at least some members; None if it is not accepted."""
+        """Return the rule that accepts a topic from at least some members, or None if there is none."""
         rule = None if topic in NEVER_SHARED else first_rule(self.accepted_topics, topic)
         return rule if rule is not None and rule.is_allowed else None
 
     def accepted_service(self, service: str) -> Rule | None:
-        """Return the rule that accepts calls to a service from at least some members; None if none does."""
+        """Return the rule that accepts calls to a service from at least some members, or None."""
         rule = first_rule(self.accepted_services, service)
         return rule if rule is not None and rule.is_allowed else None
 
@@ -151,7 +151,7 @@ class FleetFile:
 
 
 def first_rule(rules: Sequence[Rule], name: str) -> Rule | None:
-    """Return the first rule that matches a name; None if none does."""
+    """Return the first rule that matches a name, or None if there is none."""
     return next((rule for rule in rules if matches(rule.name, name)), None)
 
 

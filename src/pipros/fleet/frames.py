@@ -22,7 +22,7 @@ MOST_FRAMES: Final = 10_000
 
 
 def frame_change(entry: Entry, rule: Rule, member: str) -> FrameChange | None:
-    """Return the function that changes the messages of a topic; None if they are sent unchanged."""
+    """Return the function that changes a topic's messages, or None if they are sent unchanged."""
     if entry.type not in TF_TYPES:
         return None
     merges = entry.name == STATIC_TOPIC

@@ -33,13 +33,16 @@ _NAME: Final = re.compile(r"[\w-]{1,100}\.mcap", re.ASCII)
 
 
 def is_file_name(name: str) -> bool:
-    """Return whether a name is a valid file name of a history, without path separators."""
+    """Return whether a name is valid for a history file; valid names contain no path separators."""
     return _NAME.fullmatch(name) is not None
 
 
 @dataclass(frozen=True, slots=True)
 class HistoryFile:
-    """A complete file. `begin_ns` and `end_ns` are its first and last message times on the router's clock."""
+    """A complete file.
+
+    `begin_ns` and `end_ns` are the times of its first and last messages on the router's clock.
+    """
 
     name: str
     bytes: int
@@ -58,7 +61,7 @@ class _Stored:
 
 
 class HistoryFiles:
-    """Writer and reader of the histories of all members. Thread-safe; all methods block.
+    """Writes and reads all members' histories. Thread-safe; all methods block.
 
     Each file begins with the last message of every latching publisher. If the total size of the files exceeds
     its limit, the oldest file of the member with the largest history is deleted; if there are too many files,
@@ -104,7 +107,7 @@ class HistoryFiles:
             unfinished.unlink(missing_ok=True)  # the router was killed during `recover`
 
     def recover(self) -> None:
-        """Complete the files that a killed router left before this object was created.
+        """Complete the files left by a router that was killed before this object was created.
 
         Only the last messages, which the router had not yet written, are lost. Files without any message are
         deleted. A file that cannot be recovered is kept, and counts toward the limits.
@@ -174,7 +177,7 @@ class HistoryFiles:
         return sorted((each for each in found if each is not None), key=lambda each: each.begin_ns)
 
     def read(self, member: str, name: str) -> bytes | None:
-        """Return the content of a file; None if the name is invalid or the file cannot be read."""
+        """Return the content of a file, or None if the name is invalid or the file cannot be read."""
         if not is_file_name(name):
             return None
         try:
@@ -183,7 +186,7 @@ class HistoryFiles:
             return None
 
     def forget(self, member: str) -> None:
-        """Complete the current file of a member, and do not repeat its latched messages in later files."""
+        """Complete a member's current file, and do not repeat its latched messages in later files."""
         with self._lock:
             try:
                 self._complete(member)
@@ -230,7 +233,7 @@ class HistoryFiles:
     def _thinned(
         self, files: Iterable[_Stored], weight: Callable[[_Stored], int], most: int
     ) -> Sequence[_Stored]:
-        """Delete files until the total weight of the rest is at most `most`. Return the rest.
+        """Delete files until the remaining files' total weight is at most `most`. Return the remaining files.
 
         Each step deletes the oldest file of the member with the greatest total. Each member's files must be
         sorted, the newest first, and keep this order.
@@ -275,7 +278,7 @@ def _described(path: Path) -> HistoryFile | None:
 
 
 def read_rows(rows: object) -> Iterator[HistoryFile]:
-    """Yield the entries of a router's list of files. Malformed entries are omitted."""
+    """Yield the entries of a router's file list. Malformed entries are omitted."""
     for row in rows if isinstance(rows, list) else ():
         match row:
             case [str(name), int(size), int(messages), int(begin_ns), int(end_ns)] if is_file_name(name):

@@ -25,7 +25,7 @@ class BadKeys(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class KeyFolder:
-    """The name of a member, and the certificate files that prove it."""
+    """The name of a member, and the certificate files that prove its identity."""
 
     member: str
     tls: Tls

@@ -70,7 +70,7 @@ def unmangled(part: str) -> str:
 
 
 def pattern_of(members: str) -> str:
-    """Return the key part for a pattern of member names. Illegal characters match no member.
+    """Return the key part for a pattern of member names. Illegal characters become underscores.
 
     >>> pattern_of("robot*"), pattern_of("*"), pattern_of("robot1")
     ('robot$*', '*', 'robot1')
@@ -123,7 +123,7 @@ def history(member: str, file: str = "") -> str:
 
 
 def parts(key: str) -> tuple[str, str, list[str]] | None:
-    """Return the member, the kind and the remaining parts of a key; None if it belongs to another protocol.
+    """Return a key's member, kind and remaining parts, or None if it belongs to another protocol.
 
     >>> parts("pipros/r1/s/operator/arm/move")
     ('r1', 's', ['operator', 'arm', 'move'])
@@ -135,7 +135,7 @@ def parts(key: str) -> tuple[str, str, list[str]] | None:
 
 
 def read_live(key: str) -> tuple[str, int, str] | None:
-    """Return the member, version and instance of a liveliness token; None if it is malformed."""
+    """Return the member, version and instance of a liveliness token, or None if it is malformed."""
     match parts(key):
         case (member, "live", [version, instance]) if version.isdecimal() and len(version) < 6:
             return (member, int(version), instance) if _INSTANCE.fullmatch(instance) else None

@@ -52,7 +52,7 @@ def link_statuses(
     """Return the status of a member's link, and of each other member.
 
     Args:
-        sent: for each topic, the numbers of sent messages, sent bytes, dropped messages and unsent messages.
+        sent: numbers of messages sent, bytes sent, messages dropped and messages not sent, for each topic.
         received: what this member has received from each member that is present.
         before: `received` at the previous call. Losses since then cause a warning.
     """

@@ -20,7 +20,7 @@ ServiceHeader = Callable[[str, Sequence[str]], tuple[str, str] | None]
 
 @dataclass(frozen=True, slots=True)
 class LocalGraph:
-    """The state of the master at one moment.
+    """Snapshot of the master's topics and services.
 
     Attributes:
         state: the registrations.
@@ -121,7 +121,7 @@ def look(
 
 
 def outcome_topics(entry: Entry) -> tuple[str, ...]:
-    """Return the feedback and result topics of an action if `entry` is its status topic; otherwise none.
+    """Return an action's feedback and result topics if `entry` is its status topic, otherwise an empty tuple.
 
     An action client sends its goal as soon as it has received a status message, so the agent on the client's
     side must already be subscribed to the feedback and result topics.
@@ -132,9 +132,9 @@ def outcome_topics(entry: Entry) -> tuple[str, ...]:
 
 
 def occupied(state: SystemState, member: str) -> str | None:
-    """Return a local node or service in a member's namespace; None if there is none.
+    """Return a local node or service in a member's namespace, or None if there is none.
 
-    Topics do not count: local nodes publish and subscribe in this namespace to communicate with the member.
+    Topics are allowed: local nodes use topics in this namespace to communicate with the member.
     """
     prefix = f"/{member}/"
     for node in sorted(state.nodes()):
@@ -147,7 +147,7 @@ def occupied(state: SystemState, member: str) -> str | None:
 
 
 def read_state(master: LocalMaster) -> tuple[SystemState, dict[str, str]] | None:
-    """Return a master's registrations and topic types; None if there is no valid answer."""
+    """Return a master's registrations and topic types, or None if it does not return a valid response."""
     try:
         state = SystemState.from_state(master.get_system_state())
         return state, {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416

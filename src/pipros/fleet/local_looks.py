@@ -42,7 +42,7 @@ class LocalLooks:
         self._loop.stop()
 
     def look(self, others: Iterable[str]) -> LocalGraph | None:
-        """Return what this member offers, without names in the namespaces of `others`.
+        """Return the topics and services that this member offers, except those in namespaces of `others`.
 
         Return None if the master does not answer.
         """
@@ -54,7 +54,7 @@ class LocalLooks:
         )
 
     def answer_definition(self, question: Question, local: LocalGraph) -> None:
-        """Answer with the definition of a message type, if this member shares a topic of that type."""
+        """Reply with the requested type's definition, if this member shares a topic of that type."""
         try:
             match keys.parts(question.key):
                 case (_, "definition", [part]):

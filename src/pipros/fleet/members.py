@@ -9,7 +9,7 @@ from pipros.fleet.keys import VERSION, read_live
 
 @dataclass(frozen=True, slots=True, order=True)
 class Token:
-    """One run of a member's agent. `instance` begins with its start time, so older runs sort first."""
+    """Liveliness token of a running agent. `instance` begins with its start time: older ones sort first."""
 
     member: str
     instance: str
@@ -37,7 +37,7 @@ class Members:
         return token
 
     def present(self) -> dict[str, Token]:
-        """Return, by member, the token of the newest run with this protocol version."""
+        """Return each member's newest token with this protocol version, keyed by member."""
         return {token.member: token for token in sorted(self._tokens) if token.version == VERSION}
 
     def other_versions(self) -> list[Token]:

@@ -23,9 +23,10 @@ class Attachment:
     """Metadata sent with each message.
 
     Attributes:
-        source: number of the publisher, assigned by the sender. Receivers keep a latched message for each.
-        instance: identifies one run of the sender's agent; hexadecimal.
-        sequence: number of the message in its topic and run, starting at 1.
+        source: number of the publisher, assigned by the sender. Receivers keep one latched message for each
+            publisher.
+        instance: hexadecimal identifier of one run of the sender's agent.
+        sequence: number of the message on its topic in this run, starting at 1.
         stamp_ns: send time on the sender's clock.
         md5sum: MD5 sum of the message type.
     """
@@ -61,7 +62,7 @@ def unpack(content: bytes) -> Attachment:
     """
     if len(content) != _LAYOUT.size or content[0] != VERSION:
         raise ProtocolError(
-            f"the attachment of a message must have {_LAYOUT.size} bytes of version {VERSION}"
+            f"the attachment of a message must have {_LAYOUT.size} bytes and version {VERSION}"
         )
     _, flags, source, instance, sequence, stamp_ns, md5sum = _LAYOUT.unpack(content)
     return Attachment(
@@ -107,7 +108,7 @@ class Received:
     Attributes:
         messages, bytes: totals received.
         lost: number of skipped sequence numbers.
-        malformed: number of messages that could not be decoded or have another type.
+        malformed: number of messages that could not be decoded or had a different type.
     """
 
     messages: int = 0
@@ -121,7 +122,7 @@ class Received:
     def is_new(self, attachment: Attachment, size: int, *, is_replay: bool = False) -> bool:
         """Count a message. Return False if it was received before.
 
-        A replay is a requested latched message, which may be older than the last message.
+        A replay is a latched message sent on request. It may be older than the last message.
         """
         if attachment.instance != self._instance:
             self._instance, self._last = attachment.instance, 0

@@ -19,7 +19,7 @@ from pipros.node import Node
 
 
 class Offers:
-    """Sends the shared topics that other members want, publishes accepted topics, and keeps the directory.
+    """Sends the shared topics that other members want, publishes accepted topics, and updates the directory.
 
     All methods are called by one thread, except the callbacks of the link.
 
@@ -46,7 +46,7 @@ class Offers:
         """Store the settings.
 
         Args:
-            present: function that returns the members that are present; called from any thread.
+            present: function that returns the tokens of the members that are present; called from any thread.
             warn: function that logs a warning.
             wake: called from any thread if `settle` has something to do.
         """
@@ -75,11 +75,11 @@ class Offers:
             self._wishes[member] = wishes
 
     def forget(self, member: str) -> None:
-        """Remove the wishes of a member that left."""
+        """Remove the wishes of a member that has left."""
         self._wishes.pop(member, None)
 
     def settle(self) -> None:
-        """Start and stop topics according to the wishes and the local master."""
+        """Start and stop topics to match the members' wishes and the local master's state."""
         self._settle_shared()
         self._settle_accepted()
 
@@ -108,7 +108,7 @@ class Offers:
             self._put_directory()
 
     def send_again(self) -> None:
-        """After the link was down, send all latched messages and the directory, and resume sending.
+        """Send all latched messages and the directory again after a link failure, and resume sending.
 
         Receivers ignore messages that they have already received.
         """

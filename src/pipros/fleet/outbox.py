@@ -1,4 +1,4 @@
-"""Queue of messages for the link, with rates, priorities and a bandwidth limit. Needs no clock or lock."""
+"""Queue of messages for the link, with rates, priorities and a bandwidth limit. Uses no clock and no lock."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Outbox(Generic[Item]):
         return topic is not None and not topic.interval_s and not topic.waiting and not self._bytes_per_s
 
     def is_unlimited(self, name: str) -> bool:
-        """Return whether a topic has no limit on its rate or bandwidth, and sends all of its messages."""
+        """Return whether all of a topic's messages are sent, without a rate or bandwidth limit."""
         topic = self._topics.get(name)
         return topic is not None and topic.room == QUEUE and not self._bytes_per_s
 
@@ -91,7 +91,7 @@ class Outbox(Generic[Item]):
             self._drop_oldest(*last)
 
     def pop(self, now_s: float) -> tuple[str, Item] | None:
-        """Remove and return the next message that is due, with its topic; None if none is."""
+        """Remove and return the next message that is due, with its topic, or None if no message is due."""
         self._earn(now_s)
         ready = [
             (topic.rank, topic.next_s, name)
@@ -109,7 +109,7 @@ class Outbox(Generic[Item]):
         return name, item
 
     def wait_s(self, now_s: float) -> float | None:
-        """Return the time in s until a message is due; None if none is queued."""
+        """Return the time in s until a message is due, or None if no message is queued."""
         self._earn(now_s)
         waits = [max(topic.next_s - now_s, self._debt_s(topic), 0.0) for _, topic in self._waiting()]
         return min(waits, default=None)

@@ -1,4 +1,4 @@
-"""Members that join and leave, derived from their tokens and the state of the link. No clock, no sockets."""
+"""Detect members that join or leave, from their tokens and the state of the link. No clock, no sockets."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class PresenceListener(Protocol):
     """Methods that `Presence` calls."""
 
     def on_joined(self, token: Token) -> None:
-        """A member joined, or a different run of its agent is now the newest."""
+        """A member joined, or a different instance of its agent is now the newest."""
 
     def on_returned(self, member: str) -> None:
-        """A token reappeared, so messages of the member may have been lost."""
+        """A token reappeared, so messages from the member may have been lost."""
 
     def on_left(self, member: str) -> None: ...
 
@@ -31,7 +31,7 @@ class PresenceListener(Protocol):
 
 
 class Presence:
-    """Tracks which members are present. If the link is lost, they do not count as gone.
+    """Tracks which members are present. While the link is down, no member counts as gone.
 
     Not thread-safe, except `present`.
     """
@@ -49,7 +49,7 @@ class Presence:
         self._prune_at_s: float | None = None
 
     def present(self) -> dict[str, Token]:
-        """Return the token of each member with this protocol version. Callable from any thread."""
+        """Return the token of each member that uses this protocol version. Callable from any thread."""
         return self._members.present()
 
     def update(self, key: str, *, is_present: bool, now_s: float) -> None:
@@ -75,8 +75,8 @@ class Presence:
     def note_connection(self, now_s: float) -> None:
         """Handle a restored link. Members that do not return within RETURN_S are considered gone.
 
-        Zenoh announces the tokens of the others again. Requesting all tokens would not help, because the
-        answers are incomplete in a session that watches tokens.
+        Zenoh announces the other members' tokens again. Requesting all tokens would not help, because the
+        replies are incomplete in a session that watches tokens.
         """
         self._prune_at_s = now_s + RETURN_S
 

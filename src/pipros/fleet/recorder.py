@@ -1,7 +1,7 @@
 """Recorder of members' messages at a router, so that operators who join late can see what happened.
 
 The recorder joins the fleet as the member `router`, which offers nothing. It records the messages that pass
-through the router to other members anyway, and topics that it requests itself.
+through the router to other members anyway, and messages on the topics that it requests itself.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ _HEADER_BYTES: Final = 256
 
 
 class _Topic:
-    """A recorded topic, for one run of its member's agent."""
+    """A recorded topic of one agent instance."""
 
     def __init__(self, member: str, entry: Entry, instance: str, latched: dict[int, int]) -> None:
-        """`latched`: size in bytes of each publisher's latched message, including those of earlier runs."""
+        """`latched`: size in bytes of each publisher's latched message, also from earlier instances."""
         self.member = member
         self.entry = entry
         self.instance = instance
@@ -99,7 +99,7 @@ class Recorder:
         log: logging.Logger,
         limits: Limits | None = None,
     ) -> None:
-        """`topics`: names, possibly with wildcards, of topics to record even if no member wants them."""
+        """`topics`: names or wildcard patterns of topics to record even if no member requests them."""
         self.dropped = 0
         self._link = link
         self._files = files
@@ -323,7 +323,7 @@ class Recorder:
         self._publish_wishes(member)
 
     def _topic(self, member: str, name: str) -> _Topic | None:
-        """Return a topic, adding it if necessary; None if it is not shared or there are too many topics."""
+        """Return a topic, added if necessary, or None if it is not shared or there are too many topics."""
         directory = self._directories.get(member)
         entries = directory.shared if directory is not None else ()
         entry = next((each for each in entries if each.name == name), None)
@@ -342,7 +342,7 @@ class Recorder:
         return topic
 
     def _publish_wishes(self, member: str) -> None:
-        """Request the topics of a member that match the patterns and whose definitions are known."""
+        """Request a member's topics that match the patterns and have a known definition."""
         if member not in self._directories:
             return  # the member has left
         wanted = frozenset(
@@ -378,7 +378,7 @@ class Recorder:
             self._files.write(member, connection, time.time_ns(), body)
 
     def _may_keep(self, topic: _Topic, source: int, body_bytes: int) -> bool:
-        """Reserve room for a latched message, which later files repeat. Return False if there is no room."""
+        """Reserve room to repeat a latched message in later files. Return False if there is no room."""
         size = body_bytes + len(topic.definition or b"") + _HEADER_BYTES
         if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
             return False

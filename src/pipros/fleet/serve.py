@@ -44,7 +44,7 @@ class HistoryOptions:
     """Settings of a router's recorder.
 
     Attributes:
-        files: the files to write, which are completed when the router ends.
+        files: the files to write, which are completed when the router stops.
         topics: names, possibly with wildcards, of topics to record even if no member receives them.
     """
 
@@ -60,7 +60,7 @@ class RouterOptions:
         addresses: addresses to listen on, `tcp/HOST:PORT` or `tls/HOST:PORT`.
         others: addresses of routers to connect to.
         tls: certificates; required for addresses with TLS.
-        members_file: list of permitted members; None permits everything to everyone.
+        members_file: list of permitted members; if None, everyone may do everything.
         access: function that returns the access rules for the current list of members.
         allows_plain_network: whether addresses without TLS may be reachable from a network.
         history: settings of the recorder; None to record nothing.
@@ -149,8 +149,8 @@ def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -
 def serve_router(options: RouterOptions) -> int:
     """Run a router until Ctrl-C or SIGTERM.
 
-    If its list of members changes, it restarts, which ends all links. Members that are still listed reconnect
-    within about a second.
+    If its list of members changes, it restarts, which closes all links. Members that are still listed
+    reconnect within about a second.
 
     Raises:
         OpenToAll: an address without TLS is reachable from a network.
@@ -224,7 +224,7 @@ def _stamp(file: Path | None) -> object:
 
 
 def agent_node(name: str, argv: Sequence[str]) -> Node:
-    """Return the node of an agent, which logs to standard error."""
+    """Create an agent's node, which logs to standard error."""
     return Node(agent_node_name(name), argv=argv, log=_log())
 
 

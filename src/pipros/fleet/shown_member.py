@@ -1,4 +1,4 @@
-"""Another member on the local master: its topics and services below `/<member>`."""
+"""Show another member's topics and services on the local master, below `/<member>`."""
 
 from __future__ import annotations
 
@@ -200,14 +200,14 @@ class ShownMember:
             self._node.log.debug("%s", error)
 
     def replay(self) -> None:
-        """Request the latched messages of all received topics, after the link was lost."""
+        """Request the latched messages of all received topics again, because the link was lost."""
         for name in self._received:
             self._workers.run(self._replay, keys.topic(self.directory.member, name), self.sinks[name])
 
     # -- definitions ------------------------------------------------------------------
 
     def _definition(self, entry: Entry) -> str | None:
-        """Return the definition of a message type; None while it is being requested."""
+        """Return the definition of a message type, or None while it is being requested."""
         key = entry.type, entry.md5sum
         with self._lock:
             if key in self._definitions:
@@ -222,7 +222,7 @@ class ShownMember:
         return text
 
     def _request_definition(self, key: tuple[str, str]) -> None:
-        """Request and store a message type's definition; store an empty one if there is no valid answer."""
+        """Request a message type's definition and store it, or an empty string if no valid reply arrives."""
         kind, md5sum = key
         limits, text = self._node.limits, ""
         if self._definitions.get(key, "") is not None:
@@ -250,7 +250,7 @@ class ShownMember:
 
 
 def read_definition(content: bytes, md5sum: str, limit_bytes: int) -> str:
-    """Decode a definition from another member; empty if it is malformed or has another MD5 sum."""
+    """Decode another member's definition. Return an empty string if it is invalid or has another MD5 sum."""
     match read_json(content) if len(content) <= limit_bytes else None:
         case [str(found), str(text)] if found == md5sum and _is_encodable(text):
             return text

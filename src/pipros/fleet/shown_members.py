@@ -39,7 +39,7 @@ class ShownMembers:
         warn: Callable[[str], object],
         wake: Callable[[], object],
     ) -> None:
-        """`wake`: called from any thread if `settle` has something to do."""
+        """`wake` is called, from any thread, when `settle` has work to do."""
         self.members: dict[str, ShownMember] = {}
         self._node = node
         self._link = link
@@ -122,7 +122,7 @@ class ShownMembers:
                 self._link.put(keys.wanted(self._me, member), wishes_to_json(wishes), waits=True)
 
     def answer_wishes(self, question: Question) -> None:
-        """Answer a member's request for the wishes. Called from a Zenoh thread."""
+        """Answer another member's request for this member's wishes. Called from a Zenoh thread."""
         other = question.key.rpartition("/")[2]
         question.answer(wishes_to_json(self._wishes_sent.get(other, Wishes(self._sender.instance))))
         question.close()

@@ -81,7 +81,7 @@ class Sink:
             found = unpack(attachment)
             if found.md5sum != self.entry.md5sum:
                 raise ProtocolError(
-                    f"[{self.entry.type}] has md5sum {found.md5sum} there and {self.entry.md5sum} here"
+                    f"[{self.entry.type}] has md5sum {found.md5sum} at the sender, {self.entry.md5sum} here"
                 )
             limit = self._node.limits.fleet_message_bytes
             body = decompressed(payload, limit) if found.is_compressed else payload
@@ -124,7 +124,7 @@ class Sink:
     ) -> None:
         """Send a new subscriber the last message of each latching publisher.
 
-        The newest of these is omitted, because the publication has already sent it.
+        The newest of these messages is omitted, because the publication has already sent it.
         """
         del topic_name, topic_publish
         for message in list(self._latched.values()):

@@ -103,7 +103,8 @@ class Sender:
     def next_sequence(self, key: str) -> int:
         """Return a key's next sequence number. The caller must hold the lock of the key's `Source`.
 
-        The numbers continue when a topic is restarted, because receivers ignore known numbers.
+        The numbers continue when a topic is restarted, because receivers ignore numbers that they
+        have already received.
         """
         self._sequences[key] = number = self._sequences.get(key, 0) + 1
         return number
@@ -117,8 +118,8 @@ class Sender:
 
         Blocks for at most CATCH_UP_S plus the time that Zenoh waits for room, and not while the link is
         known to be full. Like any slow subscriber, this slows down a publisher that is faster than the
-        link, so that it drops surplus messages before they are transferred. Must not be called concurrently
-        for the same source, whose messages would lose their order.
+        link, so that the publisher drops surplus messages before they are transferred. Must not be called
+        concurrently for the same source, because its messages could then be reordered.
         """
         source = message.source
         with self._changed:

@@ -1,4 +1,4 @@
-"""Queries of the state of a fleet, for `pipros fleet list`, `info`, `top` and `history`."""
+"""Query the state of a fleet, for `pipros fleet list`, `info`, `top` and `history`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HISTORY_S: Final = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Present:
-    """One run of a member's agent that is present."""
+    """A running instance of a member's agent."""
 
     member: str
     version: int
@@ -29,12 +29,13 @@ class Present:
 
 @dataclass(frozen=True, slots=True)
 class Counters:
-    """Counters of a member at one moment.
+    """Snapshot of a member's counters.
 
     Attributes:
-        sent: by key, the numbers of messages, bytes, dropped messages, and messages discarded while the link
-            was down.
-        received: by sender and topic, the numbers of messages, bytes, lost messages and malformed messages.
+        sent: the number of messages, bytes, dropped messages, and messages discarded while the link was down,
+            for each key.
+        received: the number of messages, bytes, lost messages and malformed messages, for each sender and
+            topic.
         round_trip_s: duration of the request.
     """
 
@@ -45,13 +46,13 @@ class Counters:
 
 
 def present(link: Link) -> list[Present]:
-    """Return all runs of agents that are present, sorted by member."""
+    """Return all running agent instances, sorted by member."""
     found = (keys.read_live(key) for key in link.live_keys(keys.live("*"), REQUEST_S))
     return [Present(member, version, instance) for member, version, instance in sorted(filter(None, found))]
 
 
 def directory_of(link: Link, member: str) -> Directory | None:
-    """Return the directory of a member; None if it does not answer.
+    """Return a member's directory, or None if the member does not respond.
 
     Raises:
         PiprosError: the directory is malformed or too large.
@@ -61,7 +62,7 @@ def directory_of(link: Link, member: str) -> Directory | None:
 
 
 def counters_of(link: Link, member: str) -> Counters | None:
-    """Return the counters of a member; None if it does not answer or the answer is malformed."""
+    """Return a member's counters, or None if the response is missing or malformed."""
     begin_s = time.monotonic()
     try:
         answers = link.get(keys.statistics(member), timeout_s=REQUEST_S)
@@ -75,7 +76,7 @@ def counters_of(link: Link, member: str) -> Counters | None:
 
 
 def history_of(link: Link, member: str) -> list[HistoryFile] | None:
-    """Return the files that a router recorded for a member, oldest first; None if no router keeps a history.
+    """Return a router's recorded files for a member, oldest first, or None if no router keeps a history.
 
     Raises:
         LinkFailed: the router cannot read its files, or has too many requests.
@@ -85,7 +86,7 @@ def history_of(link: Link, member: str) -> list[HistoryFile] | None:
 
 
 def history_file(link: Link, member: str, name: str) -> bytes | None:
-    """Return the content of a recorded file; None if no router has it, for example because it was deleted.
+    """Return the content of a recorded file, or None if no router has it, for example because it was deleted.
 
     Raises:
         LinkFailed: a router refuses the request, for example because it has too many.
@@ -95,7 +96,7 @@ def history_file(link: Link, member: str, name: str) -> bytes | None:
 
 
 def rates(before: Counters, after: Counters, passed_s: float) -> Iterator[tuple[str, float, float, int, int]]:
-    """Yield the name, messages/s, bytes/s, and totals of dropped and unsent messages of each sent topic."""
+    """Yield the name, messages/s, bytes/s, and totals of dropped and unsent messages for each sent topic."""
     for key, row in sorted(after.sent.items()):
         first = before.sent.get(key, (0, 0, 0, 0))
         parts = keys.parts(key)

@@ -6,7 +6,10 @@ import logging
 
 
 class WarningsOnce:
-    """Logs each distinct warning once, up to `limit` warnings: other members can cause any number of them."""
+    """Logs each distinct warning once, up to `limit` warnings.
+
+    The limit is necessary because other members can cause any number of warnings.
+    """
 
     def __init__(self, log: logging.Logger, limit: int = 1000) -> None:
         self._log = log

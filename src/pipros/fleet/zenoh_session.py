@@ -57,7 +57,7 @@ class LinkFailed(PiprosError):
 
 @dataclass(frozen=True, slots=True)
 class Tls:
-    """PEM files for mutual TLS: the fleet's authority, and the certificate and key of this process."""
+    """PEM files for mutual TLS: the fleet's CA certificate, and the certificate and key of this process."""
 
     authority: str
     certificate: str
@@ -88,7 +88,7 @@ class Question:
         self.payload = query.payload.to_bytes() if query.payload is not None else b""
 
     def answer(self, payload: bytes, attachment: bytes = b"", key: str = "") -> None:
-        with contextlib.suppress(zenoh.ZError):  # the link has ended
+        with contextlib.suppress(zenoh.ZError):  # the link was closed
             self._query.reply(key or self.key, payload, attachment=attachment or None)
 
     def refuse(self, reason: str) -> None:
@@ -156,7 +156,7 @@ class Link:
         Blocks until all members that serve `key` have answered, or for about `timeout_s`.
 
         Args:
-            ended: polled while waiting; True ends the wait.
+            ended: polled while waiting. The wait ends when it returns True.
 
         Raises:
             LinkFailed: the session was closed, or every answer is a refusal; the text gives the reason.
@@ -223,9 +223,9 @@ class Link:
         return self._session.liveliness().declare_token(key)
 
     def watch_tokens(self, pattern: str, on_change: Callable[[str, bool], object]) -> Ends:
-        """Call `on_change` with the key of each matching token that appears (True) or disappears (False).
+        """Call `on_change(key, is_present)` whenever a matching token appears or disappears.
 
-        Tokens that are already present count as appearing.
+        Tokens that are already present are reported, too.
         """
 
         def on_sample(sample: zenoh.Sample) -> None:
@@ -235,7 +235,7 @@ class Link:
         return self._session.liveliness().declare_subscriber(pattern, callback, history=True)
 
     def watch_connection(self, on_change: Callable[[bool], object]) -> Ends:
-        """Call `on_change` whenever the connection to a router is established (True) or lost (False)."""
+        """Call `on_change(is_connected)` whenever the connection to a router is established or lost."""
 
         def on_event(event: zenoh.TransportEvent) -> None:
             on_change(event.kind == zenoh.SampleKind.PUT)
@@ -278,11 +278,11 @@ _kept_states: list[int] = []
 
 
 def _keep_thread_state() -> None:
-    """Make the Python state of the calling thread outlive the callback.
+    """Keep the calling thread's Python state after the callback returns.
 
-    Python creates a state for a foreign thread when it enters, and deletes it when it leaves. For
-    Zenoh's threads, this happens with each callback and takes up to 60 us, because it unmaps memory.
-    Entering once more than leaving keeps the state.
+    Python creates a state for a foreign thread when the thread enters Python, and deletes it when the thread
+    leaves. For Zenoh's threads, this happens in each callback and takes up to 60 us, because memory is
+    unmapped. Entering once without leaving keeps the state.
     """
     if not hasattr(_threads, "is_kept") and len(_kept_states) < _MOST_THREADS:
         _threads.is_kept = True

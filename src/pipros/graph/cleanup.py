@@ -52,7 +52,7 @@ def clean_up(
 
 
 def _is_confirmed(answers: Iterable[str]) -> bool:
-    """Return True if the user types y, and False for n or at the end of the input."""
+    """Return True if the user types y, or False if the user types n or the input ends."""
     for line in answers:
         answer = line.strip()
         if answer in ("y", "n"):

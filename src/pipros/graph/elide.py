@@ -17,7 +17,7 @@ class Elision:
         self._classes: dict[type[Message], type[Message]] = {}
 
     def of(self, part: Part) -> Any:
-        """Return a part's value, or the text that replaces the value."""
+        """Return the value of a message part, or the text that replaces this value."""
         value, type_name = part.value, part.type_name or ""
         if type_name.endswith("]") and self._no_arrays:
             return f"<array type: {type_name.partition('[')[0]}, length: {len(value)}>"

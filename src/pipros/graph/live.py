@@ -53,7 +53,7 @@ class NoReport:
     """The reason why a node did not report its connections.
 
     Attributes:
-        is_reachable: True if the node answered, but not with a valid report.
+        is_reachable: True if the node responded, but the report was invalid.
     """
 
     is_reachable: bool
@@ -89,7 +89,7 @@ class LiveGraph:
         silent: the nodes that did not report their connections, with the reasons.
         apis, nodes_by_api: the API addresses that have been looked up, by node, and the nodes by address.
         master_asked_at, asked_at: when the master and each node were last queried, on the graph's clock.
-        max_age_of_state_s, max_age_of_report_s: how long answers from the master and from nodes are reused.
+        max_age_of_state_s, max_age_of_report_s: how long responses from the master and from nodes are reused.
     """
 
     def __init__(
@@ -105,9 +105,9 @@ class LiveGraph:
         """Create the graph for the given namespaces. Nothing is queried before `update`.
 
         Args:
-            max_age_s: how long answers are reused.
+            max_age_s: how long responses are reused.
             ask: function that calls `getBusInfo` on the node at a URI.
-            now_s: the clock that measures the age of answers.
+            now_s: the clock that measures the age of responses.
         """
         self.node_namespace = node_namespace or "/"
         self.topic_namespace = topic_namespace or "/"
@@ -129,7 +129,7 @@ class LiveGraph:
         self._now_s = now_s
 
     def update(self) -> bool:
-        """Query the master, and then nodes, if their last answers are too old.
+        """Query the master, and then nodes, if their last responses are too old.
 
         Errors are logged. Return True if anything changed.
         """
@@ -216,7 +216,7 @@ class LiveGraph:
 
         Raises:
             PiprosError: the node cannot be reached.
-            ValueError: the answer or a row is malformed.
+            ValueError: the response or a row is malformed.
         """
         connections = []
         for row in rows_of(self._query(self._api_of(node)), f"getBusInfo of {node}"):
@@ -233,7 +233,7 @@ class LiveGraph:
         return api
 
     def _name_of(self, peer: str) -> str | None:
-        """Return the name of the node with this name or URI; None if the URI is unknown."""
+        """Return the name of the node with this name or URI, or None if the URI is unknown."""
         if not peer.startswith(("http://", "rosrpc://")):
             return peer
         if peer not in self.nodes_by_api:

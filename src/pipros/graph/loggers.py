@@ -17,7 +17,7 @@ CALL_LIMIT_S = 10.0
 
 
 def levels_of(master: MasterClient, node: str) -> dict[str, str]:
-    """Return the level of each logger of a node. rospy spells levels in upper case; other nodes do not.
+    """Return the level of each of a node's loggers. rospy spells levels in upper case; other nodes do not.
 
     Raises:
         GraphError: no node with this name responds.

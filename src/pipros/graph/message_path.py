@@ -1,4 +1,7 @@
-"""Extract parts of messages by paths that follow a topic: `/stamp`, `/ranges[1:3]`, `/status[:]/name`."""
+"""Extract parts of messages.
+
+A part is selected by a path appended to the topic name: `/stamp`, `/ranges[1:3]`, `/status[:]/name`.
+"""
 
 from __future__ import annotations
 
@@ -86,13 +89,12 @@ def _integer(text: str, complaint: str) -> int:
 
 
 def describe_path(path: Sequence[PathStep]) -> str:
-    """Format the path as it is written after a topic."""
+    """Format a path as it is appended to a topic name."""
     return "".join(f"/{step.text}" for step in path)
 
 
 def extract(message: Message, path: Sequence[PathStep]) -> Part:
-    """Return the part of the message to which the path leads, or a list of parts if the path contains a
-    slice.
+    """Return the part of a message that a path selects, or a list of parts if the path contains a slice.
 
     An element of the slice that lacks the part yields None.
 
@@ -142,7 +144,7 @@ def _element_type(type_name: str | None) -> str | None:
 
 
 def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
-    """Return whether messages of the class have the field if their arrays are long enough."""
+    """Return whether messages of a class have the field, assuming that their arrays are long enough."""
     type_name = message_class._type
     for step in path:
         fields = field_types(type_name, message_class)
@@ -155,7 +157,7 @@ def has_field(message_class: type[Message], path: Sequence[PathStep]) -> bool:
 
 
 def field_types(type_name: str, top: type[Message] | None = None) -> dict[str, str]:
-    """Return the types of a type's fields by name; empty for types that have no fields, such as arrays."""
+    """Map a type's field names to their types. Types without fields, such as arrays, give an empty result."""
     if type_name in ("time", "duration"):
         return {"secs": "int32", "nsecs": "int32"}
     if top is not None and type_name == top._type:

@@ -1,7 +1,7 @@
 """Observes a running system at a bounded rate, so as not to disturb it.
 
 The master knows the registrations. Each node knows its connections (`getBusInfo`) and their traffic
-(`getBusStats`); rates are computed from the difference between two answers.
+(`getBusStats`); rates are computed from the difference between two responses.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Observation:
 
     @property
     def unreachable(self) -> set[str]:
-        """The nodes that did not answer."""
+        """The nodes that did not respond."""
         return {name for name, node in self.nodes.items() if node.error}
 
 
@@ -102,7 +102,7 @@ class _Node:
     )
 
     def traffic(self, link: str) -> Traffic | None:
-        """Return a connection's average traffic since the oldest answer that contains the connection."""
+        """Return a connection's average traffic since the oldest stored response that contains it."""
         known = [(moment_s, counts[link]) for moment_s, counts in self.counts if link in counts]
         if len(known) < 2:
             return None
@@ -143,10 +143,10 @@ class SystemObserver:
         self._last = Observation()
 
     def poll(self) -> Observation:
-        """Query the master, and the nodes whose answers are stale.
+        """Query the master, and the nodes whose state is stale.
 
-        Blocks until they answer or a deadline expires. If the master is unreachable, no exception is
-        raised.
+        Blocks until they respond or a deadline expires. Does not raise an exception if the master is
+        unreachable.
         """
         try:
             state = SystemState.from_state(self._master.get_system_state())

@@ -1,4 +1,4 @@
-"""Parses parameter files (YAML documents). No master is needed."""
+"""Parse parameter files (YAML documents). No master is needed."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ def leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
 
 
 def read(master: MasterClient, name: str) -> Any:
-    """Return the value, or a namespace as a dictionary. Binary values are `bytes`.
+    """Return a parameter's value, or a namespace as a dictionary. Binary values are `bytes`.
 
     Raises:
         ParameterNotSet: the parameter is not set.
@@ -61,7 +61,7 @@ def _plain(value: Any) -> Any:
 
 
 def write(master: MasterClient, name: str, value: Any) -> list[tuple[str, Any]]:
-    """Set a parameter. The values in a dictionary are set one by one, which keeps other keys.
+    """Set a parameter. The values in a dictionary are set one by one, so that other keys are kept.
 
     Return the names and values that were set.
 

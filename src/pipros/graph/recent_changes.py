@@ -57,7 +57,7 @@ class RecentChanges:
     """Compares observations. Not thread-safe."""
 
     def __init__(self) -> None:
-        """Start without changes. The first observation that is added yields none."""
+        """Start without changes. The first observation is only a baseline for the next one."""
         self._last: Observation | None = None
         self._last_s = 0.0
         self._parts: frozenset[Part] = frozenset()

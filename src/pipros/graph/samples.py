@@ -39,7 +39,7 @@ class Samples:
         self._values.clear()
 
     def figures(self) -> Figures | None:
-        """Return the statistics; None if there are no samples."""
+        """Return the statistics, or None if there are no samples."""
         values = list(self._values)
         if not values:
             return None
@@ -95,7 +95,7 @@ class BandwidthWindow:
         self._total.append(size)
 
     def figures(self, now_s: float) -> tuple[float, Figures] | None:
-        """Return the bandwidth until now and the sizes' statistics; None for fewer than two messages."""
+        """Return the bandwidth until now and the sizes' statistics, or None for fewer than two messages."""
         found = self._sizes.figures()
         if found is None or found.count < 2 or now_s <= self._moments[0]:
             return None

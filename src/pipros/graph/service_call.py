@@ -39,7 +39,7 @@ class ServiceCaller:
         """Query the server for the service type, unless the class is given.
 
         Args:
-            calls: group of open calls that includes this lookup and later calls; its `interrupt` ends them.
+            calls: group to which this lookup and later calls are added; its `interrupt` ends them.
 
         Raises:
             GraphError: the service is not available, or its type is not installed.
@@ -55,7 +55,7 @@ class ServiceCaller:
         return bool(self._class._request_class.__slots__)
 
     def request(self, values: Sequence[Any] | Mapping[str, Any]) -> Any:
-        """Create the request from one value per field, or from a dictionary or a list with one.
+        """Create the request from one value per field, a dictionary, or a list of one dictionary.
 
         Raises:
             GraphError: the values do not fit the fields.
@@ -94,7 +94,7 @@ class ServiceCaller:
 
         Raises:
             CallTimeout: no response arrived within `timeout_s`.
-            ServiceFailed: the server does not answer, or reported an error.
+            ServiceFailed: the server did not respond, or reported an error.
         """
         return self._client.call(request, timeout_s)
 

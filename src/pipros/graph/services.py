@@ -25,7 +25,7 @@ def nodes_by_service(master: MasterClient) -> dict[str, str]:
 
 
 def uri_of(master: MasterClient, service: str) -> str | None:
-    """Return the `rosrpc://HOST:PORT` of a service; None if it is not available."""
+    """Return the URI of a service, `rosrpc://HOST:PORT`, or None if the service is not available."""
     try:
         return master.lookup_service(service)
     except Refused:
@@ -33,7 +33,7 @@ def uri_of(master: MasterClient, service: str) -> str | None:
 
 
 def header_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> Mapping[str, str] | None:
-    """Return the server's connection header: `type`, `md5sum`, …; None if the service is not available.
+    """Return the server's connection header (`type`, `md5sum`, …), or None if there is no such service.
 
     Raises:
         GraphError: the server does not answer.
@@ -70,7 +70,7 @@ def header_at(uri: str, service: str, caller_id: str, calls: OpenCalls | None = 
 
 
 def type_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> str | None:
-    """Return the type of a service; None if it is not available.
+    """Return the type of a service, or None if the service is not available.
 
     Raises:
         GraphError: the server does not answer.

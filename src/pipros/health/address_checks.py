@@ -1,4 +1,4 @@
-"""Checks of the ports and addresses of programs in containers and behind routers. Performs no I/O."""
+"""Check the ports and addresses that programs use in containers and behind routers. Performs no I/O."""
 
 from __future__ import annotations
 

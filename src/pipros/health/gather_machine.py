@@ -88,7 +88,7 @@ def _advertised_host(environment: Environment) -> str:
 
 
 def _port_problem(environment: Environment) -> str:
-    """Return why a new node would get no port in `PIPROS_PORTS`; an empty string if it would get one."""
+    """Return why a new node would get no port in `PIPROS_PORTS`, or an empty string if it would get one."""
     try:
         ports = environment.port_range
         if ports is not None:
@@ -109,7 +109,7 @@ def own_addresses(hostname: str) -> tuple[str, ...]:
 
 
 def _error_of_master(uri: str, timeout_s: float) -> str:
-    """Return why no master answers at a URI; an empty string if one answers."""
+    """Return why no master responds at a URI, or an empty string if one does."""
     client = MasterClient(uri, CALLER_ID, timeout_s=timeout_s)
     try:
         client.get_pid()
@@ -141,7 +141,7 @@ def _kind(path: Path, *, is_written: bool) -> PathKind:
 
 
 def _foreign_programs(variables: Mapping[str, str]) -> dict[str, Path]:
-    """Map ROS commands to the programs in PATH that are run for them, omitting pipros's own programs."""
+    """Map ROS commands to their programs in PATH, omitting pipros's own programs."""
     path = variables.get("PATH", os.defpath)
     found = {name: shutil.which(name, path=path) for name in COMMANDS}
     return {name: Path(program) for name, program in found.items() if program and not _is_own(program)}

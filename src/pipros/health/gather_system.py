@@ -46,7 +46,7 @@ STAMP_WAIT_S = 0.5
 
 _FIRST_BYTES = struct.Struct("<IIII")  # the length of the message, and its header's seq, secs and nsecs
 _CHUNK_BYTES = 16 * 1024
-_LONGEST_REQUEST_S = 2.0  # beyond this, a response does not tell the time
+_LONGEST_REQUEST_S = 2.0  # after a longer delay, a response's date is too imprecise
 
 
 def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
@@ -130,7 +130,7 @@ def _ask_node(master: MasterClient, node: str, timeout_s: float) -> NodeReport:
 
 
 def _value(client: RpcClient, method: str) -> Any:
-    """Return the value in a node's answer; None if the node reports an error or lacks the method."""
+    """Return the value in a node's response, or None if the node reports an error or lacks the method."""
     try:
         answer = client.call(method, CALLER_ID)
     except Unreachable:
@@ -174,7 +174,7 @@ def _origin(problem: Exception) -> Exception:
 
 
 def _ask_publisher(topic: str, api: str, timeout_s: float) -> PublisherReport:
-    """Connect to a publisher like a subscriber, but without registering, and read its connection header."""
+    """Connect to a publisher as a subscriber does, without registering, and read its connection header."""
     try:
         with RpcClient(api, timeout_s=timeout_s) as client:
             answer = client.call("requestTopic", CALLER_ID, topic, [["TCPROS"]])
@@ -227,7 +227,7 @@ def _has_stamp(fields: Any) -> bool:
 
 
 def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
-    """Return the next message's stamp minus this machine's clock, in s; None if no message arrives."""
+    """Return the next message's stamp minus this machine's clock, in s, or None if no message arrives."""
     data = begun
     until = time.monotonic() + STAMP_WAIT_S
     while len(data) < _FIRST_BYTES.size:
@@ -247,7 +247,7 @@ def _stamp_offset(sock: socket.socket, begun: bytes) -> float | None:
 
 
 def _clock_offset(uri: str, timeout_s: float) -> float | None:
-    """Return the master's clock minus this machine's, in s, from a response's `Date`; None if unknown."""
+    """Return the master's clock minus this machine's, in s, from a response's `Date`, or None if unknown."""
     from email.utils import parsedate_to_datetime
     from http.client import HTTPConnection, HTTPException
 
@@ -282,7 +282,7 @@ def _ask_service(master: MasterClient, service: str, node: str) -> ServiceReport
 
 
 def _ask_agent(master: MasterClient, node: str, timeout_s: float) -> str:
-    """Return why the link of a fleet agent is down; empty if it is up."""
+    """Return why a fleet agent's link is down, or an empty string if it is up."""
     try:
         answer = _trigger(master, f"{node}/link", timeout_s)
     except PiprosError as problem:

@@ -1,4 +1,4 @@
-"""Detect import packages of pipros that have changed since pip installed them."""
+"""Detect which of pipros's import packages have changed since pip installed them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ def changed_packages(name: str = NAME) -> dict[str, str]:
     """Map changed import packages to the distribution that replaced their files, such as `rospy` to
     `py3rosmsgs`.
 
-    The distribution is empty if unknown. Compares modules with the checksums that pip recorded. In a
-    checkout, for which pip records no modules, the result is empty. Blocks while reading the modules and, if
-    a module has changed, the records of all distributions.
+    The distribution is empty if it is unknown. Modules are compared with the checksums that pip recorded. In
+    a checkout, for which pip records no modules, the result is empty. Blocks while reading the modules and,
+    if a module has changed, the records of all distributions.
     """
     try:
         installed = distribution(name)

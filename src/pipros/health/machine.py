@@ -37,8 +37,8 @@ class MachineReport:
         own_packages: the folders that contain pipros's import packages; a single folder, except in a
             checkout.
         changed_packages: maps each pipros import package that changed after its installation to the
-            distribution that replaced its files; empty if unknown.
-        master_error: why the master cannot be reached; empty if it answers, None if it was not called.
+            distribution that replaced its files, or to an empty string if that is unknown.
+        master_error: why the master cannot be reached; empty if it responds; None if it was not called.
         has_local_master: whether a master answers at the default URI; tested only if no master answers at a
             different `ROS_MASTER_URI`.
         missing_setup_files: maps shell startup files to the missing ROS setup file that they source.

@@ -1,4 +1,4 @@
-"""Checks for the setup of a machine and a shell. They derive findings from a `MachineReport` without I/O."""
+"""Checks of the setup of a machine and a shell. They derive findings from a `MachineReport` without I/O."""
 
 from __future__ import annotations
 

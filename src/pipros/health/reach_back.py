@@ -49,7 +49,7 @@ class _Arrivals:
 def reach_back(pairs: Iterable[tuple[str, str]], environment: Environment, *, wait_s: float = 3.0) -> Pairs:
     """Return the (topic, subscriber) pairs whose subscriber connects to this process within `wait_s`.
 
-    During the test, a publisher of each topic is registered, which accepts any type and sends nothing.
+    During the test, each topic has an additional publisher that accepts any type and sends nothing.
     """
     wanted = frozenset(pairs)
     arrivals = _Arrivals()

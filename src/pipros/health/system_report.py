@@ -1,4 +1,4 @@
-"""A running system as values: registrations, and the answers of nodes, publishers and services."""
+"""Snapshot of a running system: registrations, and the responses of nodes, publishers and services."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Failure:
 
 @dataclass(frozen=True, slots=True)
 class NodeReport:
-    """A registered node's answers.
+    """A registered node's responses.
 
     Attributes:
         api: the node's XML-RPC address according to the master.
-        failure: why the node did not answer; None if it did.
+        failure: why the node did not respond; None if it did.
         master_uri: the master that the node reports using; empty if it reports none.
         connections: the node's connections.
         subscriptions: maps topics to subscribed types, as reported by the node.
@@ -47,10 +47,10 @@ class NodeReport:
 
 @dataclass(frozen=True, slots=True)
 class PublisherReport:
-    """A publisher's answers to a subscriber.
+    """A publisher's responses to a subscriber.
 
     Attributes:
-        address: the `host:port` of its TCPROS server; empty if it did not answer.
+        address: the `host:port` of its TCPROS server; empty if it did not respond.
         failure: why no connection was established; None if a connection was established.
         type, md5sum: the type and md5 sum of its messages, from its connection header.
         stamp_offset_s: a message's stamp minus this machine's clock, in seconds; None if unknown.
@@ -102,8 +102,8 @@ class SystemReport:
         master_uri: the URI of the master.
         state: all registrations.
         types: maps topics to types, according to the master.
-        nodes: maps nodes to their answers.
-        publishers: maps (topic, node) to the publisher's answers.
+        nodes: maps nodes to their responses.
+        publishers: maps (topic, node) to the publisher's responses.
         services: maps services to the results of probing their servers.
         installed: maps types to the md5 sum of the definition on this machine; None if the type is not
             installed.
@@ -138,7 +138,7 @@ class SystemReport:
         return {name for name, node in self.nodes.items() if node.api.rstrip("/") == wanted}
 
     def is_alive(self, node: str) -> bool:
-        """Return whether the node answered."""
+        """Return whether the node responded."""
         report = self.nodes.get(node)
         return report is not None and report.failure is None
 

@@ -29,7 +29,7 @@ class Adopted(Protocol):
         ...
 
     def restart_delay_s(self) -> float | None:
-        """Return the time left until the ended process is restarted; None if it is not restarted."""
+        """Return the time left until the ended process is restarted, or None if it is not restarted."""
         ...
 
     def describe_end(self) -> str: ...
@@ -93,7 +93,7 @@ class AdoptedProcesses(Generic[_Process]):
     def check(self) -> list[_Process] | None:
         """Report processes that have exited, and restart processes whose restart is due.
 
-        Return the processes that are not restarted, and therefore no longer watched; None if a required
+        Return the processes that are not restarted and therefore no longer watched, or None if a required
         process has exited. The exit of a process with a restart delay is reported after the delay.
         """
         gone = []
@@ -119,7 +119,7 @@ class AdoptedProcesses(Generic[_Process]):
         return gone
 
     def end(self) -> None:
-        """Stop all processes, in the reverse order of `add`; those with `ends_last` are stopped last."""
+        """Stop all processes, last added first; those with `ends_last` are stopped after all others."""
         errors: list[str] = []
         last = list(self._last)
         first = [process for process in self if process not in last]

@@ -91,7 +91,7 @@ def summary(
 
 
 def _short(value: Any) -> str:
-    """Format a value on one line, cut to 20 characters; `<...>` if it is not printable ASCII."""
+    """Return a value on one line, truncated to 20 characters, or `<...>` if it is not printable ASCII."""
     text = (value.decode("latin-1") if isinstance(value, bytes) else str(value)).strip()
     if len(text) > _VALUE_CHARACTERS:
         text = text[: _VALUE_CHARACTERS - 3] + "..."

@@ -1,4 +1,4 @@
-"""Finds errors in a launch file and undeclared dependencies of its package, without starting nodes."""
+"""Find errors in a launch file and undeclared dependencies of its package, without starting nodes."""
 
 from __future__ import annotations
 

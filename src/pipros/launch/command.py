@@ -33,7 +33,7 @@ class CannotLaunch(PiprosError):
 
 
 class CannotStart(CannotLaunch):
-    """The operating system refuses to start a node's program. A launch that is still starting then ends."""
+    """The operating system refuses to start a node's program. This ends a launch that is still starting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class CommandMaker:
     def for_launcher(
         cls, environment: Environment, index: PackageIndex, log: Path | None = None
     ) -> CommandMaker:
-        """Create a maker that uses this process's environment variables and `environment`'s ROS_HOME.
+        """Create a command maker that uses this process's environment variables and `environment`'s ROS_HOME.
 
         Args:
             log: the launcher's log file, which nodes find in `ROS_LOG_FILENAME`, as in Noetic.

@@ -1,15 +1,16 @@
 """Lets other programs of this user list, stop and restart a running roslaunch's nodes, and read their output.
 
-Each roslaunch listens on a Unix socket, `$ROS_HOME/pipros/launches/<process id>`. It answers only this user
-and root, as the operating system reports them. Others can reach only the XML-RPC server, which has no methods
-that stop or restart nodes. Each connection carries one request and one answer, both JSON:
+Each roslaunch listens on a Unix socket, `$ROS_HOME/pipros/launches/<process id>`. It responds only to
+this user and root, as identified by the operating system. Other users can reach only the XML-RPC server,
+which has no methods that stop or restart nodes. Each connection carries one request and one response, both
+JSON:
 
     {"do": "list"}                           {"run_id": …, "files": […], "nodes": […], "more": 0}
     {"do": "output", "node": "talker-2"}     {"output": [["/…/talker-2-stdout.log", "…"]]}
     {"do": "stop" or "restart", "node": …}   {}
 
-All requests except `list` also contain the `run_id`, so that the page of another master cannot affect this
-launch. The answer to a refused request is `{"error": "…"}`.
+All requests except `list` also contain the `run_id`, so that a page for another master cannot affect this
+launch. The response to a refused request is `{"error": "…"}`.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ _CHUNK_BYTES: Final = 65_536
 
 
 class LaunchUnavailable(PiprosError):
-    """A roslaunch has ended, does not answer, or refuses a request."""
+    """A roslaunch process has ended, does not respond, or refuses a request."""
 
 
 class LaunchControl:
@@ -120,7 +121,7 @@ class LaunchControl:
         return {**self._about, "nodes": nodes, "more": max(0, len(managed) - MOST_NODES)}
 
     def _output(self, name: object) -> list[list[str]]:
-        """Return the end of each of a node's outputs, preceded by its source: `terminal` or a log file."""
+        """Return each source of a node's output, `terminal` or a log file, with the end of that output."""
         managed = next((node for node in self._run.managed() if node.name == name), None)
         process = managed.latest if managed is not None else None
         if process is None:
@@ -147,12 +148,12 @@ def running_launches() -> list[str]:
 
 
 def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Send a request to the roslaunch with the process id `launch`, and return its answer.
+    """Send a request to the roslaunch with the process id `launch`, and return its response.
 
     May block for several seconds.
 
     Raises:
-        LaunchUnavailable: the roslaunch has ended, does not answer, or refuses the request.
+        LaunchUnavailable: the process has ended, does not respond, or refuses the request.
     """
     limit = process_limits().launch_answer_bytes
     try:
@@ -172,10 +173,10 @@ def ask(launch: str, request: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _received(connection: socket.socket, limit: int, advice: str) -> bytes:
-    """Return everything that the other side sends until it ends its stream.
+    """Return everything that the other side sends until it closes the stream.
 
     Raises:
-        ValueError: it sends more than `limit` bytes.
+        ValueError: the other side sends more than `limit` bytes.
     """
     text = bytearray()
     while chunk := connection.recv(_CHUNK_BYTES):

@@ -100,7 +100,7 @@ def _walk(package: Package) -> Iterator[tuple[str, list[str]]]:
 
 
 def _suggestion(name: str, known: Collection[str]) -> str:
-    """Return a question that suggests known names similar to `name`; empty if there are none."""
+    """Return a question that suggests known names similar to `name`, or an empty string if there are none."""
     from difflib import get_close_matches
 
     near = get_close_matches(name, sorted(known), n=3, cutoff=0.7)

@@ -1,4 +1,4 @@
-"""Lists the nodes, arguments, parameters and node commands in launch files, without starting nodes."""
+"""List the nodes, arguments, parameters and node commands in launch files, without starting nodes."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def full_node_name(name: str) -> str:
 def command_words(
     node: Node, machine: Machine | None, index: PackageIndex
 ) -> tuple[dict[str, str], list[str]]:
-    """Return the variables that the launch sets for a node, and the words of the node's command line.
+    """Return the environment variables that the launch sets for a node, and the node's command line.
 
-    ROS_MASTER_URI is left out.
+    The variables do not include ROS_MASTER_URI.
 
     Raises:
         CannotLaunch: the node's program was not found, or its arguments cannot be parsed.

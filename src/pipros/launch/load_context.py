@@ -1,6 +1,6 @@
-"""The launch file loader's access to packages, environment variables, files and commands, as one value.
+"""The launch file loader's access to packages, environment variables, files and commands.
 
-`LoadContext.of_process()` is the real context; tests pass their own.
+`LoadContext.of_process()` returns the real context; tests pass their own.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ class NodeState(Enum):
 
 
 class AfterExit(Enum):
-    """What happens once a node's current process has exited."""
+    """Action to take once a node's current process has exited."""
 
     AS_DECLARED = "as declared"
     STAY_STOPPED = "stay stopped"
@@ -84,7 +84,7 @@ class ManagedNode:
         left_behind: a process that has exited, but whose child processes are still running.
         restart_at: time at which to restart the node, on the monotonic clock; None if no restart is due.
         latest: the latest process, whether or not it is still running.
-        after_exit: what a user requested; by default, the launch file determines what happens.
+        after_exit: action that a user requested; by default, the launch file determines the action.
         is_stopped: whether a user stopped the node. The launch continues, because it may be started again.
     """
 

@@ -1,4 +1,4 @@
-"""Determines the URI of the master that a session uses, and whether a master answers there."""
+"""Determine the URI of the master that a session uses, and whether a master responds there."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _uri_here(environment: Environment, port: int) -> str:
 
 
 def run_id_of(client: MasterClient) -> str | None:
-    """Return the master's run id; an empty string if the master has none, None if no master answers.
+    """Return the master's run id, an empty string if it has none, or None if no master responds.
 
     Raises:
         LaunchError: the server at that address is not a master.

@@ -39,7 +39,7 @@ def is_available() -> bool:
 
 @dataclass(slots=True)
 class LinePrefix:
-    """Puts a prefix before each line of output that arrives in pieces."""
+    """Adds a prefix to each line of output. The output may arrive in pieces of any length."""
 
     prefix: bytes
     is_in_line: bool = False

@@ -17,7 +17,7 @@ class Placement:
         self._is_local: dict[str, bool] = {}
 
     def remote_machine(self, node: Node) -> Machine | None:
-        """Return the machine of a node that is started through ssh; None for a local node."""
+        """Return the machine of a node that is started through ssh, or None for a local node."""
         machine = self._machines.get(node.machine)
         if machine is None:
             return None

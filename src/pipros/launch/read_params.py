@@ -1,4 +1,4 @@
-"""Reads the `<param>` and `<rosparam>` elements of launch files."""
+"""Read the `<param>` and `<rosparam>` elements of launch files."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ _Choice = TypeVar("_Choice", Output, WorkingFolder)
 
 @dataclass(frozen=True, slots=True)
 class ElementReader:
-    """An element and everything needed to read it. All errors name the element and its place.
+    """An element and everything needed to read it. All errors name the element and its location.
 
     Attributes:
         element: the element as written.
@@ -59,7 +59,7 @@ class ElementReader:
         return name in self.element.attributes
 
     def text(self, name: str) -> str | None:
-        """Return the attribute after substitution; None if the element lacks it."""
+        """Return the attribute after substitution, or None if the element lacks it."""
         written = self.element.attributes.get(name)
         return None if written is None else self.resolve(written)
 
@@ -108,7 +108,7 @@ class ElementReader:
             raise self.error(f"'{name}' must be a number: [{text}]") from None
 
     def choice(self, name: str, kind: type[_Choice]) -> _Choice | None:
-        """Return the attribute `name` as a member of `kind`; None if the element lacks the attribute."""
+        """Return the attribute `name` as a member of `kind`, or None if the element lacks the attribute."""
         text = self.text(name)
         if text is None:
             return None

@@ -71,7 +71,7 @@ class LaunchServer:
         return f"/roslaunch/uris/host_{host}__{port}"
 
     def start(self) -> None:
-        """Open a free port. The server answers calls when this method returns.
+        """Open a free port. The server accepts calls by the time this method returns.
 
         Raises:
             OSError: no port is free, or the address does not belong to this computer.

@@ -47,7 +47,7 @@ def load(
         texts: contents of additional launch files, such as standard input; processed after the files.
         unset_as: the value to use for unset arguments, for tools that only inspect the file; by default,
             unset arguments are an error.
-        arguments_only: whether to read only the `<arg>`s in these files, but not those in included files.
+        arguments_only: whether to read only these files' own `<arg>`s, not those in included files.
         limits: defaults to the process-wide limits.
 
     Raises:

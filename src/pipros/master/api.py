@@ -33,7 +33,7 @@ class MasterApi:
     """Answers calls from nodes and tools, based on the registry and the parameter tree.
 
     `methods` is the method table for an `RpcServer`. The notices that a call causes are passed to `notify`,
-    in order, before the call is answered; `notify` need not deliver them at once.
+    in order, before the response is returned; `notify` may deliver them later.
     """
 
     def __init__(

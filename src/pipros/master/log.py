@@ -29,8 +29,8 @@ _FORMAT: Final = "[%(name)s][%(levelname)s] %(asctime)s: %(message)s"
 class MasterLog(logging.Handler):
     """Writes the log of all masters in this process to a file until `close` is called.
 
-    A thread writes the queued lines every `PAUSE_S`, because writing each line at once would make `setParam`
-    calls take 50 % longer.
+    A thread writes the queued lines every `PAUSE_S`, because writing each line immediately would make
+    `setParam` calls take 50 % longer.
     """
 
     def __init__(

@@ -103,7 +103,7 @@ class Master:
         return f"{listens}, open to all programs that can reach this computer"
 
     def start(self) -> None:
-        """Open the port. The master answers calls when this method returns.
+        """Open the port. The master accepts calls by the time this method returns.
 
         Raises:
             OSError: the port is in use, the address does not belong to this machine, or the store cannot be

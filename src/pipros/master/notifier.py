@@ -40,7 +40,7 @@ KEEP_CONNECTION_S: Final = 30.0
 
 
 class Recipients(Protocol):
-    """The registered nodes, as recipients of notices. Called on the notifier's loop."""
+    """The registered nodes, which receive notices. Methods are called in the notifier's event loop."""
 
     def is_current(self, notice: Notice) -> bool:
         """Return whether the node still uses the notice's URI. Called before an update is delivered."""
@@ -79,7 +79,7 @@ class Notifier:
     """Delivers notices in the event loop in which it is used. `notify` returns at once.
 
     Attributes:
-        delivered: number of notices that the nodes answered.
+        delivered: number of notices to which the nodes responded.
         superseded: number of queued notices that a newer notice replaced.
         dropped: number of notices lost because a queue was full.
     """
@@ -93,8 +93,8 @@ class Notifier:
     ) -> None:
         """
         Args:
-            limits: `notices` limits each node's queue, and `notice_s` limits the time to answer a notice;
-                defaults to the process-wide limits.
+            limits: `notices` limits each node's queue, and `notice_s` limits the time to respond to a notice.
+                The default is the process-wide limits.
             connect: function that returns the client for an API; raises ValueError for an invalid URI.
         """
         self._recipients = recipients

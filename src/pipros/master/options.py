@@ -20,7 +20,7 @@ class Probing:
         round_s: the interval between probes of the same node; longer if there are very many nodes.
         newcomers_s: the maximum delay before a new node is first probed, unless the master is busy.
         answer_s: the timeout of a probe.
-        confirmation_pause_s: the time between probes of a suspect.
+        confirmation_pause_s: the time between probes that confirm that a node has ended.
     """
 
     round_s: float = 3.0
@@ -34,8 +34,7 @@ class MasterOptions:
     """The settings of a master.
 
     Attributes:
-        host: the address to listen on. By default, it is taken from the environment: loopback if everything
-            is local (see `pipros.net.address`).
+        host: the address to listen on. By default, the environment determines it; see `pipros.net.address`.
         port: the port; 0 selects a free port.
         advertised_host: the host in the master's URI; by default taken from the environment.
         known_as: host names and addresses under which programs on this machine look for the master, in

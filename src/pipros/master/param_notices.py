@@ -17,7 +17,7 @@ def param_notices(registry: Registry, key: str, value: Any, *, except_node: str)
     part of the value at its own key, or `{}` if there is none. `except_node`, which made the change, receives
     nothing. Announced keys end with a slash, as in genuine masters.
 
-    The subscribed keys are looked up at once. Their nodes are looked up only as the notices are consumed,
+    The subscribed keys are looked up immediately, but their nodes only as the notices are consumed,
     because a key can have thousands of subscribers.
     """
     return _notices(registry, registry.param_keys_around(key), key, value, except_node)

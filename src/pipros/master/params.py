@@ -127,7 +127,7 @@ class ParamTree:
 
     @contextmanager
     def weights_known(self, weights: Mapping[int, int]) -> Iterator[None]:
-        """Within the block, use `weights`, keyed by the `id` of the value, instead of computing them."""
+        """Within the block, take the weights of values from `weights`, which is keyed by their `id`."""
         self._known_weights = weights
         try:
             yield
@@ -224,7 +224,7 @@ def _parts(key: str) -> list[str]:
 
 
 def value_below(value: Any, key: str, default: Any) -> Any:
-    """Return the value under `key` in a tree; `default` if there is none."""
+    """Return the value under `key` in a tree, or `default` if there is none."""
     for part in _parts(key):
         if type(value) is not dict or part not in value:
             return default

@@ -31,8 +31,8 @@ class Notice:
 
     Attributes:
         node: the name of the node.
-        api: the URI to call. The notice is dropped if the node has registered a different URI by the time it
-            is due.
+        api: the URI to call. The notice is dropped if the node registers a different URI before the call is
+            made.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
         params: the arguments of the call, beginning with the master's own caller_id.
     """
@@ -94,9 +94,9 @@ class Registry:
     The caller must resolve and check the names of topics, services and nodes.
 
     A node that registers with the name of another process takes over the name. The other process is
-    `replaced` until its `shutdown` notice is done. Its registrations are ignored in the meantime: a roscpp
-    node subscribes to a parameter when it logs the shutdown request, and would thus take its name back and
-    shut down its successor.
+    `replaced` until its `shutdown` notice has been delivered or dropped. Its registrations are ignored in the
+    meantime: a roscpp node subscribes to a parameter when it logs the shutdown request, and would thus take
+    its name back and shut down its successor.
 
     As in genuine masters, a topic's type is kept after the last publisher and subscriber have unregistered,
     but only for as many unused topics as the limits allow. The topic that has been unused for longest is
@@ -126,12 +126,12 @@ class Registry:
     # ---- reading
 
     def api_of(self, node: str) -> str | None:
-        """Return the API of a node; None if the node is not registered."""
+        """Return the API of a node, or None if the node is not registered."""
         entry = self.nodes.get(node)
         return entry.api if entry else None
 
     def service_api_of(self, service: str) -> str | None:
-        """Return the `rosrpc://` URI of a service; None if no node offers the service."""
+        """Return the `rosrpc://` URI of a service, or None if no node offers the service."""
         return self._service_apis.get(service)
 
     def names_of(self, role: Role, key: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""A master on an asyncio loop, assembled from its parts."""
+"""`MasterServer`, which combines the parts of a master on an asyncio event loop."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ RESUME_ANSWER_S: Final = 1.0
 
 
 class MasterServer:
-    """A master on the event loop on which `start()` is awaited.
+    """A master that runs on the event loop in which `start()` is awaited.
 
     Only the constructor may be called outside that loop.
     """
@@ -157,7 +157,7 @@ class MasterServer:
             return self._api.methods[method](*params)
 
     async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
-        """Weigh large values in a thread, repeatedly if another call replaces the current value meanwhile."""
+        """Like `_change_param`, but weigh the values, and any that other calls set meanwhile, in a thread."""
         loop = asyncio.get_running_loop()
         weighed: list[Any] = []  # keeps the values alive, so that each `id` stays unique
         weights: dict[int, int] = {}
@@ -171,7 +171,7 @@ class MasterServer:
             return self._api.methods[method](*params)
 
     def _former(self, params: tuple[Any, ...]) -> Any:
-        """Return the value that a call would replace; None if it is not set or the arguments are invalid."""
+        """Return the value that a call would replace, or None if there is none or an argument is invalid."""
         if len(params) < 2 or type(params[0]) is not str or type(params[1]) is not str:
             return None
         if not params[1] or max(map(len, params[:2])) > self._limits.name_characters:

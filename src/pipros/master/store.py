@@ -4,7 +4,7 @@ The file is an SQLite database in WAL mode. A process that is killed loses at mo
 last `PAUSE_S`, and leaves no partial change. Parameters are stored as the calls that set them, in order.
 Storing a call deletes the calls that it supersedes, so the file does not grow over time.
 
-A thread writes the file, at once under low load, otherwise every `PAUSE_S`. Callers never wait for the
+A thread writes the file: immediately under low load, otherwise every `PAUSE_S`. Callers never wait for the
 thread, and the thread does not wait for the disk. Written changes survive a crash of the process. After a
 power failure, the file is intact, but the last changes may be missing.
 """

@@ -31,5 +31,5 @@ class UnusedTypes:
         return forgotten
 
     def remove(self, topic: str) -> None:
-        """Remove a topic that is in use again, or whose type was forgotten."""
+        """Remove a topic that is in use again, or whose type was discarded."""
         self._bytes -= self._bytes_of.pop(topic, 0)

@@ -84,8 +84,8 @@ class Message:
             exc: the error that was raised when serializing the message.
 
         Raises:
-            SerializationError: a value does not fit its field, or `exc` is given. The text names the field;
-                if all values fit, it is that of `exc`.
+            SerializationError: a value does not fit its field, or `exc` is given. The error text names the
+                field; if all values fit, it is the text of `exc`.
         """
         from pipros.msg.check import check_type
         from pipros.msg.errors import SerializationError
@@ -114,7 +114,7 @@ class Message:
         return self
 
     def serialize_numpy(self, buff: Writable, numpy: Any) -> None:  # noqa: ARG002 # serialize takes arrays
-        """Same as `serialize`, which accepts numpy arrays, too, and writes them without copying."""
+        """Same as `serialize`, which also accepts numpy arrays and writes them without copying."""
         self.serialize(buff)
 
     def _to_buffers(self) -> list[Buffer]:

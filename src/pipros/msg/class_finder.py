@@ -54,7 +54,7 @@ class ClassFinder:
 
 
 def installed_class(type_name: str) -> type[Message] | None:
-    """Return the class of a type from an installed package; None if it cannot be loaded."""
+    """Return a type's class from an installed package, or None if it cannot be loaded."""
     from pipros.msg import load_message_class
 
     try:

@@ -48,7 +48,9 @@ def is_loopback(host: str) -> bool:
 
 
 def plain_address(peer: str) -> str:
-    """Return a peer's IP address in comparable form: without the interface, and IPv4-mapped IPv6 as IPv4.
+    """Return a peer's IP address in a form that can be compared.
+
+    The interface is removed, and an IPv4-mapped IPv6 address is converted to IPv4.
 
     >>> plain_address("::ffff:10.0.0.5"), plain_address("fe80::1%eth0")
     ('10.0.0.5', 'fe80::1')
@@ -57,7 +59,7 @@ def plain_address(peer: str) -> str:
 
 
 def is_master_local(environment: Environment) -> bool:
-    """Return True if the master URI is malformed, or its host is loopback (not this machine's name)."""
+    """Return True if the master URI is malformed, or its host is loopback (but not this machine's name)."""
     try:
         host, _ = split_master_uri(environment.master_uri)
     except PiprosError:
@@ -100,7 +102,9 @@ def advertised_host(environment: Environment) -> str:
 
 
 def problem_of(configured: str, *, is_address: bool) -> str | None:
-    """Describe the error in a value of `ROS_IP` (`is_address`) or `ROS_HOSTNAME`; None if the value is valid.
+    """Return a description of the error in a host setting, or None if the setting is valid.
+
+    `is_address` is True for a value of `ROS_IP`, and False for a value of `ROS_HOSTNAME`.
 
     >>> problem_of("http://robot", is_address=False), problem_of("robot", is_address=True)
     ('protocol should not be included', 'must be a valid IPv4 or IPv6 address')

@@ -36,7 +36,7 @@ class Backlog:
 
     @property
     def is_in_large_buffer(self) -> bool:
-        """Whether the next bytes to send are the rest of a buffer of LARGE_BYTES or more."""
+        """Whether at least LARGE_BYTES remain of the next buffer of a partially written message."""
         return bool(self._rest) and len(self._rest[0]) >= LARGE_BYTES
 
     def append(self, message: WireMessage, size: int) -> None:

@@ -92,7 +92,7 @@ class PollingReceiver:
         self._backoff = AdaptiveBackoff()
 
     def receive_into(self, sock: socket.socket, buffer: memoryview, max_polls: int | None = None) -> int:
-        """Wait for bytes and receive them into `buffer`. Return their number; 0 at the end of the stream.
+        """Wait for bytes and receive them into `buffer`. Return their number, or 0 at the end of the stream.
 
         `max_polls` limits the number of polls. The polling time is always limited.
         """
@@ -133,8 +133,8 @@ class PollingReceiver:
         return sock.recv(most)
 
     def _poll(self, receive: Callable[..., T], *args: Any, max_polls: int | None = None) -> T | None:
-        """Poll with `receive` and return its result; None if nothing arrived or polling is not possible
-        here.
+        """Poll with `receive` and return its result. Return None if nothing arrived or polling is not
+        possible here.
         """
         if not _MAY_POLL:
             self._backoff.note(pays=False)

@@ -31,7 +31,7 @@ class Connector:
     def connect(
         self, host: str, port: int, deadline: float | None = None, limit_s: float | None = None
     ) -> socket.socket:
-        """Return a blocking socket connected to the first of the host's addresses that accepts.
+        """Return a blocking socket connected to the first of the host's addresses that accepts a connection.
 
         Args:
             host: a name or an address.

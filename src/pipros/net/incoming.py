@@ -76,7 +76,7 @@ class ReceiveStatistics:
 
 
 class DeliveryLock:
-    """Lock with which a topic's links deliver in turn.
+    """Lock that makes a topic's links take turns delivering messages.
 
     A link that has just delivered a message queues behind the links that are already waiting. One of the
     waiting links holds `_gate`. With a single lock, a link with a backlog would reacquire the lock before a

@@ -93,7 +93,7 @@ def is_own(connection: socket.socket) -> bool:
 
 
 def peer_user(connection: socket.socket) -> int | None:
-    """Return the user id of the process at the other end; None if the system does not report it."""
+    """Return the user id of the process at the other end, or None if the system does not report it."""
     if sys.platform != "linux":
         return None
     found = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)

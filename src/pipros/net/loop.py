@@ -1,4 +1,4 @@
-"""An asyncio event loop in a background thread, which runs a node's control traffic."""
+"""An asyncio event loop in a background thread, which handles a node's control traffic."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class BackgroundLoop:
             raise
         if not done.wait(timeout_s):
             has_given_up = True
-            if not tasks:  # the loop stopped before the coroutine began
+            if not tasks:  # the loop stopped before the coroutine started
                 coroutine.close()
             raise TimeoutError(f"{self._name}: no result within {timeout_s} s")
         return tasks[0].result()

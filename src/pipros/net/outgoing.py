@@ -215,7 +215,7 @@ class OutgoingLink:
             self._loop.call(self._check_stalled)
 
     def _flush(self, most_bytes: float = math.inf) -> None:
-        """Write as much of the backlog as the socket accepts, at most about `most_bytes`."""
+        """Write as much of the backlog as the socket accepts, up to about `most_bytes`."""
         end = self.statistics.bytes + most_bytes
         while self._backlog and self.statistics.bytes < end and self._write():
             pass

@@ -3,9 +3,9 @@
     IDLE        no messages are queued; the publishing thread writes to the socket
     BEHIND      messages are queued for the publishing thread, which may wait for the subscriber
     QUEUED      messages are queued for the event loop
-    STALLED     as QUEUED, after a publisher without a queue has waited in vain; it does not wait again
+    STALLED     like QUEUED, but a publisher without a queue has waited in vain, and does not wait again
     RECOVERING  a stalled link with no queued messages, whose subscriber has yet to read the written data
-    CLOSED      the end
+    CLOSED      the link has been closed
 
 An event that is not in the table for a state has no effect.
 """
@@ -28,7 +28,7 @@ class State(Enum):
 
 
 class Event(Enum):
-    """An event of a link."""
+    """An event on a link."""
 
     SOCKET_FULL = auto()
     """The socket did not accept a whole message."""

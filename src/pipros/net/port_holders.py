@@ -1,4 +1,4 @@
-"""Find the programs that listen on this machine's ports, for the error text if no port is free."""
+"""Find the programs that listen on this machine's ports, for the error text when no port is free."""
 
 from __future__ import annotations
 

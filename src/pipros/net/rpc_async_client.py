@@ -20,7 +20,7 @@ _SLICE_BYTES: Final = 256 * 1024
 async def call_async(
     uri: str, method: str, *params: Any, timeout_s: float | None, answer_limit_bytes: int | None = None
 ) -> Any:
-    """Call one method over a new connection. Returns and raises the same as `RpcClient.call`."""
+    """Call one method over a new connection. The result and the errors are those of `RpcClient.call`."""
     client = AsyncRpcClient(uri, answer_limit_bytes=answer_limit_bytes)
     try:
         return await client.call(method, *params, timeout_s=timeout_s)
@@ -31,8 +31,8 @@ async def call_async(
 class AsyncRpcClient:
     """Calls methods on one XML-RPC server over a connection that is kept open.
 
-    Only one call may run at a time, so tasks that share a client must queue their calls. If the server has
-    closed the open connection, it is silently replaced.
+    Only one call may run at a time, so tasks that share a client must queue their calls. A connection that
+    the server has closed is silently replaced.
     """
 
     def __init__(self, uri: str, *, answer_limit_bytes: int | None = None) -> None:

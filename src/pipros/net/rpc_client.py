@@ -61,7 +61,7 @@ class RpcClient:
             uri: `http://HOST:PORT/`.
             timeout_s: total time limit for one call; None for no limit. A call can override it.
             answer_limit_bytes: the maximum size of a response. Defaults to `Limits.answer_bytes`, which is
-                generous because the user chose the server, which is therefore trusted.
+                generous: the user chose the server, so it is trusted.
 
         Raises:
             ValueError: `uri` is malformed.
@@ -78,12 +78,12 @@ class RpcClient:
         self._is_closed = False
 
     def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
-        """Call `method` and return its value. Blocks until the response or the timeout.
+        """Call `method` and return its value. Blocks until the response arrives or the timeout expires.
 
         Raises:
             Unreachable: the connection failed, was lost, or was silent for too long.
             Interrupted: `interrupt` was called.
-            Fault: the server answered with a fault.
+            Fault: the server returned a fault.
             ProtocolError: the response is not XML-RPC.
             LimitExceeded: the response is larger than the limit.
             TypeError, OverflowError, ValueError: XML-RPC cannot represent a parameter; nothing was sent.
@@ -119,7 +119,7 @@ class RpcClient:
         self.close()
 
     def interrupt(self, limit_s: float) -> None:
-        """Make running calls raise Interrupted. Later calls have the timeout `limit_s`."""
+        """Make calls in progress raise Interrupted. Later calls have the timeout `limit_s`."""
         with self._lock:
             self.timeout_s = limit_s
             self._interruptions += 1
@@ -233,7 +233,7 @@ class _ClientConnection:
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if self.is_aborted:  # `abort` may have missed the socket
             raise Interrupted("the call was interrupted")
-        with contextlib.suppress(OSError):  # the server has closed the connection again
+        with contextlib.suppress(OSError):  # the server has already closed the connection
             return plain_address(str(self._socket.getpeername()[0]))
         return ""
 

@@ -1,11 +1,11 @@
 """One connection of an `RpcServer`: reads HTTP and XML-RPC requests, and sends the responses in order.
 
-Theory of operation: connections take turns in the event loop. A fast method is answered at once, in the
-callback that received the bytes; each further request that has arrived, and each slice of a large answer, is
-left to a later turn, so that a peer with many or large requests does not delay others. Large values are
-decoded and encoded in a thread, and methods may wait; a task then sends the answer. While one of these is
-pending, or the peer does not read, the connection is busy: further requests wait in the reader, and the
-socket is not read. `pipros.net.rpc_state` defines the states and their transitions.
+Theory of operation: connections take turns in the event loop. A call to a fast method is handled at once, in
+the callback that received the bytes; each further request that has arrived, and each slice of a large
+response, is left to a later turn, so that a peer with many or large requests does not delay others. Large
+values are decoded and encoded in a thread, and methods may wait; in these cases, a task sends the response.
+While a turn or task is pending, or the peer does not read, the connection is busy: further requests wait in
+the reader, and the socket is not read. `pipros.net.rpc_state` defines the states and their transitions.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class UnknownMethod(LookupError):
 
 
 class Answerer(Protocol):
-    """The attributes and methods of the server that a connection uses."""
+    """The part of the server's interface that a connection uses."""
 
     limits: Limits
     connections: ConnectionTable
@@ -74,7 +74,7 @@ class RpcConnection(asyncio.Protocol):
     """Reads one peer's requests and writes the responses."""
 
     def __init__(self, server: Answerer, loop: asyncio.AbstractEventLoop, received: bytes = b"") -> None:
-        """Answer the requests on one connection.
+        """Handle the requests on one connection.
 
         `received` contains the bytes that have already been read from the connection.
         """
@@ -89,7 +89,7 @@ class RpcConnection(asyncio.Protocol):
         )
         self._drain_bytes_left = _DRAIN_LIMIT_BYTES
         self._unsent = memoryview(b"")
-        self._needs_bytes = False  # whether the reader lacks a complete request
+        self._needs_bytes = False  # whether the reader needs more bytes to complete a request
         self._is_last_answer = False
         self._has_peer_ended = False
         self.caller = Caller()
@@ -161,7 +161,7 @@ class RpcConnection(asyncio.Protocol):
         self._state = after(self._state, event)
 
     def _take_turn(self) -> None:
-        """Send a slice of the last response, or answer the next request."""
+        """Send a slice of the current response, or handle the next request."""
         if self._unsent:
             self._send_slice()
         else:
@@ -227,7 +227,7 @@ class RpcConnection(asyncio.Protocol):
                 self._transport.write(CONTINUE)
 
     def _answer(self, request: Request) -> None:
-        """Answer at once if the method is fast and the values are small; otherwise start a task."""
+        """Respond at once if the method is fast and the values are small; otherwise start a task."""
         if len(request.body) >= _LARGE_BODY_BYTES:
             self._server.bodies.note(self, len(request.body))  # released when a thread has read the body
             self._answer_by_task(request, self._answer_to_large(request.body))

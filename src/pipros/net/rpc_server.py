@@ -47,9 +47,9 @@ _TURN_S: Final = 0.001
 class RpcServer:
     """Serves a table of methods, and `system.multicall`, over XML-RPC.
 
-    A call to a method that is unknown or raises is answered with a fault, with the same text as in ROS's
-    Python nodes. A call with the wrong number of parameters is answered with `[-1, text, 0]`, as the ROS API
-    requires (pass `on_bad_arity` for another response).
+    If a method is unknown or raises an exception, the response is a fault with the same text as in ROS's
+    Python nodes. The response to a call with the wrong number of parameters is `[-1, text, 0]`, as the ROS
+    API requires (pass `on_bad_arity` for another response).
 
     Everything runs on the loop on which `start()` was awaited; calls on one connection are answered in order.
 
@@ -77,7 +77,7 @@ class RpcServer:
             methods: the method table; other methods cannot be called.
             host: the address to listen on, or several addresses, which get the same port; empty if all
                 connections are passed to `adopt`.
-            port: the port; 0 selects a free port, a range its first free port.
+            port: the port; 0 selects a free port, and a range selects its first free port.
             limits: defaults to the process-wide limits.
             admits: decides, given the two ends of a connection, whether the peer may connect; by default, all
                 peers may.
@@ -116,7 +116,7 @@ class RpcServer:
         return [listener.fileno() for server in self._servers for listener in server.sockets]
 
     async def start(self) -> None:
-        """Open the port. The server accepts connections when this returns.
+        """Open the port. The server accepts connections once this method has returned.
 
         Raises:
             OSError: the port is in use, no port in the range is free, or the address does not belong to this

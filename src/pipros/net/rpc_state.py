@@ -3,15 +3,15 @@
 Theory of operation. In `READING`, the connection waits for bytes or handles received bytes. Three states are
 busy: further requests wait in the reader, and the socket is not read.
 
-    QUEUED     a later turn of the event loop sends the next slice, or answers the next request
-    ANSWERING  a task works on an answer: the method waits, or a thread reads or writes a large value
+    QUEUED     a later turn of the event loop will send the next slice, or handle the next request
+    ANSWERING  a task computes the response: the method waits, or a thread reads or writes a large value
     STALLED    the peer does not read, and the transport has paused writing
 
 Data is written only in turns and at the end of a task, so a connection that is QUEUED or ANSWERING cannot
 become STALLED. Three states are final, in this order:
 
-    DRAINING   a request was refused: further bytes are discarded until the peer has read the answer
-    CLOSING    everything is written; the transport closes once it is sent
+    DRAINING   a request was refused: further bytes are discarded until the peer has read the response
+    CLOSING    everything has been written; the transport closes once the data has been sent
     CLOSED     aborted or lost
 
 An event that is not in the table for a state has no effect.
@@ -96,10 +96,10 @@ def next_step(*, has_unsent: bool, is_last_answer: bool, has_input: bool, has_pe
     """Return the next step of a connection that is not busy.
 
     Args:
-        has_unsent: part of the last response has not been written to the transport.
-        is_last_answer: the connection closes after the last response.
-        has_input: the reader has bytes that have not been parsed.
-        has_peer_ended: the peer has closed its half of the connection.
+        has_unsent: whether part of the last response has not been written to the transport.
+        is_last_answer: whether the connection closes after the last response.
+        has_input: whether the reader has bytes that have not been parsed.
+        has_peer_ended: whether the peer has closed its half of the connection.
     """
     if has_unsent:
         return Step.QUEUE_TURN

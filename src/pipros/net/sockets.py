@@ -267,7 +267,7 @@ def abort(sock: socket.socket) -> None:
 
 
 def local_port(sock: socket.socket) -> int:
-    """Return the port of this end of a connection; 0 if the connection has ended."""
+    """Return the port of this end of a connection, or 0 if the connection has ended."""
     try:
         return int(sock.getsockname()[1])
     except OSError:
@@ -275,7 +275,7 @@ def local_port(sock: socket.socket) -> int:
 
 
 def peer_name(sock: socket.socket) -> str:
-    """Return the `host:port` of the other end; `?` if the connection has ended."""
+    """Return the `host:port` of the other end, or `?` if the connection has ended."""
     try:
         name = sock.getpeername()
     except OSError:

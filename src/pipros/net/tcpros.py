@@ -79,7 +79,7 @@ class TcprosServer:
     Connections that begin with an HTTP request are passed to `on_http`, if set.
 
     As in genuine nodes, connections from peers that are silent, send malformed data or announce an oversized
-    header are closed without an answer. If too many connections are in their handshake, the oldest of them
+    header are closed without a reply. If too many connections are in their handshake, the oldest of them
     is closed to make room for a new connection, so that silent peers do not lock other peers out. The server
     uses callbacks of the event loop, not coroutines, because every service call that is not persistent opens
     a connection.
@@ -104,7 +104,7 @@ class TcprosServer:
 
         Args:
             host: the address to listen on.
-            port: the port; 0 selects a free port, a range its first free port.
+            port: the port; 0 selects any free port, and a range selects its first free port.
             on_connection: called in the event loop; must not block.
             on_http: called in the event loop with a connection and its first bytes.
             limits: defaults to the process-wide limits.
@@ -141,7 +141,7 @@ class TcprosServer:
 
     @property
     def descriptors(self) -> list[int]:
-        """The descriptor of the listening socket; empty once it is closed."""
+        """A list with the listening socket's descriptor; empty once the socket is closed."""
         return [number] if (number := self._server.fileno()) >= 0 else []
 
     def stop(self) -> None:
@@ -164,7 +164,7 @@ class TcprosServer:
             sock, address = self._server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
             return False
-        except OSError:  # no descriptors are left; try again when a connection has ended
+        except OSError:  # no descriptors are left; retry after a pause
             self._loop.remove_reader(self._server)
             self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
             return False
@@ -226,7 +226,7 @@ class _Handshake:
         loop.add_reader(number, self.read)
 
     def dismiss(self) -> None:
-        """Close the connection without an answer."""
+        """Close the connection without a reply."""
         self._unregister()
         self._sock.close()
 
@@ -306,7 +306,7 @@ def refuse_connection(sock: socket.socket, reason: str) -> None:
 
 
 async def _connect_first(loop: asyncio.AbstractEventLoop, host: str, port: int) -> socket.socket:
-    """Return a connection to the first of the host's addresses that accepts."""
+    """Return a socket connected to the first of the host's addresses that accepts a connection."""
     host, port = address_here(host, port)
     failure: OSError = OSError(f"the name {host} has no address")
     for family, kind, protocol, _, address in await _addresses(loop, host, port):

@@ -51,7 +51,7 @@ class Caller:
 
     @classmethod
     def from_names(cls, peer_name: object, socket_name: object) -> Caller:
-        """Return a caller from the results of `getpeername` and `getsockname`; empty if one is missing.
+        """Create a caller from the results of `getpeername` and `getsockname`; empty if either is missing.
 
         >>> Caller.from_names(("::ffff:10.0.0.5", 4711, 0, 0), ("::ffff:10.0.0.1", 11311, 0, 0))
         Caller(host='10.0.0.5', port=4711, own_host='10.0.0.1', own_port=11311)
@@ -71,7 +71,7 @@ class Caller:
         return bool(self.host) and (self.host == self.own_host or has_address(self.host))
 
     def user_id(self) -> int | None:
-        """Return the user id of the local process at the caller's end; None if unknown.
+        """Return the user ID of the local process at the caller's end, or None if it is unknown.
 
         Linux only. This is slow, because it reads the machine's table of all connections.
         """
@@ -91,7 +91,7 @@ def knows_users() -> bool:
 
 
 def user_listening(host: str, port: int) -> int | None:
-    """Return the user id of the process that listens on one of this machine's addresses; None if unknown.
+    """Return the user ID of the process that listens on one of this machine's addresses, or None if unknown.
 
     As slow as `Caller.user_id`, and also requires Linux.
     """
@@ -104,7 +104,7 @@ def user_listening(host: str, port: int) -> int | None:
 
 
 def listening_inodes() -> dict[str, int]:
-    """Return the ports that processes of this machine listen on, by the inode of the socket; Linux only."""
+    """Map the inodes of this machine's listening sockets to the ports on which they listen. Linux only."""
     return {
         end.inode: int(end.local.rpartition(":")[2], 16) for end in _socket_table() if end.state == _LISTENING
     }
@@ -149,9 +149,10 @@ def own_address() -> str:
 
 
 def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | None = None) -> tuple[str, ...]:
-    """Return the IP addresses of a host name or address; empty if it was not resolved within `lookup_s`.
+    """Return the IP addresses of a host name or address.
 
-    Blocks, so do not call it in an event loop.
+    The result is empty if the name was not resolved within `lookup_s`. Blocks, so do not call this in an
+    event loop.
     """
     deadline = time.monotonic() + (limits or process_limits()).lookup_s
     try:

@@ -10,7 +10,7 @@ from pipros.net.address import is_loopback
 
 
 async def explain(peer: str) -> str:
-    """Return advice about a peer that did not answer, given as `http://host:port/` or `host:port`.
+    """Return advice about a peer (`http://host:port/` or `host:port`) that did not respond.
 
     If a ROS 1 topic is listed but silent, the usual cause is a name or address that another machine does
     not know, or resolves differently (ros_comm#222).

@@ -1,4 +1,4 @@
-"""Nodes: publishing, subscribing, serving, parameters, time and logs."""
+"""ROS nodes: topics, services, parameters, time and logs."""
 
 from pipros.node.node import Node
 from pipros.node.publisher import Publisher

@@ -39,7 +39,7 @@ class Clock(Protocol):
     def is_simulated(self) -> bool: ...
 
     def now_ns(self) -> int:
-        """Return nanoseconds since the epoch; 0 while a simulated clock has not started."""
+        """Return nanoseconds since the epoch, or 0 while a simulated clock has not started."""
         ...
 
     def sleep(self, duration_s: float) -> bool:

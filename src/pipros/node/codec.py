@@ -15,7 +15,10 @@ AnyMessage = TypeVar("AnyMessage", bound="Message")
 
 
 def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
-    """Return the fastest encoder for a class. It returns one or more buffers, without a length field."""
+    """Return the fastest encoder for a class.
+
+    The encoder returns one or more buffers, without a length field.
+    """
     to_buffers: Callable[[Any], list[Buffer]] | None = getattr(message_class, "_to_buffers", None)
     return to_buffers if to_buffers is not None else _serialize
 
@@ -23,7 +26,7 @@ def encoder(message_class: type[Message]) -> Callable[[Any], list[Buffer]]:
 def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]:
     """Return the fastest decoder for a class.
 
-    Decoders of classes from genuine generators accept only bytes.
+    Classes from genuine generators can decode only bytes, so their data is converted to bytes.
     """
     from_bytes: Callable[[memoryview | bytes], Any] | None = getattr(message_class, "_from_bytes", None)
     if from_bytes is not None:
@@ -41,7 +44,7 @@ def number(message: Message, sequence: int) -> None:
 
 
 def _serialize(message: Message) -> list[Buffer]:
-    """Serialize a message of a class from a genuine generator, which can only write to file objects."""
+    """Serialize a message whose class was created by a genuine generator and writes only to file objects."""
     file = io.BytesIO()
     message.serialize(file)
     return [file.getvalue()]

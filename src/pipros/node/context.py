@@ -18,14 +18,14 @@ class NodeContext:
     """The parts of a node that its topics and services use.
 
     Attributes:
-        node_name: the node's full name, the `callerid` of connection headers.
+        node_name: the node's full name, which is the `callerid` in connection headers.
         loop: event loop that runs the node's control traffic.
         log: the node's logger.
         next_link_number: counter that numbers the node's links for `getBusInfo`.
         limits: the limits on the resources that peers can use.
         connections: the node's TCPROS connections.
-        attempts: limits the node's attempts to connect to publishers.
-        published: changes with each message that the node publishes.
+        attempts: limiter of the node's attempts to connect to publishers.
+        published: counter that changes with each message that the node publishes.
     """
 
     node_name: str

@@ -1,4 +1,4 @@
-"""All of a node's topics and services, by name, and their connections."""
+"""A node's topics and services, by name, and their connections."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ TOPICS_LISTED = 50
 
 
 class TypeConflict(PiprosError):
-    """A node uses one topic with two types."""
+    """A node uses a topic with two different types."""
 
 
 class NameInUse(PiprosError):

@@ -9,7 +9,7 @@ from typing import Any
 
 
 class LastMessage:
-    """The last message received over one link from a latching publisher; None before the first."""
+    """The last message received over a latching publisher's link, initially None."""
 
     __slots__ = ("message",)
 
@@ -18,9 +18,9 @@ class LastMessage:
 
 
 class LatchedFirst:
-    """Stand-in for a new callback. The callback gets the latched messages first, and newer ones afterwards.
+    """Stand-in for a new callback. The callback receives the latched messages first, then newer messages.
 
-    Messages that arrive in the meantime, in the links' threads, are queued, and `give` passes them on, too.
+    Messages that arrive in the links' threads while `give` runs are queued, and `give` passes them on.
     """
 
     def __init__(self, latched: Iterable[Any], call_back: Callable[[Any], object]) -> None:

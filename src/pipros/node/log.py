@@ -251,7 +251,7 @@ def open_file_handler(path: Path) -> FileHandler:
 
 
 def find_log_config(environment: Environment) -> Path | None:
-    """Return the file that replaces the default configuration of Python's logging; None if there is none.
+    """Return the file that replaces the default configuration of Python's logging, or None.
 
     This is the file named by `ROS_PYTHON_LOG_CONFIG_FILE`; otherwise `config/python_logging.conf` or `.yaml`
     in `ROS_HOME`. Such a file can run code, so a file in `ROS_HOME` is used only if no other user may write
@@ -277,7 +277,7 @@ def find_log_config(environment: Environment) -> Path | None:
 def configure_by_file(config: Path, log_path: Path) -> None:
     """Configure Python's logging from a file in its own format or in YAML.
 
-    The file can read the path to log to from the environment variable `ROS_LOG_FILENAME`.
+    The environment variable `ROS_LOG_FILENAME` is set to `log_path`, so that the file can refer to it.
 
     Raises:
         PiprosError: the file is missing or malformed.

@@ -209,7 +209,7 @@ class Parameters:
 
     def search(self, name: str) -> str | None:
         """Return the full name of the closest matching parameter, searching from the node's namespace
-        upwards; None if there is none.
+        upwards, or None if there is none.
         """
         try:
             return self._master.search_param(name)

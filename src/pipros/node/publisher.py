@@ -140,7 +140,7 @@ class Publication:
         flush_or_queue([peer.link], self._context.limits.stall_s)
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Answer a subscriber's header: accept the subscriber and send the latched message, or refuse it.
+        """Respond to a subscriber's header: accept the subscriber and send the latched message, or refuse it.
 
         Called from the event loop. A separate thread encodes the latched message, or waits for the current
         call of `publish` to finish.
@@ -180,7 +180,7 @@ class Publication:
                 self._lock.release()
         try:
             self._join_thread.run(self._send_latched)
-        except RuntimeError as error:  # the subscriber tries again
+        except RuntimeError as error:  # the subscriber will try again
             if not interpreter_ends(error):
                 self._context.log.error("cannot serve a subscriber of [%s]: %s", self.topic, error)
             link.close()
@@ -327,9 +327,9 @@ class Publisher(Generic[AnyMessage]):
     def statistics(self) -> Mapping[str, int]:
         """Return the topic's traffic since the first `advertise`, for all subscribers together.
 
-        The keys are `frames` (messages) and `bytes` sent; `dropped`, the number of messages not sent because
-        a subscriber was too slow or disconnected; and `links_ended`, the number of closed links, each of
-        which may have lost messages.
+        The keys are `frames`, the number of messages sent; `bytes`, the number of bytes sent; `dropped`, the
+        number of messages not sent because a subscriber was too slow or disconnected; and `links_ended`, the
+        number of closed links, each of which may have lost messages.
         """
         return self.publication.statistics()
 

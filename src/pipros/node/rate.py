@@ -1,4 +1,4 @@
-"""Loops at a fixed rate, and timers, on a node's clock."""
+"""Fixed-rate loops and timers that use a node's clock."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pipros.node.clock import Clock, TimeMovedBackwards
 
 
 class Rate:
-    """Keeps a loop at a rate: `sleep` waits for the rest of the current cycle.
+    """Keeps a loop at a fixed rate: `sleep` waits for the rest of the current cycle.
 
     A loop that is several cycles late does not catch up.
     """
@@ -24,7 +24,7 @@ class Rate:
         self._reset = reset
 
     def remaining_ns(self) -> int:
-        """Return the nanoseconds until the current cycle ends; negative if it is over."""
+        """Return the time until the current cycle ends, in nanoseconds; negative if the cycle is over."""
         now_ns = self._clock.now_ns()
         if self.last_ns > now_ns:  # simulated time has moved backwards: the cycle starts now
             self.last_ns = now_ns
@@ -55,11 +55,11 @@ class Tick:
     """The argument of a timer's callback.
 
     Attributes:
-        last_expected_ns: time when the previous callback was due; None at first.
-        last_real_ns: time when the previous callback was called; None at first.
+        last_expected_ns: time when the previous callback was due; None for the first call.
+        last_real_ns: time when the previous callback was called; None for the first call.
         current_expected_ns: time when this callback was due.
         current_real_ns: time when this callback was called.
-        last_duration_s: duration of the previous callback; None at first.
+        last_duration_s: duration of the previous callback; None for the first call.
     """
 
     last_expected_ns: int | None
@@ -72,8 +72,8 @@ class Tick:
 class Timer(threading.Thread):
     """A daemon thread that calls a function periodically until the timer or the node is shut down.
 
-    The constructor starts the thread. `callback` receives a `Tick`. With `oneshot`, the thread ends after one
-    call. For `reset`, see `Rate`.
+    The constructor starts the thread. `callback` receives a `Tick`. With `oneshot`, the thread exits after
+    one call. For `reset`, see `Rate`.
     """
 
     def __init__(
@@ -100,7 +100,7 @@ class Timer(threading.Thread):
         self._is_shutdown = True
 
     def run(self) -> None:
-        """Run the timer; only for the thread itself."""
+        """Run the timer. Called only by the thread itself."""
         rate = Rate(self._clock, self._period_ns, reset=self._reset)
         expected_ns = rate.last_ns + self._period_ns
         last_expected_ns = last_real_ns = last_duration_s = None

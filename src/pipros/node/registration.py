@@ -138,7 +138,7 @@ class Registrations:
                 self._register(entry)
 
     def is_replaced(self) -> bool:
-        """Return whether the master has another node with this name; False if it does not answer. Blocks."""
+        """Return whether another node with this name is registered, or False if no master answers. Blocks."""
         try:
             api: object = self._master.call("lookupNode", self._node_name, timeout_s=WATCH_DEADLINE_S)
         except PiprosError:
@@ -234,5 +234,5 @@ class Registrations:
 
 
 def _has_forgotten(answer: Any) -> bool:
-    """Return whether a master's response says that the node is unknown; False if it is malformed."""
+    """Return whether a master's response says that the node is unknown, or False if it is malformed."""
     return isinstance(answer, list) and answer[:1] in ([-1], [0])

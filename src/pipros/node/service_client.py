@@ -203,7 +203,9 @@ class ServiceClient:
         pause: Callable[[float], object],
         report: Callable[[ServiceFailed], object],
     ) -> bool:
-        """Probe until a server responds. Return False if none did within `timeout_s`; None waits forever.
+        """Probe until a server responds. Return False if none does within `timeout_s`.
+
+        If `timeout_s` is None, wait forever.
 
         Args:
             pause: called with the number of seconds until the next probe; an exception that it raises ends

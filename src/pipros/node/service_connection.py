@@ -2,10 +2,10 @@
 
 Theory of operation. At any moment, a connection has one of these owners:
 
-- the event loop, while it waits for a request, which needs no thread;
-- a worker thread, while it answers a call. Before the call, and after the reply to a client that keeps its
-  connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it answers a prompt request
-  much sooner than the event loop would. At most `WAITING_THREADS` threads of a node wait in this way, however
+- the event loop, while it waits for a request without using a thread;
+- a worker thread, while it handles a call. Before the call, and after the reply to a client that keeps its
+  connection, the thread waits up to `THREAD_WAIT_S` for the next request, because it can handle that request
+  much sooner than the event loop could. At most `WAITING_THREADS` threads of a node wait in this way, however
   many connections there are;
 - the event loop, while it sends the rest of a reply that the client did not read at once.
 
@@ -98,7 +98,7 @@ class Server(Protocol):
         """Call `serve` in a worker thread as soon as one is free. Return False if none will become free."""
 
     def answer(self, data: memoryview | bytes, fields: Mapping[str, str]) -> Reply | None:
-        """Answer one call; return None if the request was malformed and the link must end."""
+        """Answer one call. Return None if the request was malformed and the connection must be closed."""
 
     def forget(self, connection: ServiceConnection) -> None:
         """Forget a connection that has been closed."""
@@ -160,7 +160,7 @@ class ServiceConnection:
         self._serve(waits=True)
 
     def _serve(self, *, waits: bool = False) -> None:
-        """Answer calls as long as they follow each other closely.
+        """Answer calls as long as they arrive in quick succession.
 
         If `waits` is true, wait for the first call; a slot of `waiting_threads` was acquired for this wait.
         """
@@ -203,7 +203,7 @@ class ServiceConnection:
         return True
 
     def _next_request(self, wait_s: float) -> memoryview | bytes | None:
-        """Return the next request; None if it does not arrive in time.
+        """Return the next request, or None if it does not arrive in time.
 
         Raises:
             OSError: the connection has ended.

@@ -138,7 +138,7 @@ class ServiceServer:
         return True
 
     def answer(self, data: memoryview | bytes, fields: Mapping[str, str]) -> Reply | None:
-        """Handle one call; return None if the request was malformed and the link must end."""
+        """Handle one call. Return None if the request was malformed; the link must then be closed."""
         try:
             request = self._decode(data)
         except Exception as error:

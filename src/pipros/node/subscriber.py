@@ -160,7 +160,7 @@ class Subscription:
 
     @property
     def attempts(self) -> int:
-        """The number of attempts to reach a publisher."""
+        """The total number of attempts to connect to publishers."""
         return self._connector.attempts
 
     async def _link(self, uri: str) -> LinkEnd:
@@ -350,9 +350,9 @@ class Subscriber(Generic[AnyMessage]):
     def statistics(self) -> Mapping[str, int]:
         """Return the topic's traffic since the first `subscribe`, for all publishers together.
 
-        The keys are `frames` (messages) delivered and `bytes` received; `dropped`, the number of messages
-        dropped because callbacks were too slow or the message could not be read; and `links_ended`, the
-        number of closed links, each of which may have lost messages.
+        The keys are `frames`, the number of messages delivered; `bytes`, the number of bytes received;
+        `dropped`, the number of messages dropped because callbacks were too slow or the messages could not be
+        read; and `links_ended`, the number of closed links, each of which may have lost messages.
         """
         return self.subscription.statistics()
 

@@ -15,7 +15,7 @@ the next report, at most REPORT_S later.
 
 
 class ThrottledWarnings:
-    """Decides which warnings are logged in full. Of the others, reports only the number and the last subject.
+    """Decides which warnings are logged in full. Of the others, only a count and the last subject are logged.
 
     For the event loop only.
     """

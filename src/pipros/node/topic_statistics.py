@@ -1,7 +1,7 @@
 """Topic statistics: a subscriber's measurements of each publisher, published on `/statistics`.
 
-Source: http://wiki.ros.org/Topics#Topic_statistics. Off unless the parameter `/enable_statistics` is true.
-This module performs no I/O: it receives the times of arrival and returns statistics.
+Source: http://wiki.ros.org/Topics#Topic_statistics. Disabled unless the parameter `/enable_statistics` is
+true. This module performs no I/O: it receives the times of arrival and returns statistics.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class TrafficMeter:
 
 
 def _spread(spans_ns: list[int]) -> tuple[float, float, float]:
-    """Return the mean, standard deviation and maximum, in seconds; zeros for an empty list."""
+    """Return the mean, standard deviation and maximum in seconds, or zeros for an empty list."""
     if not spans_ns:
         return 0.0, 0.0, 0.0
     mean = sum(spans_ns) / len(spans_ns)

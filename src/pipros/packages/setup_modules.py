@@ -2,7 +2,7 @@
 
 The file is parsed, not run. Only literal arguments to `setup()` or `generate_distutils_setup()` are read.
 They may also be in a dictionary, or assigned to its keys (`d["packages"] = […]`). A computed list of
-packages, as from `find_packages()`, is assumed to contain every package in its folder.
+packages, such as `find_packages()`, is assumed to contain every package in its folder.
 
 A failed import of any name may search all packages. Therefore, this module imports little, and parses only
 files that contain the name.

@@ -92,7 +92,7 @@ def why_no_command(name: str) -> str | None:
 def why_not_here(
     package: str, program: str, arguments: Sequence[str] = (), programs: Iterable[str] = ()
 ) -> str | None:
-    """Return why pipros lacks a program, and how to install it; None if the package is unknown.
+    """Return why pipros lacks a program and how to install it, or None if the package is unknown.
 
     Args:
         arguments: the program's arguments, which name the plugin of a nodelet.

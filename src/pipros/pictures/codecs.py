@@ -17,7 +17,7 @@ from pipros.pictures.errors import PictureError
 
 
 class Codec(Protocol):
-    """Interface of an image codec. Threads may share one."""
+    """Interface of an image codec. Threads may share an instance."""
 
     def decode(self, data: bytes) -> Any:
         """Decode a JPEG or PNG image to an array.

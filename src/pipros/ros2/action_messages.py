@@ -1,6 +1,6 @@
 """Encode and decode the ROS 2 messages that all actions share.
 
-The goal ID precedes a goal or feedback. Its 16 bytes do not change the alignment of the fields after it.
+A goal ID precedes each goal and feedback. Its 16 bytes do not change the alignment of the fields after it.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class GoalInfo:
 
 
 def id_in_ros2(goal_id: str) -> bytes:
-    """Return the ROS 2 ID of a ROS 1 goal: the inverse of `id_in_ros1`, or a UUID derived from the text.
+    """Return the ROS 2 ID of a ROS 1 goal: the inverse of `id_in_ros1`, or a UUID derived from `goal_id`.
 
     >>> id_in_ros2("00112233-4455-6677-8899-aabbccddeeff").hex()
     '00112233445566778899aabbccddeeff'

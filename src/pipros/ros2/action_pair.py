@@ -19,7 +19,7 @@ class ActionPair:
     Attributes:
         plan, hashes: the conversion, and the ROS 2 type hashes.
         goal, result, feedback: message classes of the ROS 1 topics with these names.
-        send_goal, get_result, cancel_goal, feedback_message, status: ROS 2 types.
+        send_goal, get_result, cancel_goal, feedback_message, status: names of ROS 2 types.
     """
 
     cancel_goal: Final = CANCEL_GOAL

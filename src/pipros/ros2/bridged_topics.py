@@ -164,7 +164,7 @@ class ToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # not all unlisted nodes: a new one may not be listed yet
+        self._forget(self._publishing - now)  # others may be new, and not listed yet
         self._publishing = now
         is_wanted = self._is_latched or any(
             each.subscriber_count for each in list(self._announcements.values())
@@ -213,7 +213,7 @@ class ToRos2:
             return found
 
     def _forget(self, callers: Iterable[str]) -> None:
-        """Withdraw the latched messages of nodes that no longer publish the topic."""
+        """Withdraw the latched messages from nodes that no longer publish the topic."""
         with self._lock:
             ended = [self._announcements.pop(each) for each in callers if each in self._announcements]
         for each in ended:
@@ -301,7 +301,7 @@ class ToRos1:
         durability_of = {each.key: each.qos.durability for each in publishers}
         with self._lock:
             absent = self._latched.keys() - durability_of.keys()
-            for key in absent & self._absent:  # absent twice in a row: a new one may not be listed yet
+            for key in absent & self._absent:  # those absent only once may be new
                 self._forget(key)
             self._absent = absent
         desired: dict[Durability, TopicQos] = {}

@@ -1,4 +1,4 @@
-"""Count the messages, calls and goals that a gateway's topic, service or action passes and drops."""
+"""Count the messages, calls and goals that a gateway's topic, service or action forwards and drops."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ class Counts:
     """Counters of one topic, service or action since the gateway opened it.
 
     Attributes:
-        passed: messages and calls that were passed, or goals that arrived.
-        failed: messages, calls or goals that could not be converted or passed.
-        overflowed: messages or calls that were dropped because a queue was full.
-        reason: why the last drop occurred, or empty.
+        passed: number of messages or calls that were forwarded, or of goals that arrived.
+        failed: number of messages, calls or goals that could not be converted or forwarded.
+        overflowed: number of messages or calls that were dropped because a queue was full.
+        reason: reason for the last drop; empty if there was none.
     """
 
     def __init__(self) -> None:

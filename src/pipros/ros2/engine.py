@@ -57,10 +57,10 @@ class Endpoint:
 
     Attributes:
         key: identifies the endpoint within the engine.
-        node: full name of its node, or empty if it is unknown.
-        type_hash: the announced hash, or empty (Humble).
-        gateway: identity of the gateway that offers the endpoint for ROS 1, or empty.
-        problem: why a server cannot be called, or empty.
+        node: full name of its node; empty if unknown.
+        type_hash: the announced hash; empty for Humble, which announces none.
+        gateway: identity of the gateway that offers the endpoint for ROS 1; empty for other endpoints.
+        problem: why a server cannot be called; otherwise empty.
     """
 
     key: bytes
@@ -135,7 +135,9 @@ class Announcement(Protocol):
     """A publisher of the engine. Thread-safe."""
 
     def publish(self, payload: bytes) -> None:
-        """Send CDR data. Never waits: a reliable subscriber more than `depth` messages behind loses messages.
+        """Send CDR data without waiting.
+
+        A reliable subscriber that is more than `depth` messages behind loses messages.
 
         Raises:
             EngineError: the engine is closed. Not every engine detects this.
@@ -220,7 +222,7 @@ class Ros2Engine(Protocol):
         """Return the known endpoints of other processes."""
 
     def problems(self) -> Sequence[Problem]:
-        """Return what peers do not receive or send, such as subscribers with an incompatible QoS."""
+        """Return known communication problems with peers, such as subscribers with an incompatible QoS."""
 
     def close(self) -> None:
         """Close all endpoints, stop the threads and notify the peers. May be called repeatedly."""

@@ -80,7 +80,7 @@ class Gateway:
 
         Args:
             identity: the identity that the engine announces; see `new_identity`.
-            is_local: whether ROS 2 is reached on this machine only.
+            is_local: whether the gateway reaches ROS 2 nodes on this machine only.
         """
         self.identity = identity
         self.log = log or node.log
@@ -143,7 +143,7 @@ class Gateway:
                     self.log.exception("ROS 1 could not be observed: %s", error)
             self._is_closed.wait(self._look_s)
 
-    # -- the thread that opens and closes ------------------------------------------------
+    # -- the thread that opens and closes topics, services and actions -------------------------
 
     def _update_repeatedly(self) -> None:
         while not self._is_closed.is_set():
@@ -217,7 +217,7 @@ class Gateway:
         return wanted
 
     def _is_part_of_action(self, kind: Kind, direction: Direction, name: str, graph: Ros1Graph) -> bool:
-        """Return whether a topic or service passes only as a part of an action."""
+        """Return whether a topic or service is passed only as part of an action."""
         if self._rules.names(kind, direction, name):
             return False
         topic = graph.topics.get(name) if (kind, direction) == (Kind.TOPIC, Direction.TO_ROS2) else None
@@ -319,7 +319,7 @@ class Gateway:
         return endpoint.gateway.partition("_")[0] == self.identity.partition("_")[0]
 
     def _publisher(self, key: bytes) -> Endpoint | None:
-        """Return the ROS 2 publisher with this key, or None if its messages must not pass."""
+        """Return the ROS 2 publisher with this key, or None if its messages must not be passed."""
         found = self._known.get(key)
         if found is None and key not in self._unknown:
             self._unknown.add(key)  # look up each unknown key once per update

@@ -1,4 +1,4 @@
-"""Status reports of a gateway: open topics, services and actions with rates, and names left out. No I/O."""
+"""Status reports of a gateway: topics, services and actions with their rates, and names left out. No I/O."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """Why a name does not pass. `by_rule` is true if the rules or their defaults exclude it."""
+    """The reason why a name is left out. `by_rule` is true if the rules or their defaults exclude it."""
 
     reason: str
     by_rule: bool = False

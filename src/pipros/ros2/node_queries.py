@@ -1,4 +1,4 @@
-"""Queries to nodes, each in its own thread, because a node may fail to answer."""
+"""Queries to nodes, each in its own thread, because a node may not respond."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LOG = logging.getLogger("pipros.ros2")
 class NodeQueries:
     """Runs queries, and keeps the last answer for each key. Thread-safe.
 
-    A node that does not answer delays only its own key.
+    A node that does not respond delays only its own key.
     """
 
     def __init__(self, name: str, *, retry_s: float = RETRY_S) -> None:
@@ -32,7 +32,7 @@ class NodeQueries:
         self._is_closed = False
 
     def ask(self, key: Hashable, query: Callable[[], Any]) -> None:
-        """Start a query, unless one with this key is running or recent. An answer of None is ignored."""
+        """Start a query, unless one with this key is running or recent. A result of None is ignored."""
         with self._changed:
             age_s = time.monotonic() - self._asked_s.get(key, -self._retry_s)
             if key in self._running or age_s < self._retry_s:
@@ -71,6 +71,6 @@ class NodeQueries:
                     del table[key]
 
     def close(self) -> None:
-        """Start no further threads. Failures of running queries are ignored."""
+        """Stop starting threads. Failures of running queries are ignored."""
         self._is_closed = True
         self._workers.close()

@@ -1,4 +1,4 @@
-"""The ROS 1 topics, services and actions that a gateway can pass."""
+"""The ROS 1 topics, services and actions that a gateway can forward."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Ros1Graph:
 
 
 class Ros1Looker:
-    """Takes snapshots of ROS 1. All calls may block, with deadlines."""
+    """Takes snapshots of ROS 1. All calls may block, but only for a limited time."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -149,7 +149,7 @@ def is_part_of_action(topic: str, kind: str) -> bool:
 
 
 def _suffix(kind: str) -> str:
-    """Return the part of an action's message type after the action's name; empty for other types."""
+    """Return the suffix of an action message type, such as `ActionGoal`; for other types, an empty string."""
     return next(
         (each for each in ("ActionGoal", "ActionResult", "ActionFeedback") if kind.endswith(each)), ""
     )

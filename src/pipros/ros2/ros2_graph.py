@@ -10,7 +10,7 @@ from pipros.ros2.engine import Endpoint, EndpointKind
 
 
 class Ros2Graph:
-    """A snapshot of ROS 2.
+    """A snapshot of the ROS 2 graph.
 
     Attributes:
         publishers: the publishers of each topic.

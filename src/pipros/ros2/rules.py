@@ -8,8 +8,8 @@
     services:
       to_ros1: {allow: [/reset]}
 
-Patterns have the wildcards of shells; `*` matches slashes, too. The direction of a service or an action is
-the direction of its requests: `to_ros1` lets ROS 2 nodes call ROS 1 services.
+Patterns use shell-style wildcards, except that `*` also matches slashes. The direction of a service or an
+action is the direction of its requests: `to_ros1` lets ROS 2 nodes call ROS 1 services.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class NameFilter:
-    """Patterns of names. If `allow` is empty, the defaults apply."""
+    """Patterns for allowed and denied names. If `allow` is empty, the defaults apply."""
 
     allow: tuple[str, ...] = ()
     deny: tuple[str, ...] = ()
@@ -71,7 +71,7 @@ class StaticRule:
         directions: one direction, or both.
         ros1_type, ros2_type: the types that the topic must have; empty for any. If one is given, the topic
             passes from the start, before a node publishes it.
-        rate: maximum number of messages per second; infinite for all.
+        rate: maximum number of messages per second; infinite for no limit.
     """
 
     ros1: str

@@ -49,7 +49,10 @@ class GatewayOptions:
 
     @property
     def is_local(self) -> bool:
-        """Whether ROS 2 is reached on this machine only. Other machines can connect to a Zenoh router."""
+        """Whether only ROS 2 nodes on this machine can be reached.
+
+        False with Zenoh routers, because other machines can connect to them.
+        """
         found = self.discovery
         if self.routers:
             return False
@@ -72,9 +75,9 @@ def gateway_node_name(domain: int, *, is_zenoh: bool) -> str:
 
 
 def serve_gateway(node: Node, options: GatewayOptions) -> int:
-    """Pass topics, services and actions until Ctrl-C, SIGTERM or the node's shutdown. Waits for the master.
+    """Forward topics, services and actions until Ctrl-C, SIGTERM or the node's shutdown.
 
-    Returns the exit code: 1 after an error, which is printed.
+    Waits for the master. Returns the exit code: 1 after an error, which is printed.
     """
     over = OnceEvent()
     failures: list[PiprosError] = []
@@ -121,7 +124,7 @@ def _announcement(options: GatewayOptions) -> str:
 
 
 def _check_name(node: Node) -> None:
-    """Raise AlreadyRunning if a node of this name answers: registering this node would shut it down."""
+    """Raise AlreadyRunning if a node of this name responds, because registering would shut down that node."""
     try:
         ask_pid(node.master.lookup_node(node.name), node.name)
     except PiprosError:

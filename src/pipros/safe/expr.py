@@ -174,7 +174,7 @@ def _column(node: ast.AST) -> int:
 
 
 def _name_of(node: ast.expr) -> str:
-    """Return the identifier of a name node; an empty string for other nodes."""
+    """Return the identifier of a name node, or an empty string for other nodes."""
     return node.id if isinstance(node, ast.Name) else ""
 
 

@@ -1,4 +1,4 @@
-"""Count the values in a YAML text from its events, before any value is built.
+"""Count the values in YAML input from the parser's events, before any value is built.
 
 Nested lists of aliases can double in size with every line, as can mappings that merge others (`<<: [*a,
 *a]`). Deep nesting exhausts the stack of the C library that builds values. The library's parser, which
@@ -21,7 +21,7 @@ _DIRECTIVES_LIMIT = 100
 
 
 class TooMuch(PiprosError, ValueError):
-    """A YAML text would expand to too many values, or is nested too deeply.
+    """YAML input would expand to too many values, or is nested too deeply.
 
     Attributes:
         line, column: counted from 1; 0 if the error has no position.

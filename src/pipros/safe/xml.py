@@ -1,4 +1,4 @@
-"""Read XML files into elements that know their line and column. Document types and entities are refused.
+"""Read XML files into elements with line and column numbers. Document types and entities are rejected.
 
 A document type can define entities that expand to gigabytes or read other files. ROS files do not need a
 document type, so any `<!DOCTYPE` is an error.
@@ -47,7 +47,7 @@ class Element:
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> Element | None:
-        """Return the first direct child whose tag is `tag`; None if there is none."""
+        """Return the first direct child whose tag is `tag`, or None if there is none."""
         return next(self.all(tag), None)
 
 

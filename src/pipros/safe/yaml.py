@@ -1,6 +1,6 @@
 """Read YAML as in ROS parameter files: plain data and angles.
 
-Only the safe loader of PyYAML is used, so a document cannot create objects (CVE-2024-39780). Angles are
+Only PyYAML's safe loader is used, so a document cannot create objects (CVE-2024-39780). Angles are
 written `deg(90)`, `rad(pi/2)`, `!degrees 90` or `!radians pi/2`, and are computed by a small arithmetic
 parser (CVE-2024-39289). All values in a text are counted before any of them is built (`outline.py`).
 """
@@ -31,7 +31,7 @@ makes them slow as keys.
 
 
 class YamlError(PiprosError, ValueError):
-    """A YAML text is invalid, is not plain data, or exceeds a limit.
+    """YAML input is invalid, is not plain data, or exceeds a limit.
 
     Attributes:
         file: the name of the file, or `<string>`.
@@ -130,7 +130,7 @@ def load(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> Any:
-    """Return the single document in the text; None if the text is empty.
+    """Return the single document in the text, or None if the text is empty.
 
     Args:
         angles: whether `deg(…)` and `rad(…)` are evaluated, as in parameter files.
@@ -151,7 +151,7 @@ def _only(documents: list[Any], file: str) -> Any:
 
 
 def load_texts(content: str | bytes, file: str = "<string>", *, limits: Limits | None = None) -> Any:
-    """Return the single document in the text with each scalar as it is written: `true` is a string.
+    """Return the single document in the text, with scalars as strings: `true` is not converted to a boolean.
 
     Raises:
         YamlError: see `load`.
@@ -166,7 +166,7 @@ def load_all(
     angles: bool = True,
     limits: Limits | None = None,
 ) -> list[Any]:
-    """Return all documents in the text; an empty list if the text is empty.
+    """Return all documents in the text, or an empty list if the text is empty.
 
     Takes the same arguments and raises the same errors as `load`.
     """

@@ -22,7 +22,7 @@ def private_value(node: Node, name: str, default: Any) -> Any:
 
 
 def private_text(node: Node, name: str, default: str) -> str:
-    """Return the frame ID in a parameter, without a leading slash; `default` if it is not set.
+    """Return the frame ID in a parameter, without a leading slash, or `default` if it is not set.
 
     Raises:
         InvalidParameter: the value is not a string.
@@ -34,7 +34,7 @@ def private_text(node: Node, name: str, default: str) -> str:
 
 
 def private_number(node: Node, name: str, default: float) -> float:
-    """Return the finite number in a parameter; `default` if it is not set.
+    """Return the finite number in a parameter, or `default` if the parameter is not set.
 
     Raises:
         InvalidParameter: the value is not a finite number.

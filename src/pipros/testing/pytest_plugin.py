@@ -133,9 +133,9 @@ def ros_faults(
 ) -> Iterator[FaultProxy]:
     """A proxy between the nodes started by the test and all other nodes, to disturb their connections.
 
-    `ROS_MASTER_URI` is set to the proxy, and `ros_launch` uses it; `ros_node` is on its other side. The proxy
-    forwards everything unchanged until `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or
-    `.refuse()` is called.
+    `ROS_MASTER_URI` is set to the proxy's address, so nodes started by `ros_launch` are behind the proxy, but
+    `ros_node` is not. The proxy forwards everything unchanged until
+    `ros_faults.inject("topics", delay_s=0.05)`, `.cut()`, `.stall()` or `.refuse()` is called.
     """
     from pipros.testing.faults.ros_proxy import FaultProxy
 

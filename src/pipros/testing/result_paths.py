@@ -56,7 +56,9 @@ def prepare_path(file: Path) -> bool:
 
 
 def rostest_name(package_folder: Path, test_file: Path) -> str:
-    """Return a launch file's name in result files: its path in the package, with underscores, without suffix.
+    """Return a launch file's name for result files.
+
+    The name is the path in the package without its suffix, with slashes replaced by underscores.
 
     >>> rostest_name(Path("/ws/src/pkg"), Path("/ws/src/pkg/test/talker.test"))
     'test_talker'

@@ -95,7 +95,7 @@ def _parse_suite(element: Element) -> Suite:
 
 
 def _stated(element: Element, name: str) -> int:
-    """Return the number in one of a suite's attributes; 0 if the attribute is missing."""
+    """Return the number in one of a suite's attributes, or 0 if the attribute is missing."""
     text = element.attributes.get(name, "")
     if text and not (text.isdecimal() and len(text) < 10):
         raise UnreadableResults(f"line {element.line}: the attribute {name} must be a number, got [{text}]")

@@ -35,7 +35,7 @@ class Access:
     secret: Secret = field(default_factory=Secret)
 
     def url(self, host: str, tab: str = "") -> str:
-        """Return the address to open, with the token in its fragment, which browsers do not send."""
+        """Return the address to open, with the token in its fragment, which is not sent to servers."""
         return self._url(host, f"token={self.secret.token}", tab)
 
     def one_time_url(self, host: str, tab: str = "") -> str:

@@ -1,4 +1,4 @@
-"""Sample a topic's messages in a bag, for a curve: a limited number of samples, returned in pieces."""
+"""Sample a topic's messages in a bag for plotting: a limited number of samples, returned in pieces."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class BagSamples:
         self._messages = enumerate(reader.stored_messages(connections))
 
     def next_piece(self) -> tuple[list[Any], str] | None:
-        """Return the next samples, and the text of the last error (empty for none); None at the bag's end.
+        """Return the next samples and the last error's text (empty for none), or None at the bag's end.
 
         Raises:
             BagError: a sample takes too long, or the bag is damaged.

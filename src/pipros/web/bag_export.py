@@ -47,9 +47,9 @@ def export(
     """Write the messages on the given topics within a time range, which includes both ends.
 
     Args:
-        form: one of `FORMATS`. Bags begin with the latched messages from before the range. Tables have the
-            rows of `rostopic echo -p`, with the times in the bag. With `images`, topics of other types are
-            skipped.
+        form: one of `FORMATS`. Bags begin with the latched messages published before the range. Tables have
+            the rows of `rostopic echo -p`, with the times in the bag. With `images`, topics of other types
+            are skipped.
         limit_bytes: maximum total size of the messages; for tables, of the rows.
 
     Raises:
@@ -92,8 +92,8 @@ def _bag(
 def _latched_before(
     reader: BagReader, connections: Collection[Connection], begin_ns: int
 ) -> Iterator[StoredMessage]:
-    """Yield latched messages from before a time: all static transforms, and the newest message of each other
-    connection.
+    """Yield the latched messages published before `begin_ns`: all static transforms, and the newest message
+    of each other connection.
     """
     for connection in connections:
         if connection.header.get("latching") != b"1":

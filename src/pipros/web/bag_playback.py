@@ -1,6 +1,6 @@
 """Play a bag for one browser, whose tabs then show the bag's messages instead of the running system's.
 
-The position of playback is called the moment.
+The current playback position is called the moment.
 
 Each jump begins a new epoch with an empty `BagSystem`. The browser then reopens its views, and each watched
 topic first receives the messages that were current at the new moment. A thread reads only the watched topics,
@@ -284,7 +284,7 @@ class BagPlayback:
         return self._is_closed or self._epoch != epoch
 
     def _lead(self, watch: TopicWatch, moment_ns: int, is_over: IsOver) -> None:
-        """Deliver to a watch the messages of its topic that were current at the moment."""
+        """Deliver the messages that were current at `moment_ns` to a watch of their topic."""
         connections = self._connections(watch.topic)
         if watch.topic == CLOCK_TOPIC:
             self._tick([watch], moment_ns)
@@ -425,7 +425,7 @@ def newest_before(
     moment_ns: int,
     is_over: IsOver = lambda: False,
 ) -> StoredMessage | None:
-    """Return the newest message at or before a time; None if there is none, or if `is_over` becomes true.
+    """Return the newest message at or before a time, or None if there is none or `is_over` returns True.
 
     Reads backwards in growing windows of time.
     """

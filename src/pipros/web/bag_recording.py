@@ -38,7 +38,7 @@ class RecordingPlan:
     """A browser's request for a recording.
 
     Attributes:
-        name: file name; `.bag` is appended unless it ends in `.bag` or `.mcap`. By default, the date.
+        name: file name; `.bag` is appended unless it ends in `.bag` or `.mcap`. Defaults to date and time.
         topics: names of topics; empty for all topics, including those that appear later.
         size_bytes, duration_s: limits after which the recording ends; 0 for none.
     """
@@ -132,7 +132,7 @@ class BagRecording:
         """Start a recording.
 
         Raises:
-            RecordingRefused: another one is running, the name is invalid or taken, or the disk is too full.
+            RecordingRefused: a recording is running, the name is invalid or taken, or the disk is too full.
         """
         path, spare = self._path(plan.name), self.spare_bytes()
         if spare <= 0:
@@ -162,12 +162,12 @@ class BagRecording:
             recording.stop(ENDING_S)
 
     def state(self) -> RecordingState | None:
-        """Return the state of the current recording, or else of the last; None if there was none."""
+        """Return the state of the current or last recording, or None if there has been none."""
         recording = self._recording
         return None if recording is None else recording.state()
 
     def spare_bytes(self) -> int:
-        """Return the free disk space in bytes beyond `page_record_spare_bytes`; negative if there is less."""
+        """Return by how many bytes the free disk space exceeds `page_record_spare_bytes`; may be negative."""
         return shutil.disk_usage(self._folder.path).free - process_limits().page_record_spare_bytes
 
     def _path(self, name: str) -> Path:

@@ -52,8 +52,8 @@ class Columns:
 def thinning_step(count: int, limit: int) -> int:
     """Return the smallest odd k such that taking every k-th of `count` points yields at most `limit` points.
 
-    With an even k, whole rings would be missing in the clouds of a lidar that stores the points of an even
-    number of rings in turn.
+    With an even k, whole rings would be missing in clouds from a lidar that interleaves the points of an even
+    number of rings.
 
     >>> thinning_step(100, 100), thinning_step(200, 100), thinning_step(1000, 90)
     (1, 3, 13)
@@ -65,11 +65,11 @@ def thinning_step(count: int, limit: int) -> int:
 def cloud_columns(cloud: Any, wanted: Sequence[str], limit: int, turn: int = 0) -> Columns:
     """Return the columns x, y and z, and the columns in `wanted` that the cloud has.
 
-    If the cloud cannot be shown, return no columns, but the `problem`.
+    If the cloud cannot be shown, the result has no columns, and `problem` is set.
 
     Args:
         limit: maximum number of points.
-        turn: number of the message, which selects the first point.
+        turn: sequential number of the message, which determines the first point.
     """
     count, size = cloud.width * cloud.height, cloud.point_step
     expected = count * size

@@ -120,7 +120,7 @@ def time_of(message: Any, topic: str, axis: Axis, received_s: float, ros_s: floa
 
 
 def mark_of(entry: Any, axis: Axis, received_s: float, ros_s: float) -> list[Any] | None:
-    """Return the time, level and text with which a plot marks a log entry; None if its level is too low."""
+    """Return the time, level and text of a log entry's mark in a plot, or None if its level is too low."""
     if entry.level < LOWEST_MARKED_LEVEL:
         return None
     time_s = time_of(entry, "/rosout", axis, received_s, ros_s)

@@ -99,7 +99,7 @@ class Entrance:
     """
 
     def __init__(self, limits: Limits, *, most: int, log: logging.Logger, share: float = SHARE) -> None:
-        """Create an entrance for at most `most` connections; fewer if `share` permits fewer.
+        """Create an entrance for at most `most` connections, or fewer if `share` requires it.
 
         Args:
             share: share of the process's file descriptors that the connections may use.

@@ -44,7 +44,7 @@ PLUGIN_TABS: Final[Mapping[str, str]] = {
     "rqt_top": "nodes",
     "rqt_topic": "topics",
 }
-"""The page's tabs by the rqt plugins that they replace."""
+"""The page's tabs, keyed by the rqt plugin that each replaces."""
 
 
 class BadLayout(PiprosError, ValueError):
@@ -100,7 +100,7 @@ class StoredLayouts:
         _check_size(content)
         others = [other for other in self.names() if other != name]
         if len(others) >= MOST_LAYOUTS:
-            raise BadLayout(f"there are {MOST_LAYOUTS} layouts already; delete one")
+            raise BadLayout(f"there are already {MOST_LAYOUTS} layouts; delete one")
         self._folder.store(file, content)
 
     def delete(self, name: object) -> None:

@@ -1,4 +1,4 @@
-"""Small pictures of messages: images, laser scans, maps and paths, for the panel of a topic."""
+"""Small pictures of messages: images, laser scans, maps and paths, for a topic's panel."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ Picture = Mapping[str, Any]
 
 
 def message_picture(message: Any) -> Picture | None:
-    """Return a picture of a message, as JSON values; None if the message has none.
+    """Return a picture of a message as JSON values, or None if the message has none.
 
-    There are three kinds: `points` (x and y of each point in metres; `joined` if they form a line), `grid`
-    (cells from 0 to 100 or `UNKNOWN`, in base64, from the lower left corner), and `image` (the result of
-    `packed`, in base64).
+    There are three kinds: `points` (x and y of each point in metres, and `joined`, which is true if they form
+    a line), `grid` (cells from 0 to 100 or `UNKNOWN`, in base64, starting at the lower left corner), and
+    `image` (the result of `packed`, in base64).
     """
     kind = getattr(message, "_type", "")
     draw = _PICTURES.get(kind)

@@ -30,8 +30,8 @@ def served_page(services: Services, node: str, log: logging.Logger) -> Iterator[
         except OSError as error:
             log.warning("the page cannot be served: %s", error)
         else:
-            # On stderr, because roslaunch keeps the standard output of nodes in files; not in the log, which
-            # every node can read, because the address contains the token.
+            # Printed on stderr, because roslaunch redirects nodes' standard output to files. Not logged,
+            # because every node can read the log, and the address contains the token.
             print(f"{node.lstrip('/')}: {server.access.url('localhost')}", file=sys.stderr, flush=True)
             open_in_browser(server.access, "localhost")
         yield

@@ -17,7 +17,7 @@ class _OpenBag:
     """A browser's bag.
 
     Attributes:
-        shown: the system for which services were last made, and those services.
+        shown: the system for which services were last created, and these services.
     """
 
     playback: BagPlayback
@@ -35,7 +35,7 @@ class OpenBags:
 
     @property
     def playback(self) -> BagPlayback | None:
-        """The playback of the browser; None if it shows the running system."""
+        """The browser's playback, or None if the browser shows the running system."""
         bag = self._bags.get(current_browser())
         return None if bag is None else bag.playback
 

@@ -42,7 +42,7 @@ def has_proc() -> bool:
 
 
 def usage_of(pid: int) -> ProcessUsage | None:
-    """Return the usage of a process; None if it does not exist or is a zombie."""
+    """Return a process's resource usage, or None if the process does not exist or is a zombie."""
     if sys.platform == "win32":
         return None
     try:

@@ -105,7 +105,7 @@ class PendingMessages:
                 self._lost += self._limit > 1
 
     def drop_before(self, wall_s: float) -> None:
-        """Drop messages that arrived before a time."""
+        """Drop messages that arrived before the given time."""
         with self._lock:
             while self._messages and self._messages[0][1] < wall_s:
                 self._drop()

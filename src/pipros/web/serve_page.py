@@ -90,9 +90,9 @@ class PageOptions:
         tool: command name, from which the node's name is derived.
         tab: tab to open, with its argument: `plot/battery_topic/level`.
         host: address to listen on.
-        port: port to listen on; 0 selects a free one.
+        port: port to listen on; 0 for a free port.
         certificate, key: PEM files for TLS.
-        token_file: file with the accepted tokens; None creates a new token.
+        token_file: file with the accepted tokens; None to create a new token.
         permitted: the views and actions in `CHANGING` that the page may use.
         saves_layouts: whether browsers may store layouts of panels.
         opens_browser: whether to open the page in a browser if there is a display.
@@ -171,7 +171,7 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     names = () if shown == "localhost" else (shown.lower(), socket.gethostname().lower())
     await server.start(host, options.port, names=names, tls=tls_context(options.certificate, options.key))
     reachable = "localhost" if host in EVERYWHERE else shown
-    # On stderr, because roslaunch keeps the standard output of nodes in files, and the address has the token.
+    # Print to stderr: roslaunch writes nodes' standard output to files, and the address contains the token.
     print(f"{options.tool}: {server.access.url(reachable, options.tab)}", file=sys.stderr, flush=True)
     if options.permitted != CHANGING:
         print(_restriction(options.permitted), file=sys.stderr)
@@ -295,7 +295,7 @@ def services(
 
 
 def tls_context(certificate: str | None, key: str | None) -> ssl.SSLContext | None:
-    """Return the settings of a TLS server; None without a certificate.
+    """Return the settings of a TLS server, or None if there is no certificate.
 
     Raises:
         ServerFailed: the certificate or its key cannot be read.

@@ -1,9 +1,10 @@
 """Serve the page's files over HTTP, and all live data over one WebSocket per browser.
 
-The files contain nothing secret. The first message on a WebSocket authenticates the browser: `{"token":
-"…"}`, or `{"code": "…"}` with a one-time code; the answer is `{"id": 0, "data": {"token": "…"}}`. Then the
-browser requests views and actions: `{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
-`{"id": 4, "action": "set_param", "args": {…}}`. Answers contain the id: `{"id": 3, "data": …}`,
+The files contain nothing secret. The first message on a WebSocket authenticates the browser:
+`{"token": "…"}`, or `{"code": "…"}` with a one-time code; the response is
+`{"id": 0, "data": {"token": "…"}}`. Then the browser requests views and actions:
+`{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
+`{"id": 4, "action": "set_param", "args": {…}}`. Responses contain the id: `{"id": 3, "data": …}`,
 `{"id": 3, "error": "…"}`, or, in binary, the id as four big-endian bytes followed by the data. A read-only
 view is retried after an error, unless its arguments were invalid.
 
@@ -148,7 +149,7 @@ class PageServer:
         await self._port.close()
 
     def answer(self, connection: PortConnection, request: Request) -> Response | None:
-        """Return the response to a request, or None to start a WebSocket."""
+        """Return the response to a request, or None to continue with the WebSocket handshake."""
         connection.note_request()
         headers = request.headers
         path = request.path.partition("?")[0]
@@ -219,7 +220,7 @@ class _Browser:
         await self._send({"id": 0, "data": {"token": token}})
 
     async def handle(self, text: str | bytes) -> None:
-        """Start the view or action of a request, or stop a view."""
+        """Start the requested view or action, or stop a view."""
         try:
             request = json.loads(text)
             number = request["id"]

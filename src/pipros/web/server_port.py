@@ -18,7 +18,7 @@ from pipros.basics.limits import Limits
 from pipros.web.entrance import ACCEPTED_AT_A_TIME, Entrance, Visitor
 
 CLOSING_S: Final = 0.2
-"""Time (s) for clients to acknowledge the end of connections, and again for the server's tasks to end."""
+"""Time (s) for clients to acknowledge the closing of connections, and again for the server's tasks to end."""
 
 UNSENT_BYTES: Final = 131_072
 """Maximum number of unsent bytes in the kernel. With more, a browser on a slow link would get old views."""
@@ -91,8 +91,8 @@ class ServerPort:
         Args:
             host: address to listen on.
             port: port to listen on; 0 selects a free one.
-            attend: serves a WebSocket until it ends.
-            answer: returns the response to a request, or None to begin a WebSocket.
+            attend: serves a WebSocket until it is closed.
+            answer: returns the response to a request, or None to continue with the WebSocket handshake.
             max_bytes: maximum size of a message from an admitted client.
             options: additional keyword arguments for `websockets.asyncio.server.serve`.
 
@@ -126,7 +126,7 @@ class ServerPort:
         return number
 
     async def close(self) -> None:
-        """Close the port and all connections. Waits at most `CLOSING_S` for clients to answer."""
+        """Close the port and all connections. Wait at most `CLOSING_S` for clients to acknowledge this."""
         for server in self._servers:
             server.close()
         self._entrance.close_strangers()
@@ -135,6 +135,6 @@ class ServerPort:
             await self._have_closed()
 
     async def _have_closed(self) -> bool:
-        """Wait up to `CLOSING_S` for all connections to end. Return False if some are left."""
+        """Wait up to `CLOSING_S` for all connections to close. Return False if some are still open."""
         ends = [asyncio.ensure_future(server.wait_closed()) for server in self._servers]
         return not ends or not (await asyncio.wait(ends, timeout=CLOSING_S))[1]

@@ -1,4 +1,4 @@
-"""Service calls from browsers: limited in number and duration, and cancelled if their request ends."""
+"""Call services for browsers. Calls are limited in number and duration, and can be cancelled."""
 
 from __future__ import annotations
 

@@ -241,7 +241,7 @@ class TopicWatches:
         return True
 
     def _next_change(self) -> tuple[str, TopicWatch | None] | None:
-        """Return a topic whose subscription does not match its watch, with the watch (None if it has ended).
+        """Return a topic whose subscription does not match its watch, and the watch (None if it has ended).
 
         Return None if all subscriptions match.
         """

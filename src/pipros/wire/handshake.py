@@ -93,7 +93,7 @@ def refuse(reason: str) -> dict[str, str]:
 
 
 def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Return why a publisher refuses the subscriber that sent `fields`; None if it accepts the subscriber.
+    """Return why a publisher refuses the subscriber that sent `fields`, or None if it accepts the link.
 
     Only the md5sum is compared, so a type with another name but the same md5sum is accepted.
     """
@@ -112,7 +112,7 @@ def topic_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
 
 
 def service_refusal(fields: Mapping[str, str], interface: WireType) -> str | None:
-    """Return why a service server refuses the client that sent `fields`; None if it accepts the client."""
+    """Return why a service server refuses the client that sent `fields`, or None if it accepts the client."""
     missing = _missing(fields, ("service", "md5sum", "callerid"))
     if missing:
         return missing

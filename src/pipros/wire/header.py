@@ -69,7 +69,7 @@ class HeaderReader:
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> dict[str, str] | None:
-        """Return the fields once the header is complete; None until then.
+        """Add received bytes. Return the fields if the header is complete, otherwise None.
 
         Raises:
             LimitExceeded: the announced length exceeds the limit. This is raised before the rest arrives.

@@ -328,7 +328,7 @@ class ResponseReader(_Reader):
         super().__init__(head_limit=head_limit, body_limit=limit, limit_name="answer_bytes")
 
     def feed(self, data: bytes) -> Response | None:
-        """Return the response once it is complete; None until then. Later bytes are kept for the next call.
+        """Return the response if it is complete, otherwise None. Later bytes are kept for the next call.
 
         Raises:
             HttpError: the response is malformed, or exceeds a limit.

@@ -61,7 +61,7 @@ class ChunkedBody:
     def feed(self, buffer: bytearray) -> bytearray | None:
         """Remove complete chunks from the front of `buffer`.
 
-        Return the body once it is complete; None until then.
+        Return the body if it is complete, otherwise None.
 
         Raises:
             HttpError: the bytes are not a chunk, or the body exceeds the limit.

@@ -120,7 +120,7 @@ class MessageReader:
     def feed_whole(self, data: bytes) -> int:
         """Add bytes that were received elsewhere. Return their number, which must be passed to `received`.
 
-        If there are `whole_bytes` of them, `received` yields them without a copy; fewer bytes are copied.
+        If there are `whole_bytes` of them, `received` yields them without copying; otherwise they are copied.
         """
         if len(data) == self.whole_bytes:
             self._whole = data

@@ -15,7 +15,7 @@ def workspaces() -> list[str]:
 
 
 def source_paths(workspace: str) -> list[str]:
-    """Return the source folders that a workspace was built from; an empty list for an install space.
+    """Return the source folders that a workspace was built from, or an empty list for an install space.
 
     Raises:
         ValueError: the folder is not a workspace.

@@ -86,7 +86,7 @@ def has_tools(variables: Mapping[str, str]) -> bool:
 
 
 def find_toplevel(variables: Mapping[str, str] | None = None) -> Path | None:
-    """Return genuine catkin's top-level `CMakeLists.txt` for workspaces; None if catkin is not installed."""
+    """Return genuine catkin's top-level `CMakeLists.txt` for workspaces, or None if it is not installed."""
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH", "")
     for prefix in (*filter(None, prefix_path.split(os.pathsep)), *_PREFIXES):
         if Path(prefix, _TOPLEVEL).is_file():
@@ -107,7 +107,7 @@ def build(
 
     The tools inherit this process's standard output.
 
-    Message packages shipped with pipros are built, too, if the local ROS installation lacks them. Python
+    Message packages shipped with pipros are also built if the local ROS installation lacks them. Python
     packages need no build. Blocks until the tools exit, without a time limit.
 
     Args:
@@ -210,7 +210,7 @@ def _carry_out(
 
 
 def use_python_of_environment(prefix: Path) -> None:
-    """Make the Python programs that genuine catkin wrote run the first `python3` in `PATH`.
+    """Change the shebangs of Python programs written by genuine catkin to the first `python3` in `PATH`.
 
     catkin writes genuine rospy's interpreter into their shebangs, even if pipros provides `rosrun` and
     `roslaunch`.

@@ -108,7 +108,7 @@ class PackageIndex:
         return isinstance(name, str) and self.get(name) is not None
 
     def containing(self, path: Path) -> Package | None:
-        """Return the package that contains a file or folder, or whose folder it is; otherwise None."""
+        """Return the package whose folder is or contains `path`, or None if there is none."""
         for folder in (path.absolute(), *path.absolute().parents):
             if (folder / MANIFEST).is_file() or (folder / DRY_MANIFEST).is_file():
                 found = crawl(str(folder)).packages

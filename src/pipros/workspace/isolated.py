@@ -159,7 +159,7 @@ def _build_plain(
     say: Say,
     variables: Mapping[str, str],
 ) -> BuildResult:
-    """Build a package with CMake alone, and make the devel space a workspace."""
+    """Build a package with CMake alone, and write the workspace's setup files."""
     tools = genuine_catkin.find_tools(variables)
     prefix = layout.install if options.installs else layout.devel
     result = BuildResult()

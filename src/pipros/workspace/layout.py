@@ -68,7 +68,7 @@ class SourcePackage:
         )
 
     def line_of(self, word: str) -> int:
-        """Return the number of the first line in the manifest that contains the word; 1 if there is none."""
+        """Return the number of the first manifest line that contains the word, or 1 if no line does."""
         for number, line in enumerate(read_text(self.manifest_file, errors="replace").splitlines(), 1):
             if word in line:
                 return number

@@ -52,9 +52,9 @@ def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -
 
 
 def why_not_startable(program: Path) -> str | None:
-    """Describe the problem with a script's first line, because the kernel's error is unhelpful.
+    """Return a description of the problem with a script's first line, or None if there is none.
 
-    Return None if there is no problem.
+    The kernel's own error is unhelpful.
     """
     try:
         start = _start_of(program)

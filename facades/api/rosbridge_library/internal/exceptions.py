@@ -1,4 +1,4 @@
-"""Exceptions that capabilities raise."""
+"""Exceptions raised by rosbridge capabilities."""
 
 
 class InvalidArgumentException(Exception):

@@ -48,7 +48,7 @@ def populate_instance(msg: Any, inst: Any) -> Any:
     """Set the fields of a message from JSON values, and return the message.
 
     Raises:
-        NonexistentFieldException: the message does not have a field.
+        NonexistentFieldException: the message lacks one of the fields.
         FieldTypeMismatchException: a value does not fit its field.
     """
     try:

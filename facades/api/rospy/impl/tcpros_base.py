@@ -1,4 +1,4 @@
-"""`rospy.impl.tcpros_base`: names from genuine rospy's transport, which pipros replaces by `pipros.net`."""
+"""`rospy.impl.tcpros_base`: names from genuine rospy's transport, which pipros replaces with `pipros.net`."""
 
 from __future__ import annotations
 

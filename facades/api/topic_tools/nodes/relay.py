@@ -42,7 +42,7 @@ class Relay:
             rospy.logdebug("lazy mode; resubscribing")
 
     def look_at(self, topic: str) -> None:
-        """Record whether another node subscribes to `topic`, for use by `follow` and when messages arrive.
+        """Record whether another node subscribes to `topic`. Used by `follow` and the input's callback.
 
         If the master does not respond, log an error.
         """

@@ -47,7 +47,7 @@ def _of_live(attribute: str) -> property:
 
 
 class Graph:
-    """The graph of the master in the environment, as of the last `update`; see `pipros.graph.live.LiveGraph`.
+    """The graph of the master at ROS_MASTER_URI, as of the last `update`; see `pipros.graph.live.LiveGraph`.
 
     Attributes:
         nn_nodes, nt_nodes, srvs: the nodes, the vertices of the topics, and the names of the services.

@@ -48,7 +48,7 @@ class Definitions:
         self._lock = threading.Lock()
 
     def of_topic(self, topic: str, kind: str, publishers: Sequence[str]) -> Definition | None:
-        """Return the definition of a topic's type; None if it cannot be determined."""
+        """Return the definition of a topic's type, or None if it cannot be determined."""
         with self._lock:
             corrected = self._corrected.get(topic)
         if corrected is not None and corrected[1].type == kind:
@@ -60,11 +60,11 @@ class Definitions:
         return found or self._ask((topic, kind, tuple(publishers)), self._topic_of_publisher)
 
     def is_latched(self, topic: str, publishers: Sequence[str]) -> bool:
-        """Return whether one of a topic's publishers latches its messages; False if none answers."""
+        """Return True if one of a topic's publishers responds and latches its messages."""
         return bool(self._ask((topic, "latching", tuple(publishers)), self._latching))
 
     def of_service(self, name: str, providers: Sequence[str]) -> ServiceDefinition | None:
-        """Return the definition of a service; None if it does not answer or its type is not installed."""
+        """Return a service's definition, or None if it does not respond or its type is not installed."""
         found: ServiceDefinition | None = self._ask((name, "", tuple(providers)), self._service_of_provider)
         return found
 
@@ -92,7 +92,7 @@ class Definitions:
         self._asked = {key: kept for key, kept in list(self._asked.items()) if key[0] in keys}
 
     def _ask(self, key: Key, ask: Any) -> Any:
-        """Query a peer, and cache its answer as long as the same nodes are registered."""
+        """Query a peer, and cache its response for as long as the same nodes are registered."""
         asked_s, answer = self._asked.get(key, (0.0, None))
         if answer is None and time.monotonic() - asked_s > RETRY_S:
             answer = ask(key)
@@ -104,7 +104,7 @@ class Definitions:
         return any(header.get("latching") == "1" for header in headers) if headers else None
 
     def _headers(self, topic: str, publishers: Sequence[str]) -> Iterator[Mapping[str, str]]:
-        """Yield the connection headers of the publishers that answer."""
+        """Yield the connection headers of the publishers that respond."""
         for publisher in publishers:
             try:
                 uri = self._node.master.lookup_node(publisher)
@@ -135,7 +135,7 @@ class Definitions:
         raise ProtocolError(f"{uri} does not offer [{topic}]")
 
     def _checked(self, kind: str, md5sum: str, text: str) -> Definition | None:
-        """Return a peer's definition; None if it is invalid, too large or does not match the md5 sum."""
+        """Return a peer's definition, or None if it is invalid, too large or does not match the md5 sum."""
         try:
             found = self._classes.find(kind, md5sum, text)
         except PiprosError:

@@ -41,7 +41,7 @@ def server_info(
     metadata: Mapping[str, str],
     session: str,
 ) -> Frame:
-    """Return the first message to a client, which may publish and call services in any of `encodings`."""
+    """Return the first message to a client, with the `encodings` for publishing and service calls."""
     return _op(
         "serverInfo",
         name=name,

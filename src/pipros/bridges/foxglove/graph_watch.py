@@ -77,7 +77,7 @@ class GraphWatch:
         threading.Thread(target=self._run, name="graph watch", daemon=True).start()
 
     def close(self) -> None:
-        """Tell the thread to stop, without waiting for it."""
+        """Signal the thread to stop, without waiting for it."""
         with self._changed:
             self._is_closed = True
             self._changed.notify()

@@ -1,4 +1,4 @@
-"""The handler of the Foxglove protocol behind a `Door`, with the state that all clients share."""
+"""The `Door` handler for the Foxglove protocol, with the state that its clients share."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class FoxgloveHandler:
         return is_allowed(name, self._rules.parameters)
 
     def correct(self, topic: str, header: Mapping[str, str]) -> None:
-        """Replace a topic's definition with that of a publisher. Called in the thread of a link."""
+        """Replace a topic's definition with a publisher's definition. Called in a link's thread."""
         if self._definitions.correct(topic, header):
             self._graph_watch.set_needed(True)
 

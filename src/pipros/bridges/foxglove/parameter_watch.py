@@ -1,4 +1,4 @@
-"""Watches all parameters while clients subscribe to any. The master notifies the node of every change."""
+"""Watches all parameters while any client subscribes to one. The master notifies the node of every change."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class ParameterWatch:
     """Queries all parameters in a thread after each change, and reports the differences."""
 
     def __init__(self, node: Node, on_changes: Callable[[Changes], object]) -> None:
-        """`on_changes` is called in the thread."""
+        """`on_changes` is called in the watch's thread."""
         self._node = node
         self._on_changes = on_changes
         self._is_dirty = threading.Event()
@@ -41,7 +41,7 @@ class ParameterWatch:
             threading.Thread(target=self._run, name="parameter watch", daemon=True).start()
 
     def close(self) -> None:
-        """Tell the thread to stop, without waiting for it."""
+        """Signal the thread to stop, without waiting for it."""
         self._is_closed.set()
         self._is_dirty.set()
 

@@ -77,7 +77,7 @@ class CallService:
 
 @dataclass(frozen=True, slots=True)
 class GetParameters:
-    """`names`: names of parameters; empty for all. `id`: included in the answer, if not None."""
+    """`names`: names of parameters; empty for all. `id`: included in the response, if not None."""
 
     names: Sequence[str]
     id: str | None
@@ -174,7 +174,7 @@ def _read_binary(data: bytes) -> ClientRequest:
 
 
 class _Fields:
-    """The fields of a JSON object, with checks of their types."""
+    """Type-checked access to the fields of a JSON object."""
 
     def __init__(self, values: object, where: str = "") -> None:
         if not isinstance(values, dict):

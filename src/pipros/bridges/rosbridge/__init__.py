@@ -1,4 +1,4 @@
-"""The rosbridge v2 protocol: a pure core, and the servers around it.
+"""The rosbridge v2 protocol: a core without I/O, and the servers that use it.
 
-`protocol.py` turns the operations of one client into effects; `session.py` carries them out on a node.
+`protocol.py` translates a client's operations into effects; `session.py` applies the effects to a node.
 """

@@ -1,7 +1,7 @@
 """The `auth` operation, checked as in rosauth: a SHA-512 hash of a shared secret and the client's claims.
 
-With `mac`, a client proves that it knows the secret. Unlike rosauth, each pair of `rand` and `t` is accepted
-only once, and the comparison takes constant time.
+With `mac`, a client proves that it knows the secret. Unlike in rosauth, each pair of `rand` and `t` is
+accepted only once, and hashes are compared in constant time.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Effects of a client's operations, as values for the server to carry out.
+"""Effects of a client's operations, which the server carries out.
 
 Names are as the client wrote them.
 """
@@ -14,7 +14,7 @@ from pipros.bridges.rosbridge.encoding import Encoding
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """Send an operation to the client: a status, or an answer."""
+    """Send an operation to the client: a status or a response."""
 
     operation: Mapping[str, Any]
 
@@ -94,7 +94,7 @@ class CallService:
 
 @dataclass(frozen=True, slots=True)
 class OfferService:
-    """Offer a service; the client answers the calls."""
+    """Offer a service whose calls the client answers."""
 
     service: str
     kind: str

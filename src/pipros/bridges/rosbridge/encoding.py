@@ -1,4 +1,4 @@
-"""Encodes operations and the messages of topics for clients, as JSON, PNG, CBOR or BSON."""
+"""Encodes operations and topic messages for clients, as JSON, PNG, CBOR or BSON."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ class Encoder:
 
 
 class EncodedMessage:
-    """A message of a topic, with the encodings that clients have requested so far. Thread-safe."""
+    """A topic message, with the encodings that clients have requested so far. Thread-safe."""
 
     __slots__ = ("_decoded", "_encoder", "_known", "_lock", "message")
 

@@ -1,4 +1,4 @@
-"""Fills messages with values from a client: JSON or BSON.
+"""Fill messages with a client's values, decoded from JSON or BSON.
 
 Fields without a value are left unchanged. Numbers must match the type: an integer field accepts neither
 floats nor booleans, and a boolean field does not accept integers. Errors name the field. A `std_msgs/Header`
@@ -42,7 +42,7 @@ class WrongValue(PiprosError):
     """A value does not fit its field.
 
     Attributes:
-        path: the path to the field, outermost first; elements of arrays as `[3]`.
+        path: the names on the path to the field, outermost first; array elements have the form `[3]`.
         expected: the type of the field.
         reason: what is wrong with the value.
     """
@@ -60,7 +60,7 @@ class WrongValue(PiprosError):
 
     @property
     def field(self) -> str:
-        """The path as text: `pose.position.x`, `points[3].x`."""
+        """The path as a string, such as `pose.position.x` or `points[3].x`."""
         return ".".join(self.path).replace(".[", "[")
 
     def __str__(self) -> str:

@@ -16,7 +16,7 @@ class Globs:
 
     @classmethod
     def parse(cls, text: object) -> Globs:
-        """Parse the value of a parameter: text such as `[/a/*, '/b']`, or a list."""
+        """Parse a parameter's value: a string such as `[/a/*, '/b']`, or a list."""
         if isinstance(text, str):
             return cls(filter(None, (part.strip(" '\"") for part in text.strip().strip("[]").split(","))))
         return cls(map(str, text) if isinstance(text, list) else ())

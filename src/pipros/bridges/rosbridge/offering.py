@@ -39,7 +39,7 @@ class OfferedServices:
     """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
-        """`answer_s` is the maximum time to wait for the answer to a call, in seconds."""
+        """`answer_s` is the maximum time to wait for the response to a call, in seconds."""
         self._node = node
         self._filler = filler
         self._answer_s = answer_s
@@ -67,7 +67,7 @@ class OfferedServices:
                 self._withdraw(self._offers.pop(service))
 
     def answer(self, client: Offerer, service: str, call: object, values: Any, *, is_success: bool) -> None:
-        """Pass the client's answer to the caller. An answer without an id belongs to the only open call.
+        """Pass the client's response to the caller. A response without an id belongs to the only open call.
 
         Raises:
             PiprosError: the client has no such call, or the values do not fit the response. In the latter
@@ -95,7 +95,7 @@ class OfferedServices:
 
 
 class _Offer:
-    """One service of one client, with its pending calls."""
+    """A client's service and its pending calls."""
 
     def __init__(self, client: Offerer, name: str, answer_s: float, service_class: Any) -> None:
         self.client = client
@@ -109,7 +109,7 @@ class _Offer:
         self._lock = threading.Lock()
 
     def call(self, request: Any) -> Any:
-        """Handle a call: return the client's response. Runs in a thread of the node."""
+        """Forward a call to the client, and return its response. Runs in one of the node's threads."""
         identity = f"service_request:{self._name}:{next(self._numbers)}"
         answer: Future[Any] = Future()
         with self._lock:
@@ -150,7 +150,7 @@ class _Offer:
         waiting.set_result(response)
 
     def fail(self, reason: str) -> bool:
-        """Answer all open and future calls with an error. Return whether any calls were open."""
+        """Make all open and future calls fail. Return whether any calls were open."""
         with self._lock:
             self._failure = reason
             waiting = list(self._open.values())

@@ -27,7 +27,7 @@ def png_of(text: bytes) -> bytes:
 
 
 def base64_png_of(text: bytes) -> str:
-    """Return the image as base64 text."""
+    """Return the image from `png_of`, encoded as base64."""
     return base64.b64encode(png_of(text)).decode("ascii")
 
 

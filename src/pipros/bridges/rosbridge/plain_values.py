@@ -1,4 +1,4 @@
-"""Converts messages to the values of JSON, CBOR and BSON.
+"""Convert messages to values that can be encoded as JSON, CBOR or BSON.
 
 A converter is created once per type and format. Embedded messages become dictionaries; times become `{"secs":
 …, "nsecs": …}`. Numbers, booleans and strings are unchanged.

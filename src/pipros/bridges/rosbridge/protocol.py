@@ -190,7 +190,7 @@ class ClientProtocol:
             yield Reply(status if identity is None else {**status, "id": identity})
 
     def no_response(self, operation: Mapping[str, Any], text: str) -> Reply:
-        """Return the answer to a `call_service` that failed."""
+        """Return the response to a failed `call_service`."""
         return Reply(response_to(operation, text, is_success=False))
 
     def _receive_bson(self, data: bytes) -> Iterator[Effect]:
@@ -368,7 +368,7 @@ class ClientProtocol:
 
 
 def _check_changes_nothing(operation: Mapping[str, Any]) -> None:
-    """Raise `BadOperation` for an operation that changes the system."""
+    """Raise `BadOperation` if an operation would change the system."""
     is_question = operation["op"] == "call_service" and operation.get("service") in _QUESTIONS
     if operation["op"] in _CHANGING and not is_question:
         raise BadOperation("this server is read-only; its option --control allows changes")
@@ -382,7 +382,7 @@ def response_to(operation: Mapping[str, Any], values: Any, *, is_success: bool) 
 
 
 def _key(operation: Mapping[str, Any]) -> str:
-    """Return an operation's id, which can have any type, as a key for dictionaries."""
+    """Convert an operation's id, which can be of any type, to a dictionary key."""
     return json.dumps(operation.get("id"), default=str, sort_keys=True)
 
 
@@ -395,7 +395,7 @@ def _type(operation: Mapping[str, Any]) -> str:
 
 
 def _number(operation: Mapping[str, Any], key: str, default: int = 0) -> float:
-    """Return a field that must be a number >= 0; the default if the field is missing or null."""
+    """Return a field that must be a number >= 0, or the default if the field is missing or null."""
     value = operation.get(key)
     if value is None:
         return default

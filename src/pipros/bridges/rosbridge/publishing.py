@@ -1,4 +1,4 @@
-"""Topics that clients publish. All clients share one publisher of the node per topic.
+"""Topics that clients publish. For each topic, the node has one publisher, which all clients share.
 
 A publisher is kept for a while after its last client has left, because pages are reloaded. Messages that a
 client publishes right after `advertise` wait until a subscriber has connected, for at most `EARLY_S`.
@@ -114,7 +114,7 @@ class SharedPublishers:
         found.close()
 
     def _make_room(self) -> None:
-        """If there are too many publishers, unregister the publisher that has been unused for longest.
+        """If there are too many publishers, unregister the one that has been unused for the longest time.
 
         Raises:
             LimitExceeded: all publishers are in use.

@@ -1,4 +1,4 @@
-"""The rosbridge server: a `Door` for WebSockets, and the same sessions behind TCP and UDP."""
+"""The rosbridge server for WebSockets, and the parts that it shares with the servers for TCP and UDP."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class RosbridgeHandler:
         return DoorSession(client, self._bridge.connect(client.outbox), self._threads, self._on_change)
 
     def is_login(self, first: str | bytes) -> bool:
-        """Return whether the first message is a valid `auth`."""
+        """Return whether the first message is a valid `auth` operation."""
         if self._authenticator is None:
             return False
         try:
@@ -115,7 +115,7 @@ class ServerOptions:
         allows_null_origin: whether pages without an origin, such as files, may connect.
         authenticator: checks each client's operation `auth`; None to disable authentication.
         ping_s: interval between pings; None disables them.
-        pong_s: timeout for the answer to a ping; None waits forever.
+        pong_s: maximum time to wait for a pong; None waits forever.
         message_bytes: maximum size of a message from a client; None uses the process-wide limit.
     """
 
@@ -194,7 +194,7 @@ class WebSocketServer:
         self.bridge = self._runtime.bridge
         self._clients = ClientTopics(node)
         handler = RosbridgeHandler(self.bridge, options.authenticator, self._report)
-        # With authentication, clients that have not logged in may send little and must log in soon.
+        # With authentication, clients that have not logged in may send only little data and must log in soon.
         secret = Secret() if options.authenticator is not None else None
         admission = Admission(secret, options.origins, options.allows_null_origin)
         self.door = Door({"": handler}, admission, limits=self._runtime.limits)

@@ -1,7 +1,7 @@
-"""Carries out the operations of clients on a ROS node.
+"""Carries out clients' operations on a ROS node.
 
 Servers pass in the data that they receive, and send the content of each client's outbox. `Bridge` holds the
-state shared by all clients, `ClientSession` the state of one client.
+state shared by all clients, and `ClientSession` holds the state of one client.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Timing:
 
     Attributes:
         unregister_s: how long a publisher is kept after its last client has left.
-        call_s: maximum duration of a service call, whether a client makes or answers it.
+        call_s: maximum duration of a service call, whether a client is the caller or the server.
     """
 
     unregister_s: float = 10.0
@@ -91,7 +91,7 @@ class Bridge:
         self.calls = Workers("service calls of a bridge", CALLS_AT_ONCE)
 
     def connect(self, outbox: Outbox) -> ClientSession:
-        """Return the session of a new client. The caller sends the content of the outbox to the client."""
+        """Return a session for a new client. The caller must send the session's outbox to the client."""
         return ClientSession(self, outbox)
 
     def close(self) -> None:
@@ -120,7 +120,7 @@ class ClientSession:
         self._protocol = ClientProtocol(bridge.settings, bridge.node.resolve, bridge.limits)
         self._streams: dict[str, TopicStream] = {}
         self._published: set[str] = set()
-        self._offered: dict[str, str] = {}  # global names by the names that the client uses
+        self._offered: dict[str, str] = {}  # maps the names that the client uses to global names
         self._calls = OpenCalls()
         self._open_calls = 0
         self._is_closed = False
@@ -181,7 +181,7 @@ class ClientSession:
         return sorted(self._published)
 
     def send_call(self, operation: Mapping[str, Any], request: Any) -> None:
-        """Send a call to an offered service, with the values of the request."""
+        """Send the client a call to a service that it offers, with the request's values."""
         self._send({**operation, "args": self._bridge.encoder.values_of(request)})
 
     def _handle(self, effects: Iterator[Effect]) -> None:

@@ -75,7 +75,7 @@ class _Server:
         raise NotImplementedError
 
     def _connect(self, key: Any, host: str, wake: Callable[[], object]) -> ClientSession | None:
-        """Return the session of a new client; None if there are too many clients."""
+        """Return a session for a new client, or None if there are too many clients."""
         if len(self._clients) >= self._most_clients:
             return None
         self._clients[key] = f"{host}:0", time.time()
@@ -157,7 +157,7 @@ class TcpServer(_Server):
             self._disconnect(writer, session)
 
     async def _end_idle(self) -> None:
-        """Disconnect the longest-silent of the clients that use no topics or services."""
+        """Among the clients without topics or services, disconnect the one that has been silent longest."""
         idle = (writer for writer, session in self._sessions.items() if session.is_unused)
         writer = next(idle, None)
         if writer is not None:
@@ -190,7 +190,7 @@ class TcpServer(_Server):
             yield size
 
     async def _first_in_time(self, session: ClientSession, read: Any) -> bytes:
-        """Read data, with the login timeout if the client has not logged in."""
+        """Read data. Until the client has logged in, the login timeout applies."""
         data: bytes = await asyncio.wait_for(read, None if session.is_logged_in else self._limits.login_s)
         return data
 

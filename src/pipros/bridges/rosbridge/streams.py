@@ -20,7 +20,7 @@ REPORTED_ERRORS: Final = 10
 
 
 class TopicStream:
-    """Passes a topic's messages, in the threads that receive them, to a client's outbox.
+    """Passes a topic's messages to a client's outbox, in the threads that receive them.
 
     With `throttle_s`, at most one message is sent per interval. Of the messages that arrive before the
     interval is over, the newest `queue_length` are queued and the others are dropped.
@@ -66,7 +66,7 @@ class TopicStream:
             is_new, is_first[0] = is_first[0], False
             self._on_message(message, is_new=is_new)
 
-        with self._lock:  # a message that arrives before `take` returns waits for the new options
+        with self._lock:  # messages that arrive now are handled with the new options
             taken = self._topics.take(self._topic, kind, on_message, lambda error: self._report(str(error)))
             self._delivery = delivery
             self._taken.append(taken)

@@ -1,4 +1,4 @@
-"""Finds the JSON objects in a client's data: text that may be split or joined, and fragments.
+"""Find the JSON objects in a client's data: text split at arbitrary positions, and `fragment` operations.
 
 The size of a client's incomplete data is limited. Errors do not stop the parser: text that is not a JSON
 object is discarded with an error for the client, and reading continues with the next object.

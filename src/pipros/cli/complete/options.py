@@ -1,4 +1,4 @@
-"""The subcommands and options of ROS commands, for completion in shells."""
+"""The subcommands and options of ROS commands, for shell completion."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SUBCOMMANDS = {
 def options(command: str, before: Sequence[str]) -> list[str]:
     """Return the long options of a command or its subcommand.
 
-    They are parsed from the help text, which works for optparse, argparse and hand-written parsers.
+    The options are found in the help text, so this works for optparse, argparse and hand-written parsers.
     """
     if command in ("roscd", "rosls", "rosed", "roscat", "roscp", "rosmv", "rospd"):
         return ["--help"]

@@ -19,7 +19,7 @@ MANY_LINES = "\x1f"
 
 
 def live_names(command: str, before: Sequence[str]) -> list[str]:
-    """Return names from the running system; an empty list if no master answers within half a second."""
+    """Return names from the running system, or an empty list if no master responds within half a second."""
     return [name for name in _registered(command, before) if names.is_legal(name)]
 
 
@@ -48,7 +48,7 @@ def _registered(command: str, before: Sequence[str]) -> list[str]:
 
 
 def service_type(service: str) -> str:
-    """Return the type of a running service; empty if unknown."""
+    """Return the type of a running service, or an empty string if it is unknown."""
     from pipros.graph.client import GraphClient
     from pipros.graph.services import type_of
 
@@ -61,7 +61,7 @@ def service_type(service: str) -> str:
 
 
 def prototype(kind: str, type_name: str) -> list[str]:
-    """Return a message or request template with default values; an empty list if the type is unknown."""
+    """Return a message or request template with default values, or an empty list if the type is unknown."""
     from pipros.cli.rosmsg_proto import UnknownInterface, example
     from pipros.graph.skeleton import skeleton
 

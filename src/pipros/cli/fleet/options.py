@@ -25,7 +25,7 @@ def add_link_options(parser: OptionParser) -> None:
 
 
 def tls_of(options: Any, router: str) -> Tls | None:
-    """Return the certificates in the folder given with `--keys`; None without TLS.
+    """Return the certificates in the folder given with `--keys`, or None without TLS.
 
     Raises:
         CommandError: the router uses TLS but `--keys` is missing, or vice versa.

@@ -1,4 +1,4 @@
-"""`pipros fleet param`: reads and sets a member's parameters, if the member's file allows it."""
+"""`pipros fleet param`: reads and sets a member's parameters, if its configuration file allows it."""
 
 from __future__ import annotations
 

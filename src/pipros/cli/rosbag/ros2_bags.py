@@ -29,7 +29,7 @@ def add_folders_option(parser: OptionParser) -> None:
 
 
 def definition_folders(given: Sequence[str]) -> list[Path]:
-    """Return the folders given with `--msgs`, and those that ROS 2's environment variables name."""
+    """Return the folders given with `--msgs`, and the folders named by ROS 2's environment variables."""
     from pipros.ros2.interfaces.catalog import folders_of_environment
 
     return [*map(Path, given), *folders_of_environment(os.environ)]

@@ -1,4 +1,4 @@
-"""`rosnode`: lists, describes, pings and ends nodes."""
+"""`rosnode`: lists, describes, pings and shuts down nodes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rosparam set`, `rosparam load` and `rosparam delete`: the subcommands that write."""
+"""`rosparam set`, `rosparam load` and `rosparam delete`: the subcommands that change parameters."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class BagChoice:
 
 
 def parse(argv: Sequence[str]) -> tuple[str, EchoOptions, BagChoice | None]:
-    """Return the topic, the options for printing, and the bag, if one is given.
+    """Return the topic, the printing options and, if one is given, the bag.
 
     Exit with an error if `argv` is invalid.
     """

@@ -35,11 +35,11 @@ class PubOptions:
     """The messages to publish, and their rate.
 
     Attributes:
-        topic, type_name: the topic and type as typed.
-        words: YAML values from the command line; empty if the values are in a file or a pipe.
+        topic, type_name: the topic and its type, as given on the command line.
+        words: YAML values from the command line; empty if the values come from a file or a pipe.
         file: path of a file with YAML documents, one per message; None if not given.
         rate_hz: the rate; None if not given.
-        once: whether to end after one message.
+        once: whether to exit after one message.
         latch: whether to keep the first message for later subscribers.
         verbose: whether to print each message.
         substitute: whether to replace `now` and `auto` with each message's publishing time.

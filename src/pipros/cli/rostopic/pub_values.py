@@ -1,4 +1,4 @@
-"""Creates messages from the YAML values of a command line."""
+"""Create messages from YAML values on a command line."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def message_class_of(type_name: str) -> type[Message]:
 
 
 def read_values(parser: OptionParser, words: Sequence[str]) -> list[Any] | None:
-    """Parse the words of a command line; return None if there are none. An empty word is an empty string.
+    """Parse the words of a command line, or return None if there are none. An empty word is an empty string.
 
     Exit with an error if a word is not valid YAML.
     """

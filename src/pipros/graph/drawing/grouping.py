@@ -56,7 +56,7 @@ def grouped(graph: NodeGraph, topics: Collection[str], grouping: Grouping) -> No
 
 
 def marked(graph: NodeGraph, removed: Collection[tuple[str, str]]) -> NodeGraph:
-    """Return a graph in which the vertices with a kind and name in `removed` are marked as gone."""
+    """Return a graph in which the vertices with a kind and name in `removed` are marked as removed."""
     if not removed:
         return graph
     vertices = {

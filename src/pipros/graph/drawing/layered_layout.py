@@ -119,7 +119,7 @@ class _LayeredLayout(Generic[Key]):
         self._order = self._ordered_layers()
 
     def _directed(self) -> list[tuple[int, int]]:
-        """Return the arrows without cycles and loops. Each pair of vertices occurs once."""
+        """Return the connected pairs of vertices, without loops. Arrows that close a cycle are reversed."""
         pairs = {
             (end, start) if index in self._reversed else (start, end)
             for index, (start, end) in enumerate(self._arrows)

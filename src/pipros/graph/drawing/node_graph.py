@@ -32,7 +32,7 @@ class GraphOptions:
         nodes, topics: comma-separated patterns, see `NameFilter`.
         hide_dead_sinks: whether to leave out topics that have no subscriber.
         hide_leaf_topics: whether to leave out topics that have only one neighbour.
-        hide_debug: whether to leave out `/rosout`, `/clock`, `/statistics` and the nodes of tools.
+        hide_debug: whether to leave out `/rosout`, `/clock`, `/statistics` and tools' nodes.
         hide_tf: whether to leave out `/tf` and `/tf_static`.
         hide_unreachable: whether to leave out nodes that do not answer.
         hide_parameters: whether to leave out dynamic_reconfigure's topics.
@@ -93,7 +93,7 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True)
 class NodeGraph:
-    """Vertices by key, and arrows, both in a stable order."""
+    """The vertices, keyed by kind and name, and the arrows. Both are in a stable order."""
 
     vertices: Mapping[Key, Vertex] = field(default_factory=dict)
     arrows: tuple[Arrow, ...] = ()

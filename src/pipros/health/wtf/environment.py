@@ -17,7 +17,7 @@ def paths(path: str | None) -> list[str]:
 
 
 def invalid_url(url: str) -> str | None:
-    """Return the problem with a master URI; None if the URI is valid."""
+    """Return the problem with a master URI, or None if the URI is valid."""
     scheme, separator, rest = url.partition("://")
     if scheme != "http" or not separator:
         return "protocol is not 'http'"

@@ -1,4 +1,4 @@
-"""Rules about the running system."""
+"""`roswtf` rules that check the running system."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def unexpected_edges(subject: Subject) -> list[str]:
 
 
 def described(links: set[Link]) -> list[str]:
-    """Return printable descriptions of links, sorted."""
+    """Return sorted, printable descriptions of links."""
     return [
         f"{listed(source)}->{listed(target)} ({listed(topic)})" for source, target, topic in sorted(links)
     ]
@@ -114,7 +114,9 @@ graph_warnings: list[Rule] = [
 
 
 def with_running_system(subject: Subject, complain: Callable[[str], Any]) -> Subject:
-    """Return the subject, extended by the running system. Call `complain` for each node that does not answer.
+    """Return a copy of the subject with the running system.
+
+    Call `complain` for each node that does not respond.
 
     Raises:
         PiprosError: the master does not answer.

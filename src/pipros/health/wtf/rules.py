@@ -21,7 +21,7 @@ class Problem:
 
 
 def problems_of(subject: Subject, warnings: Sequence[Rule], errors: Sequence[Rule]) -> list[Problem]:
-    """Apply rules to a subject. A rule whose function returns a false value has found no problem."""
+    """Apply rules to a subject. A rule whose function returns a falsy value has found no problem."""
     return [
         Problem(is_error, text_of(text, result, subject.words))
         for is_error, rules in ((False, warnings), (True, errors))

@@ -38,7 +38,7 @@ class Subject:
 
     Attributes:
         variables: the environment variables.
-        package: the package to check: the one that was named, or that contains the first launch file.
+        package: the package to check: the one that was named, or the one that contains the first launch file.
         packages: the names of all packages to check, including dependencies.
         launch: the contents of the launch files.
         system: the running system; None before `graph.with_running_system`.
@@ -71,12 +71,12 @@ class Subject:
 
     @property
     def words(self) -> dict[str, str]:
-        """The values for the placeholders in rules' messages: environment variables by lower-case name."""
+        """The values for placeholders in rules' messages: environment variables, keyed by lower-case name."""
         words = {name.lower(): value for name, value in self.variables.items()}
         return {**words, "ros_master_uri": self.master_uri}
 
     def with_package(self, name: str) -> Subject:
-        """Return the subject, extended by a package and its dependencies.
+        """Return a copy of the subject with a package and its dependencies.
 
         Raises:
             CannotCheck: the package or a dependency does not exist or is invalid.
@@ -94,7 +94,7 @@ class Subject:
         return replace(self, package=package, packages=(name, *package.dependencies))
 
     def with_launch_files(self, files: Sequence[str], arguments: Mapping[str, str]) -> Subject:
-        """Return the subject, extended by launch files and the package that contains the first of them.
+        """Return a copy of the subject with launch files and the package that contains the first of them.
 
         Raises:
             CannotCheck: a file cannot be loaded, or the package or one of its dependencies is invalid.

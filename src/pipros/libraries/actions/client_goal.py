@@ -106,7 +106,7 @@ class ClientGoal:
         """Handle a status list from the server.
 
         `status` is this goal's status, or None if the list omits the goal. If the goal's current state does
-        not permit that, the goal is lost and becomes DONE.
+        not permit an omission, the goal is lost and becomes DONE.
 
         Raises:
             ValueError: the status is unknown, or invalid in the current state. The state is unchanged.

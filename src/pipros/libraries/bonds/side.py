@@ -99,7 +99,7 @@ class BondSide:
             return False
         self.handle(Event.SISTER_ALIVE if is_alive else Event.SISTER_ENDS)
         if is_alive and self.state is State.DEAD:
-            self.publish()  # the sister has missed the message that this side has ended
+            self.publish()  # the sister missed the message that announced the end of this side
         return True
 
     def handle(self, event: Event) -> None:

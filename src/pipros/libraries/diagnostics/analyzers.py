@@ -31,7 +31,7 @@ class BadAnalyzer(PiprosError, ValueError):
     """The parameters of an analyzer are invalid.
 
     Attributes:
-        summary: a short text that is published as the message of a status.
+        summary: a short description, published as the message of a status.
     """
 
     def __init__(self, reason: str, summary: str = "Analyzer init failed") -> None:
@@ -85,7 +85,7 @@ class Criteria:
 
 
 class Items:
-    """The items of one analyzer, by name, and the status that summarizes them."""
+    """The items of one analyzer, and the status that summarizes them."""
 
     def __init__(
         self,
@@ -147,7 +147,7 @@ class Items:
 
 
 def summed_up(levels: Sequence[int]) -> int:
-    """Return the highest level; OK if there are none. STALE counts as ERROR unless all levels are STALE.
+    """Return the highest level, or OK if `levels` is empty. STALE counts as ERROR unless all are STALE.
 
     >>> summed_up([0, 1]), summed_up([3, 0]), summed_up([3, 3]), summed_up([])
     (1, 2, 3, 0)
@@ -203,12 +203,12 @@ class IgnoreAnalyzer:
 
 
 class AnalyzerGroup:
-    """The analyzers below one path, sorted by key.
+    """The analyzers below one path, sorted by their keys in the parameters.
 
     A status is passed to each analyzer that accepts it.
 
     Attributes:
-        problems: the errors of analyzers that could not be created, by key.
+        problems: maps the keys of analyzers that could not be created to the errors.
     """
 
     def __init__(self, name: str, path: str, parameters: Mapping[str, Any], depth: int = 0) -> None:

@@ -85,7 +85,7 @@ class DiskHeat:
 
 
 def heat_report(disks: Sequence[DiskHeat], *, warns: bool = True) -> Report:
-    """Return the report on disk temperatures. Without disks, its level is ERROR.
+    """Return the report on disk temperatures. Its level is ERROR if there are no disks.
 
     If `warns` is false, the level does not depend on the temperatures.
     """

@@ -1,11 +1,11 @@
-"""Match regular expressions of unknown origin with a time limit.
+"""Match untrusted regular expressions with a time limit.
 
 Python's `re` may need exponential time: matching 40 characters with `(a+)+$` takes days. Meanwhile, no other
 thread of the process can run. Therefore, a child process does the matching, and gives up after a tenth of a
 second of processor time. Results are cached, so each pair of a pattern and a name costs one request.
 
-The alternatives are worse. A check for nested quantifiers misses `a?a?a?…aaa` and refuses `(left|right)*`. A
-matcher that takes linear time (RE2) is a compiled dependency, and lacks look-ahead and back references.
+The alternatives are worse. A check for nested quantifiers misses `a?a?a?…aaa` and rejects `(left|right)*`. A
+linear-time matcher (RE2) would be a compiled dependency, and lacks look-ahead and back references.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def _start() -> subprocess.Popen[bytes]:
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
-        start_new_session=True,  # Ctrl-C should not reach the child, which ends with its input
+        start_new_session=True,  # Ctrl-C should not reach the child, which exits at the end of its input
     )
 
 

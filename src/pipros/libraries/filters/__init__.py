@@ -1,4 +1,4 @@
-"""Caches and synchronizers of messages by timestamp, used by the facade `message_filters`.
+"""Caches and synchronizers that sort and match messages by timestamp, for the facade `message_filters`.
 
 No module in this package uses sockets or a clock. Timestamps and the current time are in nanoseconds.
 """

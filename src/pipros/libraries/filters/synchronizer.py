@@ -146,7 +146,7 @@ def _first_within(candidates: Sequence[Sequence[int]], slop: int) -> list[int] |
 
     first, *rest = candidates
     if not rest:
-        return None  # a single input, which fails to match only if the slop is 0
+        return None  # with a single input, every message matches unless the slop is 0
     for stamp in first:
         chosen.append(stamp)
         if extend(stamp, stamp):

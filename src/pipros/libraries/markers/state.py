@@ -179,8 +179,8 @@ class Markers:
         """Handle feedback from a viewer. A move of the marker becomes a pending change.
 
         Returns:
-            The callback to call. None if the marker does not exist or has no callback for this event, or if
-            another viewer sent feedback less than `CONFLICT_S` ago.
+            The callback to call, or None if the marker does not exist, has no callback for this event, or
+            received feedback from another viewer less than `CONFLICT_S` ago.
         """
         context = self.contexts.get(feedback.marker_name)
         if context is None:

@@ -15,7 +15,7 @@ def pose_of(joint: Joint, position: float) -> Pose:
     """Return the pose of a joint's child link relative to its parent link.
 
     Args:
-        position: radians, or metres for a prismatic joint; ignored for joints that do not move.
+        position: in radians, or in metres for a prismatic joint; ignored for types not in `MOVING`.
     """
     x, y, z = joint.axis
     if joint.type == "prismatic":
@@ -34,9 +34,9 @@ class JointFrames:
         every_message: whether to publish every message regardless of its timestamp (`ignore_timestamp`).
 
     Attributes:
-        moving: joints that can be published, by name.
+        moving: revolute, continuous and prismatic joints, by name.
         fixed: fixed joints. Planar joints are treated as fixed, as in Noetic.
-        floating: floating joints, which cannot be published.
+        floating: floating joints, whose poses cannot be computed from a position.
     """
 
     def __init__(self, robot: Robot, interval: int, every_message: bool = False) -> None:

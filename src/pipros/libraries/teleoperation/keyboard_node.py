@@ -1,4 +1,4 @@
-"""`teleop_twist_keyboard`: steers any robot that subscribes to `cmd_vel` with the keys in a terminal."""
+"""`teleop_twist_keyboard`: uses keys in a terminal to steer any robot that subscribes to `cmd_vel`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Chains: the frames between two frames, found once and reused until the tree changes.
 
 A chain replaces the search in `tree` for the usual case: every frame on the path has only one parent in its
-whole history, so the path is the same at all times. Its results are equal to those of `tree`, bit for bit.
+whole history, so the path is the same at all times. Its results are bit-for-bit identical to those of `tree`.
 If a chain gives no result, `tree` finds another path or the reason for the failure.
 """
 
@@ -42,7 +42,7 @@ class Chain:
         self.size_bytes = CHAIN_BYTES + _STEP_BYTES * (len(up) + len(down))
 
     def latest_common_time(self) -> int:
-        """Return the latest time at which all moving frames have a pose; 0 if all frames are static."""
+        """Return the latest time at which all moving frames have a pose, or 0 if all frames are static."""
         return min([stamps[-1] for stamps in self._common if stamps[-1]], default=0)
 
     def is_available(self, time: int) -> bool:
@@ -81,7 +81,7 @@ def _poses_at(frames: list[tuple[list[int], list[Pose]]], time: int) -> list[Pos
 
 
 def find_chain(frames: Frames, target: str, source: str) -> Chain | None:
-    """Return the chain between two frames; None if they are not connected or the path depends on the time."""
+    """Return the chain between two frames, or None if they are not connected or the path varies over time."""
     up: list[FrameHistory] = []
     name = source
     while name != target and (frame := frames[name]) is not None:

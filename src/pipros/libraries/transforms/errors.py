@@ -1,4 +1,4 @@
-"""Exceptions of transform lookups. The error texts match tf2."""
+"""Exceptions raised by transform lookups. The error texts match tf2's."""
 
 from __future__ import annotations
 

@@ -179,7 +179,7 @@ class StaticFrame:
         self.poses: list[Pose] = []
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # valid for every time
-        """Replace the pose. Never rejects it."""
+        """Replace the pose. It is never rejected."""
         self.only_parent = parent
         self.parents[:] = [parent]
         self.poses[:] = [pose]
@@ -199,7 +199,7 @@ class StaticFrame:
         return ""
 
     def latest(self) -> tuple[int, str | None]:
-        """Return 0, because the pose is valid at any time, and the parent."""
+        """Return the parent with timestamp 0, because the pose is valid at any time."""
         return (0, self.parents[0] if self.parents else None)
 
     def oldest_stamp(self) -> int:

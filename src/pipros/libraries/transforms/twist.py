@@ -1,4 +1,4 @@
-"""Compute the velocities of frames from their poses at the start and end of an interval (ns)."""
+"""Compute the velocities of frames from their poses at the start and end of an interval. Times are in ns."""
 
 from __future__ import annotations
 

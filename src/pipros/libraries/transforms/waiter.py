@@ -1,4 +1,4 @@
-"""Let threads wait for transforms, with a timeout on a clock that the caller passes."""
+"""Let threads wait for transforms, with a timeout measured by a clock that the caller passes."""
 
 from __future__ import annotations
 

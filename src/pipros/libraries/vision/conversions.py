@@ -20,7 +20,8 @@ def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
     """Convert an array of shape (height, width) or (height, width, channels) to another encoding.
 
     The result is always a copy. The values equal OpenCV's, except that grey values from Bayer images may be
-    greater by 1. Between 8 and 16 bits, white stays white. An empty `encoding_out` means `encoding_in`.
+    greater by 1. White stays white in conversions between 8 and 16 bits. An empty `encoding_out` means
+    `encoding_in`.
 
     Raises:
         ConversionError: an encoding is unknown, the conversion is not supported, or the array does not match

@@ -68,7 +68,7 @@ class Emitter:
 
     @contextmanager
     def block(self, opening: str) -> Iterator[None]:
-        """Indent the lines emitted in the context below `opening`, a line that ends with a colon."""
+        """Emit `opening`, a line that ends with a colon, and indent the lines emitted in the context."""
         self.emit(opening)
         self._indent += 1
         yield
@@ -98,7 +98,7 @@ class Emitter:
 
 
 def struct_layout(codes: Sequence[str]) -> str:
-    """Return a `struct` format for the codes, in which repeated codes are abbreviated, such as `3d`."""
+    """Return a `struct` format for the codes, abbreviating repeated codes, as in `3d`."""
     parts = []
     for code, group in itertools.groupby(codes):
         count = len(list(group))

@@ -105,7 +105,9 @@ def _fixed_octets(value: Any, length: int) -> bytes:
 
 
 def _allowed(values: int) -> int:
-    """Return how many more values a message may contain if it already exceeds its byte budget by `values`.
+    """Return how many more extra values a message may contain if it already contains `values` of them.
+
+    Extra values are those beyond the number that the message's size allows.
 
     Raises:
         struct.error: `values` exceeds the limit.

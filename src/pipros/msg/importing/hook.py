@@ -82,8 +82,8 @@ class PackageFinder:
     replacement.
 
     Args:
-        find_module: called with a name and the folder of the ROS package with that name, or None. Returns the
-            path of a module or the folder of a Python package.
+        find_module: called with a name and the folder of the ROS package of that name (or None). Returns the
+            path of a module or the folder of a Python package, or None.
     """
 
     def __init__(

@@ -28,7 +28,10 @@ else:
 def interface_spec(
     library: Library, package: str, kind: str, path: Sequence[str] | None
 ) -> ModuleSpec | None:
-    """Return the spec of `<package>.<kind>`, from a Python package, else from definitions, else None."""
+    """Return the spec of `<package>.<kind>` from a Python package or, failing that, from definitions.
+
+    Return None if neither exists.
+    """
     name = f"{package}.{kind}"
     regular = PathFinder.find_spec(name, path)
     if regular is not None and regular.loader is not None:
@@ -45,7 +48,7 @@ def interface_spec(
 def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleSpec | None:
     """Return the spec of `<package>.<kind>._Name`.
 
-    Return None if `<package>.<kind>` was not made from definitions or does not contain the type.
+    Return None if `<package>.<kind>` was not created from definitions or does not contain the type.
     """
     parent = sys.modules.get(f"{package}.{kind}")
     loader = getattr(parent, "__loader__", None)

@@ -14,7 +14,7 @@ _OLD_HEADER = "roslib/Header"  # the name of std_msgs/Header in old bags
 
 
 def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None) -> dict[str, MessageSpec]:
-    """Return the definitions in a full text, by type name. The definition of `type_name` comes first.
+    """Return the definitions in a full text, keyed by type. The definition of `type_name` comes first.
 
     Args:
         limits: defaults to the process-wide limits.
@@ -26,7 +26,7 @@ def specs_from_text(type_name: str, full_text: str, limits: Limits | None = None
     where = f"<definition of {type_name}>"
     if len(full_text) > limits.definition_bytes:
         raise DefinitionError(f"the text is longer than {limits.definition_bytes} characters", file=where)
-    full_text = full_text.replace("\r\n", "\n")  # as when a file is read
+    full_text = full_text.replace("\r\n", "\n")  # as in a file read in text mode
     parts: dict[str, list[str]] = {}
     current = parts[type_name] = []
     expects_name = False

@@ -43,7 +43,7 @@ class DefinitionError(PiprosError):
     """A definition violates the rules of the language.
 
     Attributes:
-        file: the definition's path, or a text in its place, such as `<definition of package/Name>`.
+        file: the definition's path, or a substitute such as `<definition of package/Name>`.
         line: counted from 1; 0 if the error concerns the whole file.
         column: counted from 1; 0 if the error concerns the whole file.
         others: further errors in the same file.

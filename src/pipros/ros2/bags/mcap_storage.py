@@ -85,7 +85,9 @@ class McapStorage:
 
 
 def has_cdr(path: Path) -> bool:
-    """Return whether an MCAP file has channels with ROS 2 messages. False if its summary is unreadable.
+    """Return whether an MCAP file has channels with ROS 2 messages.
+
+    Return False if its summary is unreadable.
 
     Raises:
         BagError: the library is missing.

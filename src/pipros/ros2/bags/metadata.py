@@ -86,7 +86,7 @@ def qos_profiles(*, is_latched: bool, version: int) -> Any:
 
 
 def qos_text(profiles: Sequence[Any]) -> str:
-    """Return profiles as YAML text, as in MCAP and SQLite files; empty if there are none."""
+    """Return profiles as YAML text, as in MCAP and SQLite files. The text is empty if there are none."""
     return yaml.safe_dump(list(profiles), sort_keys=False) if profiles else ""
 
 

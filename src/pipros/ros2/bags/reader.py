@@ -41,7 +41,7 @@ _OPTIONS = "use --msgs to give the folders with ROS 2 definitions"
 class Ros2BagReader(BagReader):
     """A ROS 2 bag, with the methods of `BagReader`.
 
-    A topic is left out if its type cannot be converted; `skipped` says why.
+    A topic is left out if its type cannot be converted.
 
     Args:
         path: the folder of a bag, or one of its files.
@@ -52,8 +52,8 @@ class Ros2BagReader(BagReader):
         OSError: a file cannot be read.
 
     Attributes:
-        skipped: why topics are left out, by topic.
-        topic_types: the ROS 2 types, by topic.
+        skipped: maps each topic that is left out to the reason.
+        topic_types: maps each topic to its ROS 2 type.
     """
 
     def __init__(
@@ -206,7 +206,7 @@ class Ros2BagReader(BagReader):
         return connection, plan
 
     def _plan(self, ros2_type: str) -> Plan:
-        """Return the plan for a type. A type that only ROS 2 has gets the same name and fields in ROS 1."""
+        """Return the plan for a type. For a type that only ROS 2 has, derive an equivalent ROS 1 type."""
         try:
             return self._plans.for_ros2(ros2_type)
         except NotConvertible:
@@ -267,7 +267,7 @@ def is_ros2_bag(path: str | os.PathLike[str]) -> bool:
 
 
 def _files(path: Path) -> tuple[BagMetadata | None, list[Path]]:
-    """Return a bag's metadata, or None if `path` is a single file, and the bag's files."""
+    """Return a bag's metadata (None if `path` is a single file) and its files."""
     if not path.is_dir():
         return None, [path]
     where = path / _METADATA

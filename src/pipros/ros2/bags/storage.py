@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 @dataclass(frozen=True, slots=True)
 class StoredTopic:
-    """A topic in a file. `id` is its number there."""
+    """A topic in a file. `id` is its number in that file."""
 
     id: int
     name: str
@@ -47,7 +47,10 @@ class StorageReader(Protocol):
         """The times of the first and the last message in ns; None if the bag is empty."""
 
     def messages(self, topics: Container[int], first_ns: int, last_ns: int) -> Iterator[tuple[int, int, Any]]:
-        """Yield topic ID, time in ns and CDR of each message from `first_ns` to `last_ns`, in time order."""
+        """Yield the topic ID, time in ns and CDR data of the messages in a time range, in time order.
+
+        The range includes `first_ns` and `last_ns`.
+        """
 
     def close(self) -> None: ...
 

@@ -45,8 +45,8 @@ class Ros2BagWriter:
     """Writes one file of a ROS 2 bag. Like `BagWriter`, it takes ROS 1 messages.
 
     Attributes:
-        skipped: why topics were left out, by topic.
-        incomplete: the first reason why messages of other topics were left out, by topic.
+        skipped: maps each topic that was left out to the reason.
+        incomplete: maps each topic that lacks some messages to the first reason for leaving one out.
     """
 
     def __init__(

@@ -1,1 +1,1 @@
-"""Conversion of serialized messages between ROS 1 and ROS 2's encoding, CDR."""
+"""Conversion of serialized messages between ROS 1's encoding and CDR, the encoding of ROS 2."""

@@ -19,7 +19,7 @@ class ConversionError(PiprosError):
 
 
 class BoundExceeded(ConversionError):
-    """A string or an array is longer than the type on the other side allows."""
+    """A string or an array is longer than the target type allows."""
 
 
 class NotConvertible(ConversionError):

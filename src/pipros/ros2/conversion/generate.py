@@ -3,13 +3,15 @@
 Theory of operation:
 
 - The function reads `data` once, from start to end, and adds parts to a list. It creates no message objects.
-- Numbers, times and fixed arrays are collected in a run (`runs.py`), which one `unpack_from` and one
-  `pack` convert. If the offset in CDR is known modulo 8, the generator chooses the layout; otherwise, the
-  function chooses it.
-- Arrays of numbers, and of messages without padding such as points, are copied as slices of `data`.
+- Numbers, times and fixed arrays are collected in a run (`runs.py`), which is converted by one
+  `unpack_from` and one `pack`. If the offset in CDR is known modulo 8, the generator chooses the layout;
+  otherwise, the function chooses it.
+- Arrays of numbers, and arrays of messages without padding (for example, points), are copied as slices of
+  `data`.
 - Only arrays of other elements become loops.
-- A slice beyond the data is detected by the next `unpack_from`, or by the check at the end.
-- If fields correspond in another order, a first pass over the message finds their offsets.
+- A slice that exceeds the data is detected by the next `unpack_from`, or by the check at the end.
+- If corresponding fields are in a different order in the two definitions, a first pass over the message finds
+  their offsets.
 
 The generated source contains no text from definitions; it refers to tables by numbered names.
 """
@@ -49,7 +51,7 @@ def converter_source(
     The function takes a `memoryview` of a ROS 1 message or of a CDR body, and returns a list of buffers.
 
     Raises:
-        NotConvertible: corresponding fields have types that do not correspond.
+        NotConvertible: corresponding fields have incompatible types.
         DefinitionError: the types exceed a limit.
     """
     made = _Converter(pairing, limits, to_cdr=to_cdr)
@@ -150,7 +152,7 @@ class _Converter(RunEmitter):
         wanted: set[Path],
         found: dict[Path, tuple[Cursor, Value]],
     ) -> None:
-        """Emit code that passes over fields, and collect the offsets of the wanted fields."""
+        """Emit code that skips fields, and collect the offsets of the wanted fields."""
         for name, value in fields.items():
             path = (*above, name)
             if path in wanted:

@@ -198,7 +198,7 @@ def _add(
         packages.append((first, second))
         return
     if len(kinds) > 1:
-        raise InvalidRules(f"{where}: a rule is for one message, service or action")
+        raise InvalidRules(f"{where}: a rule must describe only one message, service or action")
     kind = kinds[0]
     ros1 = f"{first}/{_text(rule, f'ros1_{kind}_name', where)}"
     ros2_name = _text(rule, f"ros2_{kind}_name", where)

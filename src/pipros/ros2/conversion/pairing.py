@@ -32,7 +32,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two messages that correspond, with the links between their fields."""
+    """A pair of corresponding messages, and the links between their fields."""
 
     ros1: MessageSpec
     ros2: Ros2Message
@@ -46,7 +46,7 @@ class Pair:
 
     @property
     def only_ros2(self) -> tuple[str, ...]:
-        """The fields that a conversion to ROS 1 drops, and a conversion to ROS 2 fills with defaults."""
+        """The fields that a conversion to ROS 1 drops, and that a conversion to ROS 2 fills with defaults."""
         linked = {link.ros2[0] for link in self.links}
         return tuple(
             field.name for field in self.ros2.fields if field.name not in linked and field != NO_FIELDS
@@ -70,7 +70,7 @@ class Pairing:
         """Return the ROS 2 type for a ROS 1 message.
 
         Raises:
-            NotConvertible: no ROS 2 type corresponds.
+            NotConvertible: there is no corresponding ROS 2 type.
         """
         rule = self._rules.message(ros1=ros1)
         if rule is not None:
@@ -101,7 +101,7 @@ class Pairing:
         return _first(ros2, self._rules.candidates_in_ros1(ros2), lambda name: _exists(lookup, name), None)
 
     def message(self, ros1: MessageSpec, ros2: Ros2Message) -> Pair:
-        """Return the pair of two messages.
+        """Pair two messages, and link their fields.
 
         Raises:
             NotConvertible: each side has fields that the other lacks, and no rule names them.

@@ -1,7 +1,7 @@
 """Emit code that reads a source and writes a target, one of which is CDR.
 
 `RunEmitter` keeps a cursor in each. Items that are copied, dropped or filled are collected in a run, which
-one statement emitted by `flush` converts.
+is converted by a single statement that `flush` emits.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ class RunEmitter(Emitter):
             self.source = self._after(items, unit, f"{start} + {sizes}[{phase}]")
 
     def _after(self, items: Sequence[Item], unit: int, end: str) -> Cursor:
-        """Return the CDR cursor after a run. The last item with the largest alignment sets its remainder."""
+        """Return the CDR cursor after a run, relative to the run's last item with the largest alignment."""
         tail = 0
         present = [item for item in items if _is_in_cdr(item, to_cdr=self.to_cdr)]
         for number, item in enumerate(present):

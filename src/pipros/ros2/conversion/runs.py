@@ -1,4 +1,4 @@
-"""Runs of bytes that one `struct` call reads and another writes.
+"""Runs of bytes, each converted by one `struct` call that reads and one that writes.
 
 CDR aligns each number to its size, counted from the start of the body, and ROS 1 aligns nothing. A run of
 numbers therefore has up to eight layouts, one for each offset in CDR modulo 8 at which it may start.
@@ -27,7 +27,7 @@ class Role(Enum):
 
 
 class Check(Enum):
-    """The kinds of values that may not fit the other side. `patched` corrects them."""
+    """Kinds of values that may be invalid in the target format. `patched` corrects them."""
 
     TIME_TO_ROS2 = "time_to_ros2"
     TIME_TO_ROS1 = "time_to_ros1"
@@ -52,12 +52,12 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """A run that starts at a certain offset modulo 8.
+    """The layout of a run that starts at a given offset in CDR modulo 8.
 
     Attributes:
         unpack: reads the copied blocks from the source at an offset.
         pack: writes the blocks.
-        source_size, target_size: bytes on both sides, including the padding in CDR.
+        source_size, target_size: size in bytes in the source and in the target, including padding in CDR.
         is_plain: whether the run is a single block in both formats.
         checked: offset of each checked item in the source.
     """
@@ -71,7 +71,7 @@ class Layout:
 
 
 def layout(items: Sequence[Item], phase: int, *, to_cdr: bool) -> Layout:
-    """Return the layout of a run that starts at an offset in CDR with the remainder `phase`."""
+    """Return the layout of a run whose offset in CDR, modulo 8, is `phase`."""
     source, target = _Format(), _Format()
     cdr = target if to_cdr else source
     cdr.size = phase
@@ -152,7 +152,7 @@ def patched(data: memoryview, offset: int, check: Check) -> memoryview:
 
 
 def _level(level: int, check: Check) -> int:
-    """Convert the level of a log entry. Levels between those that have names are rounded down."""
+    """Convert the level of a log entry. Levels between two named levels are rounded down."""
     if check is Check.LEVEL_TO_ROS2:
         return max((made for known, made in _LEVELS.items() if known <= level), default=0)
     return max((known for known, made in _LEVELS.items() if made <= level), default=1)
@@ -170,12 +170,12 @@ TESTS = {
 
 
 def check_count(count: int, smallest: int, left: int, most_empty: int) -> None:
-    """Check the number of elements of an array against the bytes that are left.
+    """Check that the remaining bytes can contain an array with `count` elements.
 
     Args:
         smallest: minimum size of an element in bytes.
-        left: number of bytes that are left.
-        most_empty: maximum number of elements if they may have no bytes.
+        left: number of remaining bytes.
+        most_empty: maximum number of elements if `smallest` is 0.
 
     Raises:
         ConversionError: there are too many elements.

@@ -69,12 +69,12 @@ class Values:
         self._catalog = catalog
 
     def of_message(self, message: MessageSpec | Ros2Message) -> Value:
-        """Return the value for a whole message."""
+        """Return the `Value` for an entire message."""
         kind = WHOLE_MESSAGES.get(message.type, Kind.MESSAGE)
         return Value(kind, size=0 if kind is Kind.MESSAGE else 8, message=message)
 
     def of_fields(self, message: MessageSpec | Ros2Message) -> dict[str, Value]:
-        """Return the values of a message's fields by name, in order."""
+        """Return the `Value` of each field of a message, by name and in order."""
         if isinstance(message, MessageSpec):
             return {each.name: self._ros1(each.type) for each in message.fields}
         return {each.name: self._ros2(each.type, each.default) for each in message.fields}

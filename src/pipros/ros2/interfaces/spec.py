@@ -48,7 +48,7 @@ class Ros2Type:
 
     Attributes:
         base: a primitive type, or the name of a message.
-        length: the number of elements of an array, or the maximum of a bounded sequence.
+        length: the number of elements of an array, or the maximum length of a bounded sequence.
         string_bound: maximum number of characters of a `string<=N`; 0 for no maximum.
     """
 

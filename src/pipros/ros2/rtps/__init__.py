@@ -1,6 +1,6 @@
 """A participant of RTPS 2.3, the wire protocol of DDS, limited to what ROS 2 uses.
 
-Modules without sockets and without a clock, from bytes to samples:
+These modules use neither sockets nor a clock. In order, from bytes to samples:
 
     submessages, encoding, parameters   bytes to values, and back
     announcements, qos                  announcements of participants and endpoints, and which endpoints match
@@ -12,6 +12,6 @@ Modules without sockets and without a clock, from bytes to samples:
 `ros2_engine` adapts to the gateway. XTypes, security, TCP, keyed topics and partitions are left out: ROS 2
 needs none of them for topics and services.
 
-Compared with the alternatives: the wheel of Cyclone DDS has no related sample identity, so it cannot serve
-or call services of Fast DDS, and there is none for Linux on ARM; dust-dds cannot pass on serialized data.
+Alternatives: the Cyclone DDS wheel lacks related sample identities, so it can neither serve nor call Fast DDS
+services, and there is no wheel for Linux on ARM. dust-dds cannot pass on serialized data.
 """

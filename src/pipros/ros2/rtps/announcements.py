@@ -44,7 +44,7 @@ class ParticipantData:
     """A participant's announcement.
 
     Attributes:
-        lease_s: time without a datagram after which the participant counts as ended.
+        lease_s: time without a datagram after which the participant is considered gone.
         discovery: addresses for announcements of endpoints.
         data: addresses for samples, unless an endpoint has its own.
         user_data: entries such as `enclave=/;`.
@@ -125,7 +125,7 @@ def write_key(name: Parameter, guid: bytes) -> bytes:
 
 
 class _Values:
-    """The first value of each parameter, decoded; None for missing and malformed ones."""
+    """Decodes the first value of each parameter. Missing and malformed values yield None or a default."""
 
     def __init__(self, parameters: Parameters, is_little: bool) -> None:
         self._parameters = parameters
@@ -233,7 +233,7 @@ def read_endpoint(payload: bytes | memoryview) -> EndpointData | None:
 
 
 def read_key(payload: bytes | memoryview, name: Parameter) -> bytes | None:
-    """Return the GUID in the payload that announces an end; None if it is missing."""
+    """Return the GUID from a payload that announces an end, or None if the payload contains no GUID."""
     values = _values(payload)
     return None if values is None else values.guid(name)
 

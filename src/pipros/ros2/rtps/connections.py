@@ -62,7 +62,7 @@ class Connections:
             self.writers[local.end.entity] = local.end
 
     def remove(self, entity: bytes) -> Local | None:
-        """Disconnect and return a local endpoint; None if it is unknown."""
+        """Disconnect and return a local endpoint, or return None if it is unknown."""
         local = self._locals.pop(entity, None)
         if local is None:
             return None
@@ -138,7 +138,7 @@ class Connections:
     def connect_reader(
         self, reader: Reader, guid: bytes, address: Address, peer: Peer, now: float, *, is_reliable: bool
     ) -> None:
-        """Pass the samples of a remote writer to a local reader."""
+        """Start passing a remote writer's samples to a local reader."""
         connected = self.readers.setdefault(guid, [])
         if reader not in connected:
             connected.append(reader)

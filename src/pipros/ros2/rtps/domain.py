@@ -48,8 +48,8 @@ class Discovery:
     def from_environment(cls, variables: Mapping[str, str]) -> Discovery:
         """Read `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY`, `ROS_STATIC_PEERS`.
 
-        The variables act as in ROS 2 if they are set. If neither the range nor `ROS_LOCALHOST_ONLY` is set,
-        the range is LOCALHOST, whereas it is SUBNET in ROS 2.
+        If they are set, the variables have the same meanings as in ROS 2. If neither the range nor
+        `ROS_LOCALHOST_ONLY` is set, the range is LOCALHOST, whereas it is SUBNET in ROS 2.
 
         Raises:
             InvalidEnvironment: a variable has an invalid value.
@@ -85,7 +85,7 @@ def multicast_port(domain: int) -> int:
 
 
 def discovery_port(domain: int, participant: int) -> int:
-    """Return the port for announcements to a participant. The participants of a host are numbered from 0.
+    """Return the port for announcements to a participant. The participants on a host are numbered from 0.
 
     >>> discovery_port(1, 3)
     7666

@@ -106,7 +106,7 @@ def data_frag_head(
 def heartbeat(
     reader: bytes, writer: bytes, first: int, last: int, count: int, *, is_final: bool = False
 ) -> bytes:
-    """Return HEARTBEAT. A reader must answer it unless `is_final`."""
+    """Return HEARTBEAT. A reader must respond unless `is_final` is true."""
     flags = LITTLE | (FINAL if is_final else 0)
     return _HEARTBEAT_WHOLE.pack(
         HEARTBEAT,
@@ -123,7 +123,7 @@ def heartbeat(
 
 
 def _bitmap(base: int, members: Sequence[int]) -> bytes:
-    """Return the number of bits and the words of a set; members beyond `MAX_SET` are left out."""
+    """Encode a set as its number of bits and its bitmap. Members beyond `MAX_SET` are left out."""
     inside = [member - base for member in members if 0 <= member - base < MAX_SET]
     size = max(inside, default=-1) + 1
     words = [0] * ((size + 31) // 32)
@@ -144,7 +144,7 @@ def _whole(kind: int, flags: int, *parts: bytes) -> bytes:
 def acknack(
     reader: bytes, writer: bytes, base: int, missing: Sequence[int], count: int, *, is_final: bool
 ) -> bytes:
-    """Return ACKNACK; see `AckNack`. A writer need not answer it if `is_final`."""
+    """Return ACKNACK; see `AckNack`. A writer need not respond if `is_final` is true."""
     numbers = _number_set(base, missing)
     flags = FINAL if is_final else 0
     return _whole(ACKNACK, flags, reader, writer, numbers, _COUNT.pack(count & 0x7FFFFFFF))

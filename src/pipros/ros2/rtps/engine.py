@@ -3,8 +3,8 @@
 Theory of operation. Announcements of the participant (SPDP) are repeated for as long as it exists; they find
 other participants. Two built-in pairs of writers and readers (SEDP), which are reliable and keep their
 history for late readers, announce each side's endpoints to the other. A local and a remote endpoint with the
-same topic and type, and compatible quality of service, match, and samples flow between them. A peer counts as
-ended if it announces its end, or if it is silent for longer than its lease.
+same topic and type, and compatible quality of service, match, and samples flow between them. A peer is
+considered gone if it announces that it is leaving, or if it is silent for longer than its lease.
 
 The engine never raises because of a datagram. It is not thread-safe.
 """
@@ -238,7 +238,7 @@ class Engine:
 
     @property
     def has_transfers(self) -> bool:
-        """True if datagrams wait for the next burst."""
+        """True if datagrams are waiting for the next burst."""
         return self._outbox.deadline < math.inf
 
     def take_outgoing(self) -> list[Outgoing]:
@@ -260,11 +260,11 @@ class Engine:
         return min(soonest, *(end.deadline for end in self._connections.busy), math.inf)
 
     def poll(self, now: float, handled_until: float = math.inf) -> None:
-        """Do what is due: announcements, heartbeats, repeated requests, bursts, and the end of leases.
+        """Perform due actions: announcements, heartbeats, repeated requests, bursts, and expiry of leases.
 
         Args:
-            handled_until: every datagram that arrived before this time has been passed to `receive`. So a
-                request that was answered in time is not repeated, and a lease renewed in time does not end.
+            handled_until: every datagram that arrived before this time has been passed to `receive`. Thus, a
+                request answered in time is not repeated, and a lease renewed in time does not expire.
         """
         if self._is_closed:
             return
@@ -378,7 +378,7 @@ class Engine:
         self._events.append(PeerChanged(peer.data, False))
 
     def _on_endpoint(self, sample: Sample) -> None:
-        """Handle the announcement of a remote endpoint, or of its end."""
+        """Handle the announcement or the removal of a remote endpoint."""
         prefix = sample.writer[:12]
         peer = self.peers.get(prefix)
         if peer is None:

@@ -13,7 +13,7 @@ from pipros.ros2.rtps.reader import REQUEST_BYTES, Sample
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Settings of a participant: its identity, and where it looks for others.
+    """Settings of a participant: its identity, and where it looks for other participants.
 
     Attributes:
         me: its own announcement.
@@ -36,7 +36,7 @@ class Received(NamedTuple):
 
 
 class Matched(NamedTuple):
-    """A local and a remote endpoint have matched, or no longer match if `is_matched` is False."""
+    """A local and a remote endpoint have matched or, if `is_matched` is False, no longer match."""
 
     entity: bytes
     remote: EndpointData
@@ -52,14 +52,14 @@ class Mismatched(NamedTuple):
 
 
 class EndpointChanged(NamedTuple):
-    """A remote endpoint was announced, or has ended if `is_present` is False."""
+    """A remote endpoint was announced or, if `is_present` is False, removed."""
 
     remote: EndpointData
     is_present: bool
 
 
 class PeerChanged(NamedTuple):
-    """Another participant was found, or has ended if `is_present` is False."""
+    """Another participant was found or, if `is_present` is False, has left."""
 
     peer: ParticipantData
     is_present: bool

@@ -1,9 +1,9 @@
 """The topic `ros_discovery_info`, from which ROS 2 lists nodes, and the size of the GIDs in its messages.
 
-A GID has 24 bytes in Humble and 16 from Iron on, and a Humble node that reads the shorter ones may exhaust
-its memory and die (rmw_fastrtps#733). So nothing is published, and no writer announced, until the size is
-known: from the messages of others, or from the user. Once both sizes have been seen in a domain, nothing
-further is published.
+A GID has 24 bytes in Humble and 16 bytes since Iron, and a Humble node that reads 16-byte GIDs may exhaust
+its memory and crash (rmw_fastrtps#733). Therefore, nothing is published and no writer is announced until the
+size is known, either from other participants' messages or from the user. Once both sizes have been seen in a
+domain, nothing further is published.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ class _Cursor:
 
 
 def read_info(payload: bytes, size: GidBytes) -> ParticipantInfo | None:
-    """Decode a message of `ros_discovery_info`; return None if its GIDs do not have this size."""
+    """Decode a `ros_discovery_info` message. Return None if it is malformed or its GIDs have another size."""
     cursor = _Cursor(payload[len(_ENCAPSULATION) :], size)
     try:
         guid = cursor.gid()
@@ -149,7 +149,7 @@ class InfoWriter(Protocol):
 
 
 class GraphInfo:
-    """The nodes of all participants, and the publication of our own.
+    """Tracks the nodes of other participants, and publishes our own nodes.
 
     Attributes:
         others: the nodes of other participants, by GUID.
@@ -177,7 +177,7 @@ class GraphInfo:
 
     @property
     def size(self) -> GidBytes | None:
-        """Size of GIDs; None if it is unknown or not the same for all participants."""
+        """Size of GIDs, or None if it is unknown or differs between participants."""
         return next(iter(self._sizes)) if len(self._sizes) == 1 else None
 
     def on_message(self, payload: bytes, sender_prefix: bytes) -> None:
@@ -194,7 +194,7 @@ class GraphInfo:
             self._publish()
 
     def forget(self, prefix: bytes) -> None:
-        """Remove the nodes of a participant that has ended."""
+        """Remove the nodes of a participant that has left."""
         for guid in [each for each in self.others if each[:12] == prefix]:
             del self.others[guid]
 

@@ -1,7 +1,7 @@
 """Identifiers of participants and endpoints on the wire.
 
-A GUID has 16 bytes: the prefix of its participant (12) and the id of the entity in it (4). Both are `bytes`,
-because they are looked up for every datagram.
+A GUID consists of its participant's prefix (12 bytes) and the entity's ID within the participant (4 bytes).
+GUIDs and prefixes are `bytes` objects, because they are looked up for every datagram.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Fragments of incomplete samples, and the bytes that they may use."""
+"""Fragments of incomplete samples, and the memory that they may use."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def total_fragments(fragment_bytes: int, sample_bytes: int) -> int:
 class Assembly:
     """The fragments of one sample.
 
-    Fragments that arrive in one datagram are kept in one piece: Cyclone DDS sends ten at a time.
+    Fragments that arrive in one datagram are kept in one piece, because Cyclone DDS sends ten at a time.
 
     Attributes:
         changed_at: when the last fragment arrived.
@@ -72,7 +72,7 @@ class Assembly:
 
     @classmethod
     def start(cls, budget: Budget, fragment: DataFrag, now: float) -> Assembly | None:
-        """Return an empty assembly for the sample of a fragment; None if the budget is used up."""
+        """Return an empty assembly for a fragment's sample, or None if the budget is used up."""
         if not budget.take(PIECE_OVERHEAD_BYTES):
             return None
         return cls(budget, fragment.fragment_bytes, fragment.sample_bytes, now)
@@ -106,13 +106,13 @@ class Assembly:
     def _keep(self, first: int, end: int, payload: Buffer) -> None:
         if self._use(len(payload) + PIECE_OVERHEAD_BYTES):
             datagram_bytes = memoryview(memoryview(payload).obj).nbytes
-            # Copying takes longer than all the rest, but a small part must not keep a whole datagram alive.
+            # Copying is the slowest step, but a small part must not keep a whole datagram in memory.
             self._runs[first] = payload if 2 * len(payload) > datagram_bytes else bytes(payload)
             self._has[first:end] = b"\1" * (end - first)
             self._arrived += end - first
 
     def _use(self, size: int) -> bool:
-        """Use bytes of the budget, reserving them in larger steps; return False if it is used up."""
+        """Use bytes, reserving them from the budget in larger steps; return False if it is used up."""
         self._used_bytes += size
         if self._used_bytes > self._reserved_bytes:
             step = max(size, min(_STEP_BYTES, self.sample_bytes))
@@ -134,7 +134,7 @@ class Assembly:
         return lacking
 
     def missing(self) -> tuple[int, ...]:
-        """Return the first missing fragments, up to the number that fits NACK_FRAG."""
+        """Return the first missing fragments, up to the number that fits in a NACK_FRAG."""
         has = self._has
         first = has.find(0, self._first_missing)
         first = self._first_missing = len(has) if first < 0 else first

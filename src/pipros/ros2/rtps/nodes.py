@@ -1,4 +1,4 @@
-"""Receive and publish the nodes of a domain on the topic `ros_discovery_info`."""
+"""Receive and publish a domain's nodes on the topic `ros_discovery_info`."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ _FRACTIONS: Final = 1 << 32
 
 
 class Parameter(IntEnum):
-    """Parameter IDs. 0x800f is Fast DDS's related sample identity, older than the standard's."""
+    """Parameter IDs. 0x800f is Fast DDS's own ID for the related sample, which predates the standard's."""
 
     SENTINEL = 0x01
     LEASE_DURATION = 0x02
@@ -189,7 +189,7 @@ def related_sample(identity: SampleIdentity) -> bytes:
 
 
 def read_related_sample(inline: Parameters | None) -> SampleIdentity | None:
-    """Return the related sample that inline QoS names in either parameter; None if there is none.
+    """Return the related sample that inline QoS names in either parameter, or None if there is none.
 
     The sequence number is read as little-endian: peers on big-endian machines are not supported.
     """

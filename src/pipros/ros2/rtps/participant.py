@@ -44,7 +44,7 @@ _JOIN_S: Final = 2.0
 
 
 class Participant:
-    """A participant of a domain, until `close` or the end of a `with` block.
+    """A participant in a domain, which runs until `close` is called or the `with` block ends.
 
     After that, `add_writer`, `add_reader` and `write` raise PiprosError.
 
@@ -164,7 +164,7 @@ class Participant:
         """Send a sample; see `TopicWriter.write`.
 
         Args:
-            registered: called with the sequence number before any answer can arrive.
+            registered: called with the sequence number before any reply can arrive.
         """
         with self._lock:
             now = time.monotonic()
@@ -184,7 +184,7 @@ class Participant:
                 self._flush()
 
     def ask(self, question: Callable[[Engine], _Answer]) -> _Answer:
-        """Call a function with the engine, under the lock, and return its result. It must not block."""
+        """Call a function with the engine, under the lock, and return its result. The call must not block."""
         with self._lock:
             return question(self._engine)
 

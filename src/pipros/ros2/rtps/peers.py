@@ -63,7 +63,7 @@ class Peer:
         return self.choose(endpoint.addresses or self.data.data)
 
     def choose(self, addresses: tuple[Address, ...]) -> Address:
-        """Return the address on `host`, or the first one if there is none."""
+        """Return the address that has the peer's `host`, or the first address if none has it."""
         return next((each for each in addresses if each.host == self.host), addresses[0])
 
 
@@ -105,5 +105,5 @@ class Peers:
         return peer
 
     def expired(self, now: float) -> list[Peer]:
-        """Return the peers that were silent for longer than their lease."""
+        """Return the peers that have been silent for longer than their lease."""
         return [peer for peer in self if now - peer.heard_at > min(peer.data.lease_s, MAX_LEASE_S)]

@@ -1,4 +1,4 @@
-"""Announce this participant to others (SPDP): repeatedly, in answer to a peer, and when it ends."""
+"""Announce this participant to peers (SPDP): periodically, in response to a peer, and when it leaves."""
 
 from __future__ import annotations
 

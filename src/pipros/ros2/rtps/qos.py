@@ -58,9 +58,9 @@ class Qos:
     Attributes:
         depth: number of samples that a writer keeps, or that wait at a reader; 0 means as many as the
             limits in bytes allow.
-        deadline_s: longest time between two samples.
-        lease_s: longest time between two signs of life from a writer.
-        partitions: names or patterns; empty is the default partition, the only one that ROS 2 uses.
+        deadline_s: maximum time between two samples.
+        lease_s: maximum time between two signs of life from a writer.
+        partitions: names or patterns; empty means the default partition, the only one that ROS 2 uses.
         representations: data representations that a writer offers, the preferred one first, or that a reader
             understands; empty means XCDR1.
     """
@@ -86,7 +86,7 @@ class Qos:
 
 
 def mismatch(offered: Qos, requested: Qos) -> Policy | None:
-    """Return the first policy of an offer that does not satisfy a request; None if all do."""
+    """Return the first policy of an offer that does not satisfy a request, or None if all policies do."""
     representation = offered.representations[0] if offered.representations else XCDR1
     checks = (
         (Policy.RELIABILITY, offered.reliability >= requested.reliability),

@@ -1,13 +1,14 @@
-"""The reading end: delivers each writer's samples in order, and requests missing ones.
+"""RTPS readers, which deliver each writer's samples in order and request missing ones.
 
 Theory of operation. A sample of a reliable writer is delivered after all earlier samples that exist for this
 reader; heartbeats and GAPs show which do not exist. Samples that arrive early wait, within a budget of bytes.
 A missing sample is requested when a heartbeat reveals it, and again at doubling intervals. If `MAX_REQUESTS`
 requests in a row yield no data, the samples before the first early one are given up. There is one request at
-a time: while its answers arrive, heartbeats cause no further request, because repeated answers would displace
-new samples. Until the first heartbeat, empty ACKNACKs ask for one: the peer may not have known this reader
-when it sent its heartbeat. Fast DDS answers them only if their base is 0, which Cyclone DDS refuses as
-malformed. From best-effort writers, late and repeated samples are dropped.
+a time: while the requested samples arrive, heartbeats cause no further request, because repeated samples
+would displace new ones. Until a writer's first heartbeat arrives, empty ACKNACKs ask for one, because the
+writer may have sent its heartbeat before it knew this reader. Fast DDS responds to these only if their base
+is 0, but Cyclone DDS rejects that base as malformed. From best-effort writers, late and repeated samples are
+dropped.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ class WriterProxy:
         announced: the last sample that the writer is known to have.
         early: samples after `expected`.
         skipped: ranges of samples after `expected` that do not exist, each as its start and exclusive end.
-        has_progressed: whether expected or requested data has arrived since the last `poll` after `due`.
+        has_progressed: whether expected or requested data has arrived since `poll` last handled this writer.
         requested: the samples of the last request that are still missing, in whole or in part.
         requests: number of requests in a row without progress.
         usual_bytes: the size of the last sample that had fragments.
@@ -263,7 +264,7 @@ class Reader:
         self._accept(writer, Sample(guid, sequence, payload, inline), now)
 
     def _start(self, writer: WriterProxy, fragment: DataFrag, now: float) -> Assembly | None:
-        """Return a new assembly; None if the sample is not new or exceeds a limit."""
+        """Return a new assembly, or None if the sample is not new or exceeds a limit."""
         sequence = fragment.sequence
         if not self._is_new(writer, sequence):
             return None
@@ -341,7 +342,7 @@ class Reader:
         )
 
     def _is_answering(self, writer: WriterProxy) -> bool:
-        """Return True if a part of the last request has not been answered yet."""
+        """Return True if part of the last request has not been fulfilled yet."""
         return any(self._is_pending(writer, each) for each in writer.requested)
 
     def _is_pending(self, writer: WriterProxy, sequence: int) -> bool:
@@ -353,8 +354,8 @@ class Reader:
     def _request(self, writer: WriterProxy, now: float, *, is_repeated: bool = False) -> None:
         """Acknowledge, and request the next missing samples or fragments, up to `request_bytes`.
 
-        If more were requested at once, the answers would overflow the receive buffer. A repeated request asks
-        for a heartbeat, too, which may reveal that the samples are no longer kept.
+        If more were requested at once, the samples would overflow the receive buffer. A repeated request also
+        asks for a heartbeat, which may reveal that the samples are no longer kept.
         """
         whole: list[int] = []
         left_bytes = self.request_bytes
@@ -379,11 +380,14 @@ class Reader:
 
     @property
     def deadline(self) -> float:
-        """Time at which `poll` has something to do; infinite if there is nothing."""
+        """Time at which `poll` must be called; infinite if nothing is pending."""
         return min((writer.due for writer in self._waiting.values()), default=math.inf)
 
     def poll(self, now: float, handled_until: float) -> None:
-        """Repeat requests that were not answered by any datagram that arrived before `handled_until`."""
+        """Repeat the requests, and drop the abandoned fragments, that were due by `handled_until`.
+
+        All datagrams that arrived before `handled_until` must have been handled.
+        """
         for writer in [each for each in self._waiting.values() if each.due <= handled_until]:
             if writer.is_reliable:
                 self._poll_reliable(writer, now)

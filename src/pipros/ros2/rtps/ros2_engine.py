@@ -328,7 +328,7 @@ def _reason(remote: EndpointData, policy: dds.Policy | None) -> str:
 
 
 def _endpoint(peer: ParticipantData, data: EndpointData, node: str) -> Endpoint | None:
-    """Return an endpoint with its ROS 2 names; None for non-ROS 2 topics and for service replies."""
+    """Return an endpoint with its ROS 2 names, or None for non-ROS 2 topics and for service replies."""
     topic, service, kind = topic_of_dds(data.topic), service_of_dds(data.topic), type_of_dds(data.type_name)
     if kind is None:
         return None

@@ -3,7 +3,7 @@
 In the style of rmw_fastrtps, inline QoS names the related sample: a request names the client's reply reader,
 and a reply names the request. In the style of rmw_cyclonedds, 16 bytes precede the message: a client number
 and a sequence number, which the reply repeats. A peer that receives the other style misreads it, and may run
-out of memory. So the style is chosen for each peer, and nothing is sent to a peer whose style is unknown.
+out of memory. Therefore, the style is chosen for each peer, and nothing is sent to peers of unknown style.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Style(Enum):
 
 
 def style_of(peer: ParticipantData, endpoint: EndpointData) -> Style | None:
-    """Return the style that a peer's vendor or the ids in USER_DATA imply; None if it is unknown."""
+    """Return the style implied by a peer's vendor or by the ids in USER_DATA, or None if it is unknown."""
     if PIPROS_MARK in entries(peer.user_data) or peer.vendor == FAST_DDS:
         return Style.FAST
     if peer.vendor == CYCLONE_DDS or entries(endpoint.user_data).keys() & {_CLIENT_ID, _SERVICE_ID}:
@@ -114,7 +114,7 @@ def read_request(sample: Sample, style: Style) -> Request | None:
 
 
 def split_head(payload: bytes) -> tuple[bytes, bytes] | None:
-    """Return rmw_cyclonedds's 16 bytes and the rest of the payload; None if it is too short or big-endian."""
+    """Split off rmw_cyclonedds's 16 bytes from a payload. Return None if it is too short or big-endian."""
     end = _ENCAPSULATION_BYTES + _CYCLONE_HEAD.size
     if len(payload) < end or payload[1] & 1 == 0:
         return None
@@ -126,7 +126,7 @@ def cyclone_head(client: int, number: int) -> bytes:
 
 
 def read_cyclone_head(head: bytes) -> tuple[int, int] | None:
-    """Return the client number and the sequence number; None if there are not exactly 16 bytes."""
+    """Return the client number and the sequence number, or None if `head` does not have exactly 16 bytes."""
     try:
         client, number = _CYCLONE_HEAD.unpack(head)
     except error:

@@ -53,13 +53,15 @@ class UnknownStyle(PiprosError):
 
 
 def style_at(engine: Engine, guid: bytes) -> Style | None:
-    """Return the style of the peer with this endpoint; None if it is unknown."""
+    """Return the style of the peer with this endpoint, or None if the style is unknown."""
     peer, endpoint = engine.peers.get(guid[:12]), engine.endpoint(guid)
     return style_of(peer.data, endpoint) if peer and endpoint else None
 
 
 class Server:
-    """A service server for clients of both styles. Each reply is sent only to the client that called.
+    """A service server for clients of both styles (see `service_styles`).
+
+    Each reply is sent only to the client that called.
 
     Attributes:
         refused: number of requests that were malformed, of unknown style, or beyond the limits.
@@ -215,7 +217,7 @@ class Client:
         return self._participant.wait_for(lambda engine: self._server(engine) is not None, timeout_s)
 
     def _server(self, engine: Engine) -> _Target | None:
-        """Return a server's request reader, preferably one of known style; None if there is no server."""
+        """Return a server's request reader, preferably one of known style, or None if there is no server."""
         writers = engine.reader(self._reader.entity).writers
         offering = {guid[:12] for guid in writers}
         readers = [guid for guid in engine.writer(self._writer.entity).readers if guid[:12] in offering]
@@ -236,7 +238,7 @@ class Client:
             raise NotFound(f"service [{self._service}] has no server in ROS 2")
         if target.style is None:
             raise UnknownStyle(
-                f"service [{self._service}] is offered by a DDS implementation whose services are unknown"
+                f"service [{self._service}] is offered by a DDS implementation whose service style is unknown"
             )
         replies: SimpleQueue[bytes] = SimpleQueue()
         key = self._send(target, payload, replies)

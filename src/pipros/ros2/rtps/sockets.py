@@ -63,8 +63,8 @@ class RtpsSockets:
         announce_to: addresses at which other participants may be found.
         local_hosts: this machine's addresses.
         receiving: the sockets to read.
-        request_bytes: number of bytes to request at a time. The answers fit the receive buffer, where a
-            datagram takes up to 1.7 times its size.
+        request_bytes: maximum number of bytes to request at a time. The requested data fits into the receive
+            buffer, where a datagram takes up to 1.7 times its size.
     """
 
     def __init__(self, where: Discovery, limits: Limits) -> None:
@@ -103,7 +103,7 @@ class RtpsSockets:
         self.announce_to = tuple(announce_to)
 
     def send(self, datagrams: Iterable[Outgoing]) -> None:
-        """Send datagrams. Those that the system refuses are lost, as they could be on the network."""
+        """Send datagrams. Those that the system refuses are lost, as if the network had dropped them."""
         for address, parts in datagrams:
             if address == self._group:
                 self._send_to_group(parts)
@@ -132,9 +132,9 @@ def _send(through: socket.socket, parts: tuple[bytes | memoryview, ...], address
 class Backlog:
     """Datagrams that were read and not yet handled.
 
-    Handling takes longer than reading, and the system's buffers are small: often 208 KiB, room for 14 of the
-    datagrams with which Cyclone DDS sends images. So the sockets are read repeatedly while datagrams are
-    handled.
+    Handling takes longer than reading, and the system's buffers are small: often 208 KiB, enough for only
+    14 of the datagrams in which Cyclone DDS sends images. Therefore, the sockets are read repeatedly while
+    datagrams are handled.
     """
 
     def __init__(self, limit_bytes: int) -> None:
@@ -148,7 +148,7 @@ class Backlog:
 
     @property
     def handled_until(self) -> float:
-        """Time before which all arrived datagrams have been returned by `next`."""
+        """All datagrams that arrived before this time have been returned by `next`."""
         return self._datagrams[0][2] if self._datagrams else self._read_at
 
     def read(self, sources: Iterable[socket.socket], now: float) -> None:
@@ -157,14 +157,14 @@ class Backlog:
             while self._bytes < self._limit_bytes:
                 try:
                     datagram, address = source.recvfrom(_MAX_DATAGRAM)
-                except OSError:  # nothing has arrived, or an ICMP error answers an earlier datagram
+                except OSError:  # no datagram is waiting, or an earlier one caused an ICMP error
                     break
                 self._datagrams.append((datagram, str(address[0]), now))
                 self._bytes += len(datagram) + _DATAGRAM_OVERHEAD_BYTES
         self._read_at = now
 
     def next(self) -> tuple[bytes, str] | None:
-        """Return the next datagram and the host that sent it; None if there is none."""
+        """Return the next datagram and the host that sent it, or None if there is no datagram."""
         if not self._datagrams:
             return None
         datagram, host, _ = self._datagrams.popleft()
@@ -177,7 +177,7 @@ def _ipv4(peer: str, limits: Limits) -> list[str]:
 
 
 def _bind_pair(domain: int, host: str) -> tuple[int, socket.socket, socket.socket]:
-    """Return the first free participant number of this machine, and its sockets."""
+    """Return the first free participant number on this machine, and two sockets bound to its ports."""
     for participant in range(MAX_PARTICIPANT + 1):
         ports = discovery_port(domain, participant), data_port(domain, participant)
         opened: list[socket.socket] = []

@@ -30,7 +30,7 @@ _MAX_SEQUENCE: Final = (1 << 63) - 1
 
 
 def _both(layout: str) -> tuple[Struct, Struct]:
-    """Return a layout for both byte orders; the index is the flag for little-endian."""
+    """Return a layout for each byte order, indexed by the flag `LITTLE`."""
     return Struct(">" + layout), Struct("<" + layout)
 
 
@@ -53,7 +53,11 @@ class Malformed(Exception):
 
 
 class Data(NamedTuple):
-    """A sample. If `has_payload` is False, it announces an end, and `payload` is a key or empty."""
+    """A sample.
+
+    If `has_payload` is False, the sample announces that an instance has ended, and `payload` is the
+    instance's key or empty.
+    """
 
     reader: bytes
     writer: bytes
@@ -64,7 +68,7 @@ class Data(NamedTuple):
 
 
 class DataFrag(NamedTuple):
-    """Consecutive fragments of a sample: `fragments` of them from number `first`, counted from 1."""
+    """Consecutive fragments of a sample. `first` is the number of the first one, counted from 1."""
 
     reader: bytes
     writer: bytes
@@ -80,7 +84,7 @@ class DataFrag(NamedTuple):
 class Heartbeat(NamedTuple):
     """The sequence numbers that a writer has; `last` is `first - 1` if it has none.
 
-    `number` counts the heartbeats of the writer; the other submessages with a `number` count likewise.
+    `number` counts the writer's heartbeats. In other classes, it counts that kind of submessage.
     """
 
     reader: bytes
@@ -123,7 +127,7 @@ class NackFrag(NamedTuple):
 
 
 class HeartbeatFrag(NamedTuple):
-    """Announcement that the fragments of a sample up to `last` exist."""
+    """Announcement that a sample's fragments up to number `last` are available."""
 
     reader: bytes
     writer: bytes
@@ -151,9 +155,9 @@ class Datagram(NamedTuple):
 
 
 def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
-    """Return the submessages for a participant; None if the datagram is not RTPS 2.
+    """Return the submessages for a participant, or None if the datagram is not RTPS 2.
 
-    Submessages after INFO_SRC, which says that another participant is their source, are left out: only relays
+    Submessages after INFO_SRC are left out. It names another participant as their source, and only relays
     send it.
     """
     if len(datagram) < HEADER_BYTES or datagram[:4] != MAGIC or datagram[4] != PROTOCOL_VERSION[0]:

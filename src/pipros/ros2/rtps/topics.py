@@ -18,7 +18,7 @@ SAMPLE_OVERHEAD_BYTES: Final = 500
 
 
 class RunningEngine(Protocol):
-    """The participant of a writer or reader."""
+    """The participant that owns a writer or reader."""
 
     @property
     def prefix(self) -> bytes: ...
@@ -56,9 +56,9 @@ class TopicWriter:
         related: SampleIdentity | None = None,
         recipients: frozenset[bytes] | None = None,
     ) -> int:
-        """Send CDR with its encapsulation header; return the sequence number.
+        """Send CDR data with its encapsulation header, and return the sequence number.
 
-        A writer of depth 0 blocks for up to `timeout_s` while its reliable readers do not keep up.
+        A writer with depth 0 blocks for up to `timeout_s` while its reliable readers do not keep up.
 
         Raises:
             LimitExceeded: the message is larger than `Limits.ros2_history_bytes`.
@@ -90,7 +90,7 @@ class TopicWriter:
         )
 
     def wait_for_acknowledgments(self, timeout_s: float = 5.0) -> bool:
-        """Wait until all reliable readers have acknowledged everything; return False after the timeout."""
+        """Wait until all reliable readers have acknowledged all samples; return False after the timeout."""
         return self._participant.wait_for(
             lambda engine: engine.writer(self.entity).is_acknowledged, timeout_s
         )

@@ -1,14 +1,14 @@
-"""The writing end: a history of samples, and the state of each matched reader.
+"""RTPS writers, which keep a history of samples and the state of each matched reader.
 
 Theory of operation. `write` sends a sample immediately to each reader, followed by a heartbeat that need not
 be answered. But a reliable reader gets new samples only after it has answered a heartbeat that announces no
 samples. Until then, it may not have discovered the writer, and Cyclone DDS begins with the sample after those
 that the first heartbeat announces. While a reliable reader has not acknowledged all samples, further
 heartbeats, which must be answered, are sent at doubling intervals. The reader requests missing samples, and
-gets them again, or a GAP if they are no longer kept. If a reader's participant had considered this one
-lost, the reader starts again: samples that it requests count as unacknowledged, even if it had acknowledged
-them. A service reply is addressed to a single reader. The other readers get a GAP for its sequence number
-before their next sample.
+gets them again, or a GAP if they are no longer kept. If a reader's participant had considered the writer's
+participant lost, the reader starts again: samples that it requests count as unacknowledged, even if it had
+acknowledged them. A service reply is addressed to a single reader. The other readers get a GAP for its
+sequence number before their next sample.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class ReaderProxy:
         first: the first sample for the reader.
         sent: the last sample that was sent to the reader, or that it must skip.
         wanted: the last sample that the reader should have.
-        acked: the reader has acknowledged all samples up to this one.
+        acked: the sample up to which the reader has acknowledged all samples.
         asked: number of times that the reader has asked for a heartbeat.
         given_up: the last sample that the reader has requested in vain; at first, the one before `first`.
         is_greeted: whether the reader has answered a heartbeat.
@@ -362,7 +362,7 @@ class Writer:
             self.outbox.send(reader.address, reader.head, beat)
 
     def _send_held(self, reader: ReaderProxy) -> None:
-        """Send the samples that were held until the first answer."""
+        """Send the samples that were held back until the reader's first response."""
         held = [change for change in self._history.values() if change.sequence > reader.sent]
         for change in held:
             if change.is_for(reader.guid):

@@ -47,12 +47,12 @@ class ZenohConnection(Protocol):
     def library(self) -> Any: ...
 
     def start(self, name: str, run: Callable[[], None]) -> None:
-        """Run a function in a daemon thread. The function must return soon after the session has ended."""
+        """Run a function in a daemon thread. The function must return soon after the session is closed."""
 
     def new_endpoint(
         self, kind: EndpointKind, name: str, type_name: str, type_hash: str, qos: TopicQos
     ) -> tuple[str, bytes, str]:
-        """Return the key of an endpoint's data, its GID, and its token, which is not yet declared.
+        """Return the data key, GID and token of a new endpoint. The token is not yet declared.
 
         Raises:
             EngineError: the engine is closed.
@@ -65,7 +65,7 @@ class ZenohConnection(Protocol):
         """Wait until an endpoint is known; return False after the timeout, or if the engine is closed."""
 
     def count(self, kind: EndpointKind, name: str, type_name: str) -> int:
-        """Return the number of endpoints of other sessions with this kind, name and type."""
+        """Return the number of other sessions' endpoints with this kind, name and type."""
 
 
 class Publisher:
@@ -278,7 +278,7 @@ def received(zenoh: Any, handler: Any) -> Any:
 
 
 def _undeclare(zenoh: Any, *entities: Any) -> None:
-    """Undeclare entities, which may have ended with their session."""
+    """Undeclare entities, ignoring any that were closed with their session."""
     for entity in entities:
         try:
             entity.undeclare()

@@ -35,7 +35,7 @@ _ATTACHMENT = struct.Struct(f"<qqB{GID_BYTES}s")
 
 @dataclass(frozen=True, slots=True)
 class NodeIdentity:
-    """A node of a session.
+    """A node in a Zenoh session.
 
     Attributes:
         session: the id of the session, as Zenoh's API prints it.
@@ -54,7 +54,7 @@ class Attachment:
 
     Attributes:
         sequence: number of the message, counted from 1 by its publisher or client.
-        gid: identity of the publisher or client. A reply repeats the GID of its request.
+        gid: identity of the publisher or client. A reply has the GID of its request.
     """
 
     sequence: int
@@ -66,7 +66,7 @@ class Attachment:
 
 
 def parse_attachment(data: bytes) -> Attachment | None:
-    """Return the attachment, or None if it is malformed. rmw_zenoh drops messages without one."""
+    """Return the attachment, or None if it is malformed. rmw_zenoh drops messages without an attachment."""
     if len(data) != _ATTACHMENT.size:
         return None
     sequence, time_ns, size, gid = _ATTACHMENT.unpack(data)
@@ -130,7 +130,7 @@ def endpoint_token(
 
 
 def parse_token(token: str) -> tuple[str, Endpoint] | None:
-    """Return the session and the endpoint of a token, or None for tokens of nodes and of unknown forms.
+    """Return a token's session and endpoint, or None if the token belongs to a node or has an unknown form.
 
     Further parts, which later versions may append, are ignored.
     """
@@ -156,7 +156,7 @@ def parse_token(token: str) -> tuple[str, Endpoint] | None:
 
 
 def qos_text(qos: TopicQos) -> str:
-    """Return the QoS part of a token. Defaults of rmw_zenoh are left out."""
+    """Return the QoS part of a token. rmw_zenoh's defaults are omitted."""
     reliability = "" if qos.reliability is Reliability.RELIABLE else "2"
     durability = "" if qos.durability is Durability.VOLATILE else "1"
     history = "" if qos.depth else "2"
@@ -177,7 +177,7 @@ def parse_qos(text: str) -> TopicQos:
 
 
 def gid_of_hash(digest: int) -> bytes:
-    """Return the GID for the 128-bit XXH3 hash (seed 0) of an entity's token, low bytes first."""
+    """Return an entity's GID: the 128-bit XXH3 hash (seed 0) of its token, in little-endian order."""
     return digest.to_bytes(GID_BYTES, "little")
 
 

@@ -29,7 +29,7 @@ class BatterySettings:
 
 
 class Battery:
-    """A battery, which is full at the start.
+    """A battery, initially full.
 
     Attributes:
         charge_ah: the remaining charge.

@@ -21,7 +21,7 @@ _SMALLEST_SLOPE = 1e-12
 
 
 def cast_rays(world: World, x: Array, y: Array, angle: Array, limit: Array) -> Array:
-    """Return the distance to the first wall along each ray; infinity if there is no wall within the limit.
+    """Return the distance to the first wall along each ray, or infinity if there is no wall within the limit.
 
     Args:
         x, y: start of each ray, in metres.
@@ -60,7 +60,7 @@ def cast_rays(world: World, x: Array, y: Array, angle: Array, limit: Array) -> A
 
 
 def distances_to_discs(x: float, y: float, angle: Array, discs: Array) -> Array:
-    """Return the distance to the first disc along each ray from one point; infinity if there is no disc.
+    """Return the distance to the first disc along each ray from one point, or infinity if there is no disc.
 
     Args:
         angle: directions in radians, shape (n,).

@@ -134,7 +134,7 @@ class RobotEndpoints:
         self._battery.publish(message)
 
     def publish_scan(self, stamp: Time, ranges: Ranges, interval_s: float) -> None:
-        """Publish a scan, `interval_s` after the last one. Do nothing if the robot does not have a laser."""
+        """Publish a scan, taken `interval_s` after the previous one. Do nothing if the robot has no laser."""
         laser = self._robot.settings.laser
         if laser is None:
             return

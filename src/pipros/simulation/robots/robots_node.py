@@ -1,4 +1,4 @@
-"""The node for simulated robots: runs a `Simulation` with time, transforms and each robot's endpoints."""
+"""The node for simulated robots: runs a `Simulation` and connects it to topics and services."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of simulated robots. It shows walls, robots and laser scans; users drag or steer robots.
+"""Page that shows simulated robots, walls and laser scans. Users can drag or steer the robots.
 
 The page affects only this node: it moves the node's robots without a topic or a service.
 """

@@ -218,7 +218,7 @@ def _robot(model: Model, name: str) -> RobotSettings:
 
 
 def _laser(robot: Model) -> Laser | None:
-    """Return the first scanner of a robot, a `laser` or a `ranger` with a `sensor`; None if it has none."""
+    """Return a robot's first scanner (a `laser`, or a `ranger` with a `sensor`), or None if it has none."""
     for part in robot.parts:
         if part.kind not in ("laser", "ranger"):
             continue

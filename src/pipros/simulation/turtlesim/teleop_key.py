@@ -24,7 +24,7 @@ KEYS: Final = {"A": (1.0, 0.0), "B": (-1.0, 0.0), "C": (0.0, -1.0), "D": (0.0, 1
 
 @exits_after_ctrl_c()
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `turtle_teleop_key` until `q`, the end of the input, or the shutdown of the node."""
+    """Run `turtle_teleop_key` until `q` is pressed, the input ends, or the node is shut down."""
     twist_class: Any = load_message_class("geometry_msgs/Twist")
     with roscpp_program("teleop_turtle", "turtlesim", argv) as (node, _):
         linear, angular = _scale(node, "scale_linear"), _scale(node, "scale_angular")

@@ -99,7 +99,7 @@ _STAND = Command(0.0, 0.0, 0.0, -math.inf)
 class Turtle:
     """A turtle in a world.
 
-    `command`, `teleport` and `pen` may be used while another thread ticks; the rest is not thread-safe.
+    `command`, `teleport` and `pen` may be used while another thread runs `tick`; the rest is not thread-safe.
 
     Attributes:
         name: the name with which the turtle was spawned.
@@ -110,7 +110,7 @@ class Turtle:
     def __init__(
         self, name: str, pose: tuple[float, float, float], look: int, log: logging.Logger, namespace: str
     ) -> None:
-        """Create a turtle that does not move.
+        """Create a turtle, initially at rest.
 
         Args:
             pose: x, y and theta.

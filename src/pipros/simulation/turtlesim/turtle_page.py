@@ -1,6 +1,6 @@
 """The page of a turtlesim node: a canvas, arrow keys for its turtles, and a button that shuts down the node.
 
-The page affects only this node: its keys move the node's turtles without a topic.
+The page affects only this node: its keys move the node's turtles directly, not through a topic.
 """
 
 from __future__ import annotations

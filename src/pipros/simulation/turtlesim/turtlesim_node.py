@@ -150,7 +150,7 @@ class Turtlesim:
                 endpoints.publish(color)
 
     def _background(self) -> Color:
-        """Return the background colour from the parameters; the default for missing or invalid channels."""
+        """Return the background colour from the parameters, with defaults for missing or invalid channels."""
         return Color(*(self._channel(channel) for channel in _CHANNELS))
 
     def _channel(self, channel: str) -> int:

@@ -111,7 +111,7 @@ class History:
             return sum(sequence.received for sequence in self._sequences.values())
 
     def last(self, source: str, sink: str = "sink") -> int:
-        """Return the highest number that a sink received from a source; 0 before the first."""
+        """Return the highest number that a sink received from a source, or 0 if it received none."""
         with self._lock:
             sequence = self._sequences.get((sink, source))
             return sequence.last if sequence else 0
@@ -134,7 +134,7 @@ class History:
             return [gap for sequence in self._sequences.values() for gap in sequence.gaps]
 
     def problems(self, *, counted: int = 0, breaks: int = 0) -> list[str]:
-        """Return one line for each violated guarantee; empty if there are none.
+        """Return one line for each violated guarantee, or an empty list if there are no violations.
 
         Args:
             counted: the number of reported drops, that is, the sum of `dropped` for all publishers,

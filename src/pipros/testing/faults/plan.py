@@ -17,16 +17,16 @@ _NEVER = 1 << 62
 class Faults:
     """The faults in each direction of a connection.
 
-    A fault whose value is 0 does not occur. Distances are exponentially distributed with the given mean.
+    A fault whose value is 0 does not occur. Distances are in bytes and exponentially distributed.
 
     Attributes:
         delay_s: the delay for all bytes; their order is kept.
-        jitter_s: the maximum additional delay, drawn for each piece.
+        jitter_s: the maximum additional delay; each piece has its own random delay.
         split_bytes: the maximum size of the pieces that are forwarded, each in its own packet.
-        corrupt_every_bytes: the distance between two bytes whose value is changed.
-        stall_every_bytes: the distance between two pauses of `stall_s`.
+        corrupt_every_bytes: the mean distance between corrupted bytes.
+        stall_every_bytes: the mean distance between pauses of `stall_s`.
         stall_s: the length of a pause.
-        cut_every_bytes: the distance after which the connection is reset.
+        cut_every_bytes: the mean distance after which the connection is reset.
 
     Raises:
         ValueError: a value is negative, or `stall_every_bytes` is set without `stall_s`.

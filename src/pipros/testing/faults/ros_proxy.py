@@ -4,7 +4,7 @@ A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates wit
 proxy. Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
 results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
 port in the result of `requestTopic`) by the address of one of the proxy's ports. Therefore, each connection
-leads to the proxy, whichever side opens it. Each of these ports has the faults for its kind of connection.
+leads to the proxy, whichever side opens it. Each port injects the faults for its kind of connection.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ class FaultProxy:
             switch.is_refusing = refuse
 
     def counts(self, kind: Kind = "topics") -> Counts:
-        """Return the counts so far of connections of one kind."""
+        """Return a copy of the current counts for connections of one kind."""
         return replace(self._chosen((kind,))[0].counts)
 
     def _stall(self, kinds: tuple[Kind, ...], *, stall: bool) -> None:

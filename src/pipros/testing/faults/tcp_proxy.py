@@ -106,7 +106,7 @@ class TcpProxy:
         self.address = (LOOPBACK, self._server.sockets[0].getsockname()[1])
 
     def stop_accepting(self) -> None:
-        """Perform the first half of `close`. The event loop must run once before the second half.
+        """Stop accepting connections. Call this before `close`, and let the event loop run once in between.
 
         Otherwise, up to Python 3.11, a connection that is being accepted would stay open.
         """

@@ -55,7 +55,7 @@ class Expectation:
 
 
 def expectations(node: Node, name: str) -> list[Expectation]:
-    """Return the expectations in a parameter; empty if it is not set.
+    """Return the expectations in a parameter, or an empty list if it is not set.
 
     Raises:
         AssertionError: the parameter is not a list of expectations.

@@ -42,7 +42,7 @@ class ActionViews:
             yield {"actions": bounded_list(action_rows(observation)), "error": observation.error}
 
     async def action(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the goals of an action, the newest feedback and the newest result, whenever one changes."""
+        """Yield an action's goals, newest feedback and newest result whenever any of them changes."""
         name = topic_name(arguments)
         with contextlib.ExitStack() as stack:
             status, feedback, result = (
@@ -70,7 +70,7 @@ class ActionViews:
         return {"id": goal_id}
 
     async def cancel_goal(self, arguments: Mapping[str, Any]) -> Any:
-        """Request the cancellation of a goal; without an id, of all goals."""
+        """Request cancellation of a goal, or of all goals if no id is given."""
         goal_id = arguments.get("id", "")
         if not isinstance(goal_id, str):
             raise RequestRefused(f"id must be a string, got {goal_id!r}")

@@ -90,7 +90,7 @@ class BagViews:
 
         Until this view is closed, the browser's other views show the bag at its current moment.
         """
-        for _ in range(CLOSING_TURNS):  # the view of the previous bag may still be ending
+        for _ in range(CLOSING_TURNS):  # the view of the previous bag may still be closing
             if self._open_bags.playback is None:
                 break
             await asyncio.sleep(STATE_INTERVAL_S)

@@ -121,7 +121,7 @@ def withdraw(system: WatchedSystem, advertised: Future[Publisher[Any]]) -> None:
 
 
 def _definition_of(type_name: str) -> str:
-    """Return the content of a type's `.srv` file; empty if only generated code is installed."""
+    """Return a type's `.srv` file, or an empty string if only generated code is installed."""
     try:
         return SERVICES.text(type_name, is_raw=True)
     except PiprosError:

@@ -129,7 +129,7 @@ class GraphViews:
         return self._extended[1]
 
     async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the error if the master does not answer, or an empty string, now and after each change."""
+        """Yield why the master does not respond, or an empty string if it does, now and after each change."""
         shown = None
         async for observation in self._system.observations():
             if observation.error != shown:
@@ -161,7 +161,7 @@ class GraphViews:
         try:
             found = dict(params.leaves(node, params.read(self._system.graph.master, node)))
         except PiprosError:
-            return []  # no parameters; if the master does not answer, the observation says so
+            return []  # no parameters, or the master does not respond, which the observation reports
         names = sorted(found)[:MOST_PARAMETERS]
         return [
             [name.removeprefix(f"{node}/"), json.dumps(message_tree(found[name]), ensure_ascii=False)]

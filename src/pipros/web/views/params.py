@@ -27,7 +27,7 @@ class ParamViews:
         self._system = system
 
     async def params(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all parameters by name whenever one changes. Values are shortened JSON."""
+        """Yield the parameters, keyed by name, whenever one changes. Values are JSON, shortened if long."""
         shown: Any = None
         while True:
             try:

@@ -41,7 +41,7 @@ def field_text(arguments: Mapping[str, Any]) -> str:
 
 
 def axis_of(arguments: Mapping[str, Any]) -> Axis:
-    """Return the argument `axis`, by default `RECEIVED`. Raise `RequestRefused` if it is invalid."""
+    """Return the argument `axis`, which defaults to `RECEIVED`. Raise `RequestRefused` if it is invalid."""
     try:
         return Axis(arguments.get("axis", Axis.RECEIVED.value))
     except ValueError:

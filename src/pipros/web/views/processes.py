@@ -98,7 +98,7 @@ class _Table:
 
 
 def _figures(process: _Process) -> Mapping[str, Any]:
-    """Return a process's usage; empty if it has ended, even if its id now belongs to another process."""
+    """Return a process's usage, which is empty if the process has ended, even if its id has been reused."""
     usage, now_s = usage_of(process.pid), time.monotonic()
     if usage is None or usage.start != process.usage.start:
         return {}

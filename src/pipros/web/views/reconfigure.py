@@ -1,4 +1,4 @@
-"""Parameters of dynamic_reconfigure servers: `rqt_reconfigure`."""
+"""Show and change the parameters of dynamic_reconfigure servers, like `rqt_reconfigure`."""
 
 from __future__ import annotations
 

@@ -96,8 +96,8 @@ class SceneViews:
     async def feedback(self, arguments: Mapping[str, Any]) -> Any:
         """Publish feedback on an interactive marker; without feedback, only advertise the topic.
 
-        The publishers stay open until the server ends, so that the feedback of one drag stays complete and in
-        order.
+        The publishers stay open until the server stops, so that the feedback of one drag stays complete and
+        in order.
         """
         name, value = topic_name(arguments), arguments.get("feedback")
         if not isinstance(value, (dict, type(None))):

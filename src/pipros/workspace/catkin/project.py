@@ -16,7 +16,7 @@ class Interface:
 
     Attributes:
         kind: `msg`, `srv` or `action`.
-        folder: the install folder below the package's share folder; None if it is not installed.
+        folder: the install folder below the package's share folder; None if the file is not installed.
     """
 
     kind: str

@@ -75,7 +75,7 @@ def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None 
 
 
 def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
-    """Return the angle, the direction of the axis, and a point on it in homogeneous coordinates (shape (4,)).
+    """Return the angle, the direction of the axis, and a point on the axis (homogeneous, shape (4,)).
 
     Raises ValueError if `matrix` is not a rotation.
     """
@@ -141,7 +141,7 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
 
 
 def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
-    """Return a shear's angle, direction, a point on its plane (homogeneous, shape (4,)) and normal vector.
+    """Return the angle, the direction, a point on the plane (homogeneous, shape (4,)) and the plane's normal.
 
     Raises ValueError if `matrix` is not a shear.
     """

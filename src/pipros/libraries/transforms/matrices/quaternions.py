@@ -20,7 +20,7 @@ def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
 
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
-    """Return the 4x4 rotation matrix for a quaternion of any norm. Norm 0 gives the identity."""
+    """Return the 4x4 rotation matrix for a quaternion of any norm, or the identity if the norm is 0."""
     qx, qy, qz, qw = np.asarray(quaternion, dtype=np.float64)[:4].tolist()
     square = qx * qx + qy * qy + qz * qz + qw * qw
     if square < EPSILON:
