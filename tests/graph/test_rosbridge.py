@@ -661,7 +661,7 @@ def test_wrong_parameters_of_a_server_are_errors(ros: Any, argument: str, error:
 def test_the_command_line_sets_port_and_address(ros: Any) -> None:
     ros.serve_master()
     command = ("rosrun", "rosbridge_server", "rosbridge_websocket.py")
-    assert "--port needs a value" in ros.pipros.run(*command, "--port").output
+    assert "--port needs a number" in ros.pipros.run(*command, "--port").output
     server = ros.pipros.start(*command, "--port", "0", "--address", "localhost")
     port = int(server.wait_for(r"started on port (\d+)")[1])
     with RosbridgeClient(f"ws://localhost:{port}") as client:

@@ -130,7 +130,7 @@ def _command_line() -> dict[str, str]:
         if f"--{name}" in words:
             index = words.index(f"--{name}") + 1
             if index == len(words) or (name == "port" and not words[index].isdigit()):
-                raise WrongParameter(f"--{name} needs a value")
+                raise WrongParameter(f"--{name} needs {'a number' if name == 'port' else 'a value'}")
             found[name] = words[index]
     return found
 

@@ -75,10 +75,11 @@ def publish_message(
         _latch(pub, message, once, verbose)
         return
     for _ in _ticks(rate):
+        if substitute_keywords:
+            message = make()
         if verbose:
             print(f"publishing {message}", flush=True)
         pub.publish(message)
-        message = make() if substitute_keywords else message
 
 
 def _latch(pub: rospy.Publisher[Any], message: Message, once: bool, verbose: bool) -> None:

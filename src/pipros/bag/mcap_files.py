@@ -60,7 +60,9 @@ def translated(name: str) -> Iterator[None]:
             error, struct.error | ValueError | OverflowError | EOFError | RuntimeError | KeyError
         ) and (type(error).__module__.partition(".")[0] not in ("mcap", "zstandard", "lz4")):
             raise
-        raise BagFormatError(f"{name} is damaged or truncated: {error or type(error).__name__}") from error
+        raise BagFormatError(
+            f"{name} is damaged or truncated: {str(error) or type(error).__name__}"
+        ) from error
 
 
 def mcap_library() -> Any:

@@ -253,7 +253,7 @@ class Recorder:
             except LinkFailed:
                 return  # the session was closed
             except Exception as error:  # one member's data must not stop the recording of the others
-                self._warn(f"the history is incomplete: {error or type(error).__name__}")
+                self._warn(f"the history is incomplete: {str(error) or type(error).__name__}")
                 self._events.wake()  # other messages may be waiting
 
     def _next_message(self) -> tuple[str, bytes, bytes, bool] | None:

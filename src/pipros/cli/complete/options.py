@@ -43,13 +43,14 @@ def options(command: str, before: Sequence[str]) -> list[str]:
         return []
     subcommand = [word for word in before if not word.startswith("-")][:1] if command in SUBCOMMANDS else []
     help_text = io.StringIO()
-    arguments = sys.argv
-    with (
-        contextlib.redirect_stdout(help_text),
-        contextlib.redirect_stderr(help_text),
-        contextlib.suppress(SystemExit),
-    ):
-        sys.argv = [command]
-        module.main([*subcommand, "--help"])
-    sys.argv = arguments
+    arguments, sys.argv = sys.argv, [command]
+    try:
+        with (
+            contextlib.redirect_stdout(help_text),
+            contextlib.redirect_stderr(help_text),
+            contextlib.suppress(SystemExit),
+        ):
+            module.main([*subcommand, "--help"])
+    finally:
+        sys.argv = arguments
     return sorted(set(re.findall(r"(?<![\w-])--[a-z][\w-]*", help_text.getvalue())))

@@ -105,10 +105,10 @@ class _Publishing:
         publisher = self._advertise(latch=options.latch)
         message = first
         for _ in self._ticks(options.rate_hz):
-            self._print_message(message)
-            publisher.publish(message)
             if options.substitute:
                 message = make()
+            self._print_message(message)
+            publisher.publish(message)
 
     def publish_documents(self, messages: Iterator[Message]) -> None:
         """Publish the messages in order, at a rate.

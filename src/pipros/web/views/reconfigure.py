@@ -164,4 +164,5 @@ def _description(watch: TopicWatch) -> Mapping[str, Any]:
         return decode_description(_message(watch, "dynamic_reconfigure/ConfigDescription"))
     except (KeyError, RecursionError) as error:
         what = f"{watch.topic} must describe parameters with bounds and defaults"
-        raise RequestRefused(f"{what}; {error} is missing") from None
+        fault = f"{error} is missing" if isinstance(error, KeyError) else "its groups are nested too deeply"
+        raise RequestRefused(f"{what}; {fault}") from None
