@@ -33,7 +33,7 @@ def uri_of(master: MasterClient, service: str) -> str | None:
 
 
 def header_of(master: MasterClient, service: str, calls: OpenCalls | None = None) -> Mapping[str, str] | None:
-    """Return the server's connection header (`type`, `md5sum`, …), or None if there is no such service.
+    """Return the server's connection header (`type`, `md5sum`, …), or None if the service does not exist.
 
     Raises:
         GraphError: the server does not answer.

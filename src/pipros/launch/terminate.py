@@ -68,7 +68,7 @@ def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
 
 
 def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_required: bool) -> None:
-    """Report how a process exited, in Noetic's words. If it failed, also print its last output."""
+    """Report how a process exited, with Noetic's text. If it failed, also print its last output."""
     log = f"log file: {log_stem}*.log"
     if process.exit_code == 0:
         text = f"process has finished cleanly\n{log}"

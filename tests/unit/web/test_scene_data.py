@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import struct
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -12,12 +14,14 @@ from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
 from pipros.web.cloud_columns import cloud_columns, point_columns, strided, thinning_step
+from pipros.web.daemon_pool import DaemonPool
 from pipros.web.message_layout import message_layout
 from pipros.web.scene_file import SceneFile
 from pipros.web.scene_services import permitted_path
 from pipros.web.scene_topic import MOST_LATCHED, SceneTopic
 from pipros.web.server import RequestRefused
-from pipros.web.views.scene import LEAST_POINTS, fitting_points, read_named_file
+from pipros.web.topic_watch import Newest
+from pipros.web.views.scene import LEAST_POINTS, CloudTopic, fitting_points, read_named_file
 
 MINIMAL = "Visualization Manager:\n  Displays: []\n"
 
@@ -119,6 +123,31 @@ def test_strides_and_steps() -> None:
 )
 def test_a_slow_link_gets_fewer_points(points: int, sent_s: float, expected: int) -> None:
     assert fitting_points(points, 200_000, sent_s) == expected
+
+
+def test_a_cloud_is_packed_once_for_all_viewers_of_the_same_points() -> None:
+    found = cloud([(number, 0.0, 0.0) for number in range(6)], 12, XYZ)
+    found.header = load_message_class("std_msgs/Header")()
+    decoded: list[AnyMsg] = []
+
+    def decode_as(message: AnyMsg, _: type) -> Any:
+        decoded.append(message)
+        return found
+
+    watch: Any = SimpleNamespace(decode_as=decode_as)
+    clouds = CloudTopic(watch, DaemonPool("computation", 2))
+    raw = message(b"", "/camera", is_latched=False)
+
+    async def pack() -> list[bytes]:
+        first, second = Newest(1, raw, 0.0), Newest(2, raw, 0.0)
+        same = await asyncio.gather(clouds.packed(first, (), 6), clouds.packed(first, (), 6))
+        return [*same, await clouds.packed(first, (), 3), await clouds.packed(second, (), 6)]
+
+    one, other, fewer, next_one = asyncio.run(pack())
+    assert one is other
+    assert len(fewer) < len(one)
+    assert next_one is not one
+    assert len(decoded) == 3
 
 
 def test_clouds_become_smaller_until_two_a_second_fit() -> None:

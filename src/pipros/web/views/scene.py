@@ -30,11 +30,12 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
 from pipros.packages.assets import NAMES, PREFIX, read_asset
 from pipros.web.cloud_columns import cloud_columns, point_columns
+from pipros.web.daemon_pool import DaemonPool
 from pipros.web.scene_file import SceneFile
 from pipros.web.scene_topic import LONGEST_QUEUE, SceneTopic, add_senders, batch, sender_of
 from pipros.web.server import RequestRefused
 from pipros.web.shared import Shared
-from pipros.web.topic_watch import TopicWatch
+from pipros.web.topic_watch import Newest, TopicWatch
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 from pipros.workspace.index import PackageIndex
@@ -52,6 +53,8 @@ LONGEST_SEND_S: Final = 0.4
 So even a slow link shows about two clouds per second.
 """
 MOST_FIELDS: Final = 8
+MOST_PACKINGS: Final = 4
+"""Maximum number of selections of points of the newest cloud that are kept for further viewers."""
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
 LONGEST_DESCRIPTION: Final = 16_000_000
@@ -67,6 +70,7 @@ class SceneViews:
         self._system = system
         self._file = file or SceneFile()
         self._topics: dict[str, Shared[SceneTopic]] = {}
+        self._clouds: dict[str, Shared[CloudTopic]] = {}
         self._packages = PackageIndex.from_environment(system.node.environment)
         self._files: frozenset[str] = frozenset()
         self._feedback: dict[str, Future[Publisher[Any]]] = {}
@@ -160,16 +164,15 @@ class SceneViews:
         wanted = arguments.get("fields", [])
         if not isinstance(wanted, list) or len(wanted) > MOST_FIELDS:
             raise RequestRefused(f"fields must be a list of at most {MOST_FIELDS} names")
-        with self._system.topics.watch(name, queue_size=2) as watch:
+        fields = tuple(map(str, wanted))
+        with self._shared_clouds(name).use() as clouds:
             number = -1
             points = limit
             while True:
-                newest = watch.newest
+                newest = clouds.watch.newest
                 if newest is not None and newest.number != number:
                     number = newest.number
-                    packed = await self._system.computations.run(
-                        _packed_cloud, watch, newest.message, list(map(str, wanted)), points, number
-                    )
+                    packed = await clouds.packed(newest, fields, points)
                     begin_s = time.monotonic()
                     yield packed  # resumes when the connection has accepted most of it
                     points = fitting_points(points, limit, time.monotonic() - begin_s)
@@ -259,6 +262,18 @@ class SceneViews:
             with watch.listening(topic.add, from_newest=True):
                 yield topic
 
+    def _shared_clouds(self, name: str) -> Shared[CloudTopic]:
+        if name not in self._clouds:
+            if len(self._clouds) >= process_limits().page_topics:
+                self._clouds.clear()
+            self._clouds[name] = Shared(lambda: self._open_clouds(name))
+        return self._clouds[name]
+
+    @contextlib.contextmanager
+    def _open_clouds(self, name: str) -> Iterator[CloudTopic]:
+        with self._system.topics.watch(name, queue_size=2) as watch:
+            yield CloudTopic(watch, self._system.computations)
+
     async def _packed(
         self, messages: list[tuple[AnyMsg, float]], senders: Mapping[str, int], *, is_compressed: bool
     ) -> bytes:
@@ -268,6 +283,37 @@ class SceneViews:
         return await self._system.computations.run(
             lambda: batch(messages, senders, is_compressed=is_compressed)
         )
+
+
+class CloudTopic:
+    """A topic with clouds, each of which is packed once for all viewers that want the same points of it.
+
+    For use in one event loop.
+    """
+
+    def __init__(self, watch: TopicWatch, computations: DaemonPool) -> None:
+        self.watch = watch
+        self._computations = computations
+        self._number = -1
+        self._packed: dict[tuple[tuple[str, ...], int], asyncio.Future[bytes]] = {}
+
+    async def packed(self, newest: Newest, fields: tuple[str, ...], limit: int) -> bytes:
+        """Return at most `limit` points of a message, with some of their fields; see `SceneViews.cloud`."""
+        if newest.number != self._number:
+            self._number = newest.number
+            self._packed.clear()
+        key = fields, limit
+        if key not in self._packed:
+            if len(self._packed) >= MOST_PACKINGS:
+                del self._packed[next(iter(self._packed))]
+            packing = asyncio.ensure_future(
+                self._computations.run(
+                    _packed_cloud, self.watch, newest.message, list(fields), limit, newest.number
+                )
+            )
+            packing.add_done_callback(lambda done: done.cancelled() or done.exception())  # retrieve it
+            self._packed[key] = packing
+        return await asyncio.shield(self._packed[key])
 
 
 def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes:
