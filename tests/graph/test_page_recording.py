@@ -1,4 +1,4 @@
-"""Recordings that the page makes in its folder of bags."""
+"""Recordings that the page makes in its bag folder."""
 
 from __future__ import annotations
 

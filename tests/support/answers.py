@@ -47,7 +47,7 @@ def ask(
     nothing is cached.
 
     Args:
-        cwd: the working folder; defaults to the test's home.
+        cwd: the working directory; defaults to the test's home.
         more: additional environment variables.
     """
     words, folder = [str(word) for word in argv], cwd or side.home

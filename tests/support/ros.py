@@ -105,7 +105,7 @@ class RosSystem:
 
     Attributes:
         port, master_uri: the address for a master. No master runs until a method starts one.
-        home: the working folder of the programs, initially empty. `ROS_HOME` is its subfolder `.ros`.
+        home: the working directory of the programs, initially empty. `ROS_HOME` is its subfolder `.ros`.
         pipros, genuine: the sides that start programs of pipros and of genuine ROS.
     """
 

@@ -1,7 +1,7 @@
 """Find the current user's home folder, with a fallback for users who do not have one.
 
 An example is a container user whose ID has no entry in `/etc/passwd`. For such users, genuine ROS creates a
-folder named `~` in the working folder.
+folder named `~` in the working directory.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ def page_parser(name: str, usage: str) -> OptionParser:
         "--token-file", metavar="FILE", help="file of tokens, one per line, to use instead of a new token"
     )
     add_flag(parser, "--read-only", help="do not let the page change the system")
-    parser.add_option("--bags", metavar="DIR", help="folder of bags that the page may open")
+    parser.add_option("--bags", metavar="DIR", help="bag folder that the page may open")
     add_flag(parser, "--no-browser", help="only print the address")
     return parser
 

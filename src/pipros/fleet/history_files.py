@@ -236,7 +236,7 @@ class HistoryFiles:
         """Delete files until the remaining files' total weight is at most `most`. Return the remaining files.
 
         Each step deletes the oldest file of the member with the greatest total. Each member's files must be
-        sorted, the newest first, and keep this order.
+        sorted newest first; the result preserves this order.
         """
         kept: dict[Path, list[_Stored]] = {}
         totals: dict[Path, int] = {}

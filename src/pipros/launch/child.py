@@ -85,7 +85,7 @@ class Child:
         """Open the log file and the server, and register with the parent.
 
         Raises:
-            PiprosError, OSError: starting failed. Nothing is left running once `stop` has been called.
+            PiprosError, OSError: startup failed. Nothing is left running once `stop` has been called.
         """
         if not is_run_id(self._run_id):
             problem = run_id_problem(self._run_id, "--run_id")

@@ -44,7 +44,7 @@ class NodeCommand:
         argv: the program and its arguments.
         environment: all environment variables.
         overlay: the environment variables that the launch file and the launcher set.
-        folder: the working folder.
+        folder: the working directory.
     """
 
     argv: tuple[str, ...]

@@ -56,7 +56,7 @@ class Output(enum.Enum):
 
 
 class WorkingFolder(enum.Enum):
-    """The working folder of a node."""
+    """The working directory of a node."""
 
     ROS_HOME = "ROS_HOME"
     NODE = "node"

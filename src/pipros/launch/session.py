@@ -143,7 +143,7 @@ class LaunchSession:
         """Start everything: server, master, nodes.
 
         Raises:
-            PiprosError, OSError: starting failed. Nothing is left running once `stop` has been called.
+            PiprosError, OSError: startup failed. Nothing is left running once `stop` has been called.
             KeyboardInterrupt: a stop was requested.
         """
         self._is_interruptible = True

@@ -64,7 +64,7 @@ class AdaptiveBackoff:
 
     def __init__(self) -> None:
         self._pause = 0  # opportunities to skip after the last trial that did not pay
-        self._passing = 0  # number of these opportunities that are left
+        self._passing = 0  # number of opportunities still to be skipped
 
     def is_due(self) -> bool:
         """Return whether to make a trial. Call this at each opportunity, and `note` after each trial."""

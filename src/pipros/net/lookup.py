@@ -101,7 +101,10 @@ class Lookups:
         self._begin()
 
     def ask(self, host: str, *, urgent: bool = False, **wanted: int) -> Answer:
-        """Start the lookup of a name and return at once. `wanted` is as for `socket.getaddrinfo`."""
+        """Start the lookup of a name and return at once.
+
+        `wanted` takes the keyword arguments of `socket.getaddrinfo`.
+        """
         if self._process != os.getpid():  # a forked child does not inherit the threads
             self._begin()
         answer = Answer()

@@ -111,7 +111,7 @@ class Signals:
             node.on_shutdown(self._insist_on_end)
 
     def listen_anew(self, node: Node) -> None:
-        """From now on, let signals end `node`, the successor of a node that has ended.
+        """Make subsequent signals shut down `node`, which replaces a node that has ended.
 
         Signals that have arrived since the previous node ended are lost.
         """

@@ -76,7 +76,7 @@ class OpenCVCodec:
             self._cv2.imdecode(np.frombuffer(data, np.uint8), self._cv2.IMREAD_UNCHANGED) if data else None
         )
         if image is None:
-            raise PictureError(f"OpenCV cannot decode the image of {len(data)} bytes")
+            raise PictureError(f"OpenCV cannot decode the image ({len(data)} bytes)")
         return image
 
     def encode(self, image: Any, kind: str, level: int) -> bytes:
@@ -111,7 +111,7 @@ class PillowCodec:
                     picture = picture.convert("L" if picture.mode == "1" else "RGB")
                 image = np.asarray(picture)
         except (OSError, SyntaxError, ValueError, self._images.DecompressionBombError) as error:
-            raise PictureError(f"Pillow cannot decode the image of {len(data)} bytes: {error}") from error
+            raise PictureError(f"Pillow cannot decode the image ({len(data)} bytes): {error}") from error
         return image if image.ndim == 2 else _swap_red_and_blue(image)
 
     def encode(self, image: Any, kind: str, level: int) -> bytes:

@@ -76,8 +76,8 @@ def evaluate(
     f-strings, comprehensions, the methods in `methods.py`, and calls to named functions. The functions and
     constants of `guarded.py`, which include `math`, are predefined; `functions` and `names` add to or replace
     them. `map`, `filter` and `key=` take the name of a function. Generators and `map` return lists. `a.b`
-    calls `fields(a, "b")`, if `fields` is given; a callable result is a method, which must be called. The
-    default limits are the process-wide limits.
+    calls `fields(a, "b")`, if `fields` is given; if the result is callable, it is a method, which the
+    expression must call. The default limits are the process-wide limits.
 
     Raises:
         ExpressionError: the text is malformed, or evaluation failed. If a called function raised an

@@ -61,7 +61,7 @@ class BagFolder:
             raise BadBagName("a bag's name must not contain a null character")
         path = (self.path / name).resolve()
         if not path.is_relative_to(self.path):
-            raise BadBagName(f"[{name:.100}] is outside of the folder of bags")
+            raise BadBagName(f"[{name:.100}] is outside the bag folder")
         if not path.is_file():
             raise BadBagName(f"there is no bag [{name:.100}]")
         return path

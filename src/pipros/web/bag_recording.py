@@ -1,4 +1,4 @@
-"""Record topics into the page's folder of bags: one recording at a time, which all browsers see."""
+"""Record topics into the page's bag folder: one recording at a time, which all browsers see."""
 
 from __future__ import annotations
 

@@ -191,6 +191,6 @@ def _check_size(content: bytes) -> None:
 def _file_of(name: object) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise BadLayout(
-            f"the name of a layout must have up to 60 letters, digits, spaces or . _ + -, got {name!r}"
+            f"a layout name must consist of at most 60 letters, digits, spaces or . _ + -, got {name!r}"
         )
     return name + _ENDING

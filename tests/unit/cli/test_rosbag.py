@@ -24,7 +24,7 @@ ROWS = some_rows()
 
 @pytest.fixture
 def bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A bag of several chunks in the working folder."""
+    """A bag of several chunks in the working directory."""
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "run.bag"
     path.write_bytes(bag_bytes(ROWS, chunk_bytes=300))

@@ -49,7 +49,7 @@ def to_client(name: str, value: Any) -> dict[str, Any]:
 
 
 def from_client(parameter: Mapping[str, Any]) -> Any:
-    """Return the value of a client's parameter for the parameter server.
+    """Convert the value of a client's parameter for storage on the parameter server.
 
     Raises:
         InvalidParameter: the value does not have the type that the client specifies.

@@ -61,7 +61,7 @@ class CompiledTypes:
         """Return a type's code and its names for embedded types, or None if there is no valid entry."""
         try:
             data = self._folder.read(self._entry(kind, type_name))
-        except OSError:  # the path is relative, and the working folder no longer exists
+        except OSError:  # the path is relative, and the working directory no longer exists
             return None
         if data is None:
             return None

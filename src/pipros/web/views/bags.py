@@ -239,7 +239,7 @@ class BagViews:
 
     def _path(self, name: object) -> Path:
         if self._folder is None:
-            raise RequestRefused("this page has no folder of bags; start it with --bags DIR")
+            raise RequestRefused("this page has no bag folder; start it with --bags DIR")
         try:
             return self._folder.find(name)
         except BagError as error:

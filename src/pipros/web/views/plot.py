@@ -1,4 +1,4 @@
-"""Live curves of numbers in messages, as in `rqt_plot`, and marks for log entries."""
+"""Live plots of numeric message fields, as in `rqt_plot`, with markers for log entries."""
 
 from __future__ import annotations
 

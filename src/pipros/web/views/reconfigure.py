@@ -74,7 +74,7 @@ class ReconfigureViews:
         name = topic_name(arguments)
         changes, states = arguments.get("changes", {}), arguments.get("states", {})
         if not isinstance(changes, dict) or not isinstance(states, dict):
-            raise RequestRefused("changes and states must be objects with values by name")
+            raise RequestRefused("changes and states must be objects that map names to values")
         with self._system.topics.watch(name + DESCRIPTIONS) as described:
             end_s = time.monotonic() + ANSWER_S
             while described.newest is None:

@@ -22,7 +22,7 @@ class RecordingViews:
     """The view and the actions of the Record section in the Bags tab.
 
     Args:
-        recording: this page's recordings; None if the page has no folder of bags.
+        recording: this page's recordings; None if the page has no bag folder.
     """
 
     def __init__(self, system: WatchedSystem, recording: BagRecording | None) -> None:
@@ -32,7 +32,7 @@ class RecordingViews:
     async def recording(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Yield the running system's topics, the free space, and the current or last recording.
 
-        The space for a recording (bytes) is None if the page has no folder of bags.
+        The space for a recording (bytes) is None if the page has no bag folder.
         """
         recording = self._recording
         observations = self._system.observations()
@@ -75,7 +75,7 @@ class RecordingViews:
 
     def _existing(self) -> BagRecording:
         if self._recording is None:
-            raise RequestRefused("this page has no folder of bags; start it with --bags DIR")
+            raise RequestRefused("this page has no bag folder; start it with --bags DIR")
         return self._recording
 
 

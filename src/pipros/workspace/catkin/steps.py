@@ -26,7 +26,7 @@ class BuildStep:
         name: the target, or the first output.
         file, line: the position in a CMake file.
         outputs: the files that the commands create. A target has no outputs; its commands always run.
-        commands: command lines, each with its working folder.
+        commands: command lines, each with its working directory.
         depends: files and targets that must be built first.
         is_wanted: whether the step belongs to the target `all`.
     """
@@ -127,7 +127,7 @@ def _read(words: Sequence[str], scope: Scope, step: BuildStep) -> BuildStep:
 
 
 def _without_shell(words: Sequence[str], folder: str) -> Iterable[tuple[str, tuple[str, ...]]]:
-    """Yield the commands in a command line, each with its working folder.
+    """Yield the commands in a command line, each with its working directory.
 
     Of the shell's syntax, only `cd` and `&&` are supported.
     """

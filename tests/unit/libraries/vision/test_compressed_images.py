@@ -104,7 +104,7 @@ def test_depths_are_read() -> None:
 @pytest.mark.parametrize(
     ("kind", "data", "text"),
     [
-        ("jpeg", b"", "cannot decode the image of 0 bytes"),
+        ("jpeg", b"", r"cannot decode the image \(0 bytes\)"),
         ("jpeg", b"\xff\xd8\xff broken", "cannot decode the image"),
         ("rgb8; png compressed bgr8", PILLOW.encode(RAMP, "png", 9)[:-60], "cannot decode the image"),
         ("xyz; jpeg compressed ", PILLOW.encode(RAMP, "jpeg", 80), r"Unrecognized image encoding \[xyz\]"),

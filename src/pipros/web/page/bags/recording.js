@@ -1,4 +1,4 @@
-// Records topics of the running system into the folder of bags: a form, and the state of the recording for all browsers.
+// Records topics of the running system into the bag folder: a form, and the state of the recording for all browsers.
 
 import { bytes, h, replace } from "../dom.js";
 import { textFilter } from "../text_filter.js";
