@@ -27,13 +27,6 @@ GRACE_S: Final = 2.0
 _LONGEST_REASON: Final = 2000
 
 
-class Replies(Protocol):
-    """A reply to a request, implemented by `pipros.fleet.zenoh_session.Answer`."""
-
-    @property
-    def payload(self) -> bytes: ...
-
-
 class Requests(Protocol):
     """Sender of requests to other members, implemented by `pipros.fleet.zenoh_session.Link`."""
 

@@ -99,7 +99,7 @@ class Core:
                 raise
 
     def start_master(self) -> None:
-        """Start only the master. It answers calls when this method returns."""
+        """Start only the master. It accepts calls by the time this method returns."""
         from pipros.master.log import MasterLog
         from pipros.master.master import Master
 
@@ -107,9 +107,13 @@ class Core:
             self._log = MasterLog(
                 self._log_folder / "master.log", self._options.log_level, limits=self._options.limits
             )
-        parameters = {**self._options.parameters, **STANDARD_PARAMETERS, "/run_id": self.run_id}
-        master = Master(replace(self._options, parameters=parameters), environment=self._environment)
-        master.start()
+        try:
+            parameters = {**self._options.parameters, **STANDARD_PARAMETERS, "/run_id": self.run_id}
+            master = Master(replace(self._options, parameters=parameters), environment=self._environment)
+            master.start()
+        except BaseException:
+            self.stop()
+            raise
         self._master = master
 
     def start_rosout(self) -> None:
@@ -135,8 +139,9 @@ class Core:
         master, self._master = self._master, None
         if master is not None:
             master.stop()
-        if self._log is not None:
-            self._log.close()
+        log, self._log = self._log, None
+        if log is not None:
+            log.close()
 
     def __enter__(self) -> Core:
         self.start()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import sys
 import threading
 from collections.abc import Callable, Sequence
@@ -17,7 +16,7 @@ from pipros.node import Node
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.engine import GATEWAY_NODE, Ros2Engine
 from pipros.ros2.gateway import Gateway, new_identity
-from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
+from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.graph_info import GidBytes
 from pipros.ros2.rtps.ros2_engine import RtpsEngine
 from pipros.ros2.rules import GatewayRules
@@ -53,12 +52,7 @@ class GatewayOptions:
 
         False with Zenoh routers, because other machines can connect to them.
         """
-        found = self.discovery
-        if self.routers:
-            return False
-        return found.range is DiscoveryRange.OFF or (
-            found.range is DiscoveryRange.LOCALHOST and all(map(_is_loopback, found.static_peers))
-        )
+        return not self.routers and not self.discovery.reaches_out
 
     def engine(self, identity: str) -> Ros2Engine:
         """Connect to ROS 2."""
@@ -130,10 +124,3 @@ def _check_name(node: Node) -> None:
     except PiprosError:
         return
     raise AlreadyRunning(f"a gateway for this domain is already running: [{node.name}]")
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

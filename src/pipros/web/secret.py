@@ -3,7 +3,7 @@
 Browsers send cookies to every server on the same host name, regardless of its port. So clients present the
 secret explicitly: in the first message of a WebSocket, or in the header `Authorization: Bearer` of a request.
 They read the secret from the fragment of the printed address, which browsers do not send. If a client can
-send only a URL (for a download, or on a browser's command line, which other users can read), the URL contains
+send only a URL (on a browser's command line, which other users can read), the URL contains
 a one-time code instead.
 """
 

@@ -26,6 +26,7 @@ from pipros.ros2.type_pairs import TypePairs
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}, False),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT"}, False),
         ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}, True),
+        ({"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF", "ROS_STATIC_PEERS": "192.168.1.5"}, True),
         ({"ROS_STATIC_PEERS": "127.0.0.1;localhost"}, True),
         ({"ROS_STATIC_PEERS": "192.168.1.5"}, False),
         ({"ROS_STATIC_PEERS": "robot"}, False),

@@ -13,7 +13,7 @@ SUBCOMMANDS = {
     "rosaction": "info list md5 package packages show",
     "rosbag": "check compress convert decompress decrypt encrypt export filter fix help info play record "
     "reindex",
-    "pipros": "clients doctor env fleet foxglove graph serve stubs version",
+    "pipros": "clients doctor env fleet foxglove graph ros2 serve stubs version",
     "rosclean": "check purge",
     "rosconsole": "echo get list set",
     "rosmsg": "info list md5 package packages show",
@@ -40,6 +40,8 @@ def options(command: str, before: Sequence[str]) -> list[str]:
     try:
         module = import_module(f"pipros.cli.{command.replace('-', '_')}")
     except ImportError:
+        return []
+    if not hasattr(module, "main"):
         return []
     subcommand = [word for word in before if not word.startswith("-")][:1] if command in SUBCOMMANDS else []
     help_text = io.StringIO()

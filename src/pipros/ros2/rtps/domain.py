@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -44,6 +45,13 @@ class Discovery:
         if not 0 <= self.domain <= MAX_DOMAIN:
             raise InvalidEnvironment(f"domain must be 0 to {MAX_DOMAIN}, got {self.domain}")
 
+    @property
+    def reaches_out(self) -> bool:
+        """Whether participants on other machines can be reached, and can reach this one."""
+        if self.range is DiscoveryRange.OFF:
+            return False
+        return self.range is DiscoveryRange.SUBNET or not all(map(_is_loopback, self.static_peers))
+
     @classmethod
     def from_environment(cls, variables: Mapping[str, str]) -> Discovery:
         """Read `ROS_DOMAIN_ID`, `ROS_AUTOMATIC_DISCOVERY_RANGE`, `ROS_LOCALHOST_ONLY`, `ROS_STATIC_PEERS`.
@@ -59,6 +67,13 @@ class Discovery:
             raise InvalidEnvironment(f"ROS_DOMAIN_ID must be a number, got [{domain}]")
         peers = variables.get("ROS_STATIC_PEERS", "").split(";")
         return cls(int(domain), _range_of(variables), tuple(filter(None, map(str.strip, peers))))
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 def _range_of(variables: Mapping[str, str]) -> DiscoveryRange:

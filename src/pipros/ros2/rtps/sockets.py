@@ -74,7 +74,7 @@ class RtpsSockets:
             Unreachable: all ports of the domain are in use.
         """
         self._group = Address(MULTICAST_GROUP, multicast_port(where.domain))
-        reaches_out = where.range is DiscoveryRange.SUBNET or bool(where.static_peers)
+        reaches_out = where.reaches_out
         interfaces = interface_addresses()
         host = ANY if reaches_out else LOOPBACK
         participant, meta, data = _bind_pair(where.domain, host)

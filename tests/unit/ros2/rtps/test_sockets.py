@@ -54,6 +54,17 @@ def test_participants_of_a_domain_take_ports_in_turn(domain: int) -> None:
         assert len(one.announce_to) == PROBED_PARTICIPANTS - 1
 
 
+@pytest.mark.parametrize(
+    ("where", "peer"), [(DiscoveryRange.OFF, "192.0.2.7"), (DiscoveryRange.LOCALHOST, "localhost")]
+)
+def test_only_loopback_is_bound_if_other_machines_are_not_reached(
+    domain: int, where: DiscoveryRange, peer: str
+) -> None:
+    with sockets(domain, where, peer) as found:
+        assert {each.getsockname()[0] for each in found.receiving} == {"127.0.0.1"}
+        assert {each.host for each in (*found.discovery, *found.data)} == {"127.0.0.1"}
+
+
 def test_a_full_domain_is_reported(domain: int) -> None:
     with contextlib.ExitStack() as taken:
         for number in range(MAX_PARTICIPANT + 1):

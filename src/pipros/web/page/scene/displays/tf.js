@@ -140,7 +140,8 @@ export class Tf extends Display {
     if (Math.abs(entry.length - distance) > 1e-4 * distance || entry.scale !== scale) {
       clear(entry.line);
       const head = distance < 0.1 * scale ? 0.1 * scale * distance : 0.1 * scale;
-      entry.line.add(new THREE.Mesh(arrowShape(distance - head, 0.01 * scale, head, 0.04 * scale, [0.8, 0.8, 0.3], [1, 0.1, 0.6]), lit([255, 255, 255], 1, { vertexColors: true })));
+      const shape = arrowShape(distance - head, 0.01 * scale, head, 0.04 * scale, [0.8, 0.8, 0.3], [1, 0.1, 0.6]);
+      entry.line.add(new THREE.Mesh(shape, lit([255, 255, 255], 1, { vertexColors: true })));
       entry.length = distance;
       entry.scale = scale;
     }
