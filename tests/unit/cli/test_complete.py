@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from pipros.cli import complete
+from pipros.cli import pipros as pipros_command
+from pipros.cli.complete.options import SUBCOMMANDS
 
 
 @pytest.fixture(autouse=True)
@@ -85,3 +87,7 @@ def test_files_are_found_by_their_names_and_paths(package: Path, capsys: pytest.
     for name in ("go.launch", "launch/go.launch"):
         assert complete.main(["--find", "robots", name]) == 0
         assert capsys.readouterr().out == f"{package}/launch/go.launch\n"
+
+
+def test_every_subcommand_of_pipros_is_completed() -> None:
+    assert set(SUBCOMMANDS["pipros"].split()) == set(pipros_command.SUBCOMMANDS)
