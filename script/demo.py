@@ -50,7 +50,6 @@ def _page() -> Iterator[None]:
     page = subprocess.Popen(  # noqa: S603 - this Python, and a text of this file
         [sys.executable, "-c", _PAGE],
         stdin=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
         start_new_session=True,  # only the launch should get Ctrl-C, so that the page ends after the nodes
     )
     try:

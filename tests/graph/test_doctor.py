@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.cli import doctor
+from pipros.health import gather_system
 from pipros.health.examine import Examination, examine
 from pipros.health.gather_machine import gather_machine
 from pipros.health.machine_checks import check_machine
@@ -74,7 +76,9 @@ def talker_and_listener(master: Master, make_node: MakeNode) -> None:
 
 
 @pytest.fixture
-def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) -> Iterator[None]:
+def sick_system(
+    master: Master, make_node: MakeNode, talker_and_listener: None, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[None]:
     """A healthy talker and listener, and a dozen faults around them, all found without waiting in vain."""
     sick = make_node("sick")
 
@@ -92,15 +96,25 @@ def sick_system(master: Master, make_node: MakeNode, talker_and_listener: None) 
     register_as(master, "/sick", "registerService", "/broken", "rosrpc://127.0.0.1:1", sick.uri)
     for name in ("clock1", "clock2"):
         make_node(name).advertise("/clock", Clock)
-    poses = sick.advertise("/pose", PoseStamped, latch=True)
+    monkeypatch.setattr(gather_system, "STAMP_WAIT_S", 60.0)
+    poses = sick.advertise("/pose", PoseStamped)
     pose = PoseStamped()
     pose.header.stamp = Time(1_000_000_000)
-    poses.publish(pose)
+    has_ended = threading.Event()
+
+    def repeat() -> None:
+        while not has_ended.wait(0.05):
+            poses.publish(pose)
+
+    repeating = threading.Thread(target=repeat)
+    repeating.start()
     other = FakeNode(getMasterUri="http://127.0.0.1:2/")
     publish("/elsewhere", "/f", "std_msgs/String", other.api)
     deaf = FakeNode(getBusInfo=[[1, sick.uri, "i", "TCPROS", "/pose", True]])
     register_as(master, "/deaf", "registerSubscriber", "/pose", "geometry_msgs/PoseStamped", deaf.api)
     yield
+    has_ended.set()
+    repeating.join()
     for fake in (other, deaf):
         fake.stop()
 
@@ -124,6 +138,21 @@ def test_nothing_is_found_in_a_healthy_system(
     assert examination.is_healthy
     assert examination.system is not None
     assert len(examination.system.pairs()) == 1
+
+
+def test_old_latched_messages_and_types_of_ended_topics_are_no_findings(
+    master: Master, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", master.uri)
+    node = make_node("camera")
+    pose = PoseStamped()
+    pose.header.stamp = Time(1_000_000_000)
+    node.advertise("/pose", PoseStamped, latch=True).publish(pose)
+    client = MasterClient(master.uri, "/camera")
+    client.call("registerPublisher", "/old", "no_such_package/Thing", node.uri)
+    client.call("unregisterPublisher", "/old", node.uri)
+    client.close()
+    assert examined(master).findings == ()
 
 
 def test_nothing_is_found_both_ways(

@@ -21,6 +21,7 @@ def test_it_shows_both_nodes_and_ends_by_itself(ros: RosSystem) -> None:
     assert demo.returncode == 0, demo.output
     assert re.search(SAID, demo.output)
     assert re.search(HEARD, demo.output)
+    assert re.search(r"rqt_graph: http://localhost:\d+/", demo.output)
     assert "Traceback" not in demo.output
 
 

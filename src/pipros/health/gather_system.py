@@ -211,7 +211,9 @@ def _shake_hands(topic: str, host: str, port: int, timeout_s: float) -> Publishe
             fields = reader.feed(data)
         if "error" in fields:
             return PublisherReport(f"{host}:{port}", Failure(printable(fields["error"])))
-        stamp = _stamp_offset(sock, reader.rest) if _has_stamp(fields) else None
+        # a latched message may be old
+        has_stamp = fields.get("latching") != "1" and _has_stamp(fields)
+        stamp = _stamp_offset(sock, reader.rest) if has_stamp else None
     return PublisherReport(
         f"{host}:{port}", None, printable(fields.get("type", "")), printable(fields.get("md5sum", "")), stamp
     )
