@@ -4,8 +4,9 @@
     benchmarks/scene_soak.py [--minutes 60]
 
 Prints a line each loop. The exit status is 1 if an object of the end of the bag is shown at its beginning, or
-if page or server have 10 % more memory in the last three loops than in the first ones, or the graphics card
-more objects. Needs Chromium and Playwright.
+if page or server have 10 % more memory in the last ten loops than in ten loops after the first 20 (some four
+minutes, in which the browser compiles code and fills its caches), or the graphics card more objects. Needs
+Chromium and Playwright.
 """
 
 import argparse
@@ -31,7 +32,8 @@ SECONDS = 12
 HALF = SECONDS // 2
 POINTS = 20_000
 GROWTH = 1.1
-SOME_LOOPS = 3
+WARM_UP_LOOPS = 20
+SOME_LOOPS = 10
 MORE_OBJECTS = 5
 FILE = """\
 Visualization Manager:
@@ -174,11 +176,11 @@ def watch(tab, server, end):
         row = f"{(time.monotonic() - begin) / 60:8.1f} {loops:6} {figures[0]:8.1f} {figures[1]:10.1f}"
         print(f"{row} {figures[2]:8} {state['pictures']:9} {stale:6}", flush=True)
         history.append(figures)
-    if loops < 2 * SOME_LOOPS:
-        print(f"fewer than {2 * SOME_LOOPS} loops")
+    if loops < WARM_UP_LOOPS + 2 * SOME_LOOPS:
+        print(f"fewer than {WARM_UP_LOOPS + 2 * SOME_LOOPS} loops")
         return False
     # Minima over several loops are compared, because each figure includes memory that is only in use briefly.
-    parts = history[:SOME_LOOPS], history[-SOME_LOOPS:]
+    parts = history[WARM_UP_LOOPS:][:SOME_LOOPS], history[-SOME_LOOPS:]
     first, last = ([min(column) for column in zip(*part, strict=True)] for part in parts)
     print(f"page MB, server MB, objects: first {first}; last {last}")
     has_grown = any(now > GROWTH * before for before, now in zip(first[:2], last[:2], strict=True))
