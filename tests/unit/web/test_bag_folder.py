@@ -24,11 +24,11 @@ def test_bags_in_subfolders_are_listed_and_links_out_are_not(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("../outside.bag", "is outside of"),
-        ("link.bag", "is outside of"),
-        ("up/outside.bag", "is outside of"),
+        ("../outside.bag", "is outside the bag folder"),
+        ("link.bag", "is outside the bag folder"),
+        ("up/outside.bag", "is outside the bag folder"),
         ("/etc/passwd", "must end in"),
-        ("/etc/x.bag", "is outside of"),
+        ("/etc/x.bag", "is outside the bag folder"),
         ("missing.bag", "there is no bag"),
         ("a\0.bag", "null character"),
         (7, "must end in"),

@@ -43,7 +43,7 @@ def test_a_saved_layout_is_listed_opened_and_deleted(layouts: StoredLayouts) -> 
 @pytest.mark.parametrize("name", ["", ".hidden", "../up", "a/b", "x" * 61, "a\n", 7, None])
 def test_names_that_could_leave_the_folder_are_refused(layouts: StoredLayouts, name: object) -> None:
     for attempt in (layouts.load, layouts.delete, lambda each: layouts.save(each, PANELS)):
-        with pytest.raises(BadLayout, match="up to 60 letters"):
+        with pytest.raises(BadLayout, match="at most 60 letters"):
             attempt(name)
 
 
