@@ -227,8 +227,10 @@ def bare_three():
         handler = functools.partial(Quiet, directory=files)
         with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
             threading.Thread(target=server.serve_forever).start()
-            yield f"http://127.0.0.1:{server.server_port}/"
-            server.shutdown()
+            try:
+                yield f"http://127.0.0.1:{server.server_port}/"
+            finally:
+                server.shutdown()
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):

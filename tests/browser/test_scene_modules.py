@@ -127,17 +127,22 @@ def test_counts_beyond_the_message_are_refused(tab: Tab) -> None:
     assert found == "an array of 4294967295 elements does not fit into the message"
 
 
-def test_a_selected_line_has_the_box_of_its_points(tab: Tab) -> None:
+def test_selected_lines_and_boxes_have_the_box_of_their_points(tab: Tab) -> None:
     found = tab.evaluate(
         """async () => {
           const { wideLines } = await import("/scene/shapes.js");
+          const { points } = await import("/scene/points.js");
           const THREE = await import("three");
-          const lines = wideLines([1, 2, 3, -4, 5, 6], 0.1, [1, 0, 0, 1]);
-          const { min, max } = new THREE.Box3().setFromObject(lines);
-          return [...min.toArray(), ...max.toArray()];
+          const places = [1, 2, 3, -4, 5, 6];
+          const lines = wideLines(places, 0.1, [1, 0, 0, 1]);
+          const boxes = points("Boxes", Float32Array.from(places), new Uint8Array(8), [2, 4, 6]);
+          return [lines, boxes].map((each) => {
+            const { min, max } = new THREE.Box3().setFromObject(each);
+            return [...min.toArray(), ...max.toArray()];
+          });
         }"""
     )
-    assert found == [-4, 2, 3, 1, 5, 6]
+    assert found == [[-4, 2, 3, 1, 5, 6], [-5, 0, 0, 2, 7, 9]]
 
 
 def test_compressed_batches_are_unpacked(tab: Tab) -> None:

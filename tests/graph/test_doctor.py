@@ -106,7 +106,7 @@ def sick_system(
         while not has_ended.wait(0.05):
             poses.publish(pose)
 
-    repeating = threading.Thread(target=repeat)
+    repeating = threading.Thread(target=repeat, daemon=True)
     repeating.start()
     other = FakeNode(getMasterUri="http://127.0.0.1:2/")
     publish("/elsewhere", "/f", "std_msgs/String", other.api)

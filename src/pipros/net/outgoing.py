@@ -71,7 +71,7 @@ class OutgoingLink:
     """Sends messages to one subscriber without delaying others.
 
     Thread-safe. Messages from the same thread arrive in order. `on_closed` is called once, in the event loop,
-    when the peer closes the link or `close` is called.
+    when the peer closes the link or `close` is called, unless the loop has stopped.
 
     Attributes:
         state: changed while the lock is held; read without the lock to decide whether to call

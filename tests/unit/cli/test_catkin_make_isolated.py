@@ -100,7 +100,7 @@ def test_compiled_code_without_cmake_says_what_to_install(
 
 @pytest.fixture
 def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A file to which fake CMake and make write their arguments and working directorys."""
+    """A file to which fake CMake and make write their arguments and working directories."""
     log = tmp_path / "called"
     (tmp_path / "bin").mkdir()
     for name in ("cmake", "make", "c++"):

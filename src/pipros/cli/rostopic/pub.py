@@ -80,7 +80,7 @@ def publish(argv: Sequence[str]) -> int:
             run.publish_values(lambda: template.fill(values, now_ns()))
         else:
             run.publish_documents(
-                template.fill([document], now_ns()) for document in _documents(options.file)
+                _documents(options.file), lambda document: template.fill([document], now_ns())
             )
     return 0
 
@@ -110,7 +110,7 @@ class _Publishing:
             self._print_message(message)
             publisher.publish(message)
 
-    def publish_documents(self, messages: Iterator[Message]) -> None:
+    def publish_documents(self, documents: Iterator[Any], make: Callable[[Any], Message]) -> None:
         """Publish the messages in order, at a rate.
 
         If `once` is true, or if `latch` is true and there is no rate, publish only the first message. If a
@@ -121,16 +121,18 @@ class _Publishing:
         publisher = self._advertise(latch=rate_hz is None or options.latch, queue_size=None)
         self._wait_for_subscriber(publisher)
         if rate_hz is None and (options.once or options.latch):
-            for message in islice(messages, 1):
+            for document in islice(documents, 1):
+                message = make(document)
                 self._announce(message, ends=options.once)
                 publisher.publish(message)
                 self._wait(0 if options.once else None)
             return
         if _is_one_document(options.file):
             print("Got one message and a rate, publishing repeatedly", flush=True)
-            self._repeat(publisher, next(messages), rate_hz or DOCUMENTS_RATE_HZ)
+            self._repeat(publisher, make(next(documents)), rate_hz or DOCUMENTS_RATE_HZ)
             return
-        for message, _ in zip(messages, self._ticks(rate_hz or DOCUMENTS_RATE_HZ), strict=False):
+        for document, _ in zip(documents, self._ticks(rate_hz or DOCUMENTS_RATE_HZ), strict=False):
+            message = make(document)
             self._announce(message, ends=True)
             publisher.publish(message)
 

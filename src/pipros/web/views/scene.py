@@ -311,9 +311,14 @@ class CloudTopic:
                     _packed_cloud, self.watch, newest.message, list(fields), limit, newest.number
                 )
             )
-            packing.add_done_callback(lambda done: done.cancelled() or done.exception())  # retrieve it
             self._packed[key] = packing
+            packing.add_done_callback(lambda done: self._check(key, done))
         return await asyncio.shield(self._packed[key])
+
+    def _check(self, key: tuple[tuple[str, ...], int], packing: asyncio.Future[bytes]) -> None:
+        """Forget a packing that failed, so that the next viewer tries again."""
+        if (packing.cancelled() or packing.exception()) and self._packed.get(key) is packing:
+            del self._packed[key]
 
 
 def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes:

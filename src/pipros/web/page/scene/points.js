@@ -128,6 +128,7 @@ function boxes(positions, tints, size, alpha, blending, perDepth) {
   const mesh = drawnFromTexture(positions, tints, 18, {
     vertexShader: BOX_VERTEX,
     fragmentShader: BOX_FRAGMENT,
+    half: sizes.clone().multiplyScalar(0.5),
     uniforms: { sizes: { value: sizes }, perDepth: { value: perDepth }, alpha: { value: alpha }, eye: { value: eye } },
     ...blending,
   });

@@ -36,7 +36,13 @@ const MOST_CROSSES = 100;
 function crossOf(thickness) {
   const known = CROSSES.get(thickness);
   if (known) return known;
-  if (CROSSES.size >= MOST_CROSSES) CROSSES.clear();
+  if (CROSSES.size >= MOST_CROSSES) {
+    for (const each of CROSSES.values()) {
+      each.userData.isShared = false; // freed with the last object that uses it
+      each.dispose(); // if it is still drawn, it is uploaded again
+    }
+    CROSSES.clear();
+  }
   const rod = ROD.clone().scale(1, thickness, thickness);
   const made = joined([rod, rod.clone().rotateZ(Math.PI / 2), rod.clone().rotateY(-Math.PI / 2)]);
   made.userData.isShared = true;
@@ -48,15 +54,19 @@ function crossOf(thickness) {
 // to draw.
 export function joined(geometries, colours = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) {
   const made = new THREE.BufferGeometry();
-  const join = (name, values) => made.setAttribute(name, new THREE.BufferAttribute(Float32Array.from(values), 3));
-  for (const name of ["position", "normal"]) join(name, geometries.flatMap((each) => [...each.getAttribute(name).array]));
-  join("color", geometries.flatMap((each, index) => Array(each.getAttribute("position").count).fill(colours[index]).flat()));
+  const count = geometries.reduce((sum, each) => sum + each.getAttribute("position").count, 0);
+  const [position, normal, color] = [0, 1, 2].map(() => new Float32Array(3 * count));
+  const corners = [];
   let first = 0;
-  made.setIndex(geometries.flatMap((each) => {
-    const own = Array.from(each.getIndex().array, (index) => index + first);
-    first += each.getAttribute("position").count;
-    return own;
-  }));
+  geometries.forEach((each, number) => {
+    position.set(each.getAttribute("position").array, 3 * first);
+    normal.set(each.getAttribute("normal").array, 3 * first);
+    for (const corner of each.getIndex().array) corners.push(corner + first);
+    const end = first + each.getAttribute("position").count;
+    for (; first < end; first += 1) color.set(colours[number], 3 * first);
+  });
+  for (const [name, values] of Object.entries({ position, normal, color })) made.setAttribute(name, new THREE.BufferAttribute(values, 3));
+  made.setIndex(corners);
   return made;
 }
 
@@ -123,6 +133,7 @@ const ACROSS = 2048;
 // Returns an object whose vertex shader gets `verticesEach` vertices for each place.
 //   positions: x, y, z of each place (Float32Array)
 //   tints: r, g, b, a of each place (Uint8Array)
+//   options: those of the material, and `half`, half the size of what is drawn at each place (for selections)
 export function drawnFromTexture(positions, tints, verticesEach, options) {
   const count = Math.floor(positions.length / 3);
   const across = Math.max(1, Math.min(count, ACROSS));
@@ -139,7 +150,10 @@ export function drawnFromTexture(positions, tints, verticesEach, options) {
   const geometry = new THREE.BufferGeometry();
   geometry.setDrawRange(0, count * verticesEach);
   geometry.userData.places = positions;
-  const { vertexShader, uniforms, ...more } = options;
+  const { vertexShader, uniforms, half = new THREE.Vector3(), ...more } = options;
+  geometry.computeBoundingBox = () => {
+    geometry.boundingBox = new THREE.Box3().setFromArray(positions).expandByVector(half);
+  };
   const material = new THREE.ShaderMaterial({
     vertexShader: READ_PLACE + vertexShader,
     uniforms: { places: { value: texture }, number: { value: 0 }, ...uniforms },
@@ -198,7 +212,7 @@ export function wideLines(points, width, colours, isTransparent = false) {
   const isEach = count > 0 && colours.length >= count * 4;
   const tints = Uint8ClampedArray.from({ length: count * 4 }, (_, i) => 255 * colours[isEach ? i : i % 4]);
   const places = Float32Array.from(points.slice(0, count * 3));
-  const lines = drawnFromTexture(places, tints, 3, {
+  return drawnFromTexture(places, tints, 3, {
     vertexShader: WIDE_VERTEX,
     fragmentShader: TINT_FRAGMENT,
     uniforms: { width: { value: width }, tint: { value: new THREE.Vector4(...colours.slice(0, 4)) } },
@@ -206,8 +220,6 @@ export function wideLines(points, width, colours, isTransparent = false) {
     transparent: isTransparent,
     depthWrite: !isTransparent,
   });
-  lines.geometry.boundingBox = new THREE.Box3().setFromArray(places);
-  return lines;
 }
 
 // Returns x, y, z of both ends of each line of a strip.

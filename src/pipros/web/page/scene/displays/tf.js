@@ -49,6 +49,7 @@ export class Tf extends Display {
     for (const [name, entry] of this.drawn) {
       if (known.has(name)) continue;
       clear(entry.group);
+      clear(entry.line);
       this.root.remove(entry.group, entry.line);
       this.drawn.delete(name);
     }
