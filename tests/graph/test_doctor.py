@@ -140,7 +140,7 @@ def test_nothing_is_found_in_a_healthy_system(
     assert len(examination.system.pairs()) == 1
 
 
-def test_old_latched_messages_and_types_of_ended_topics_are_no_findings(
+def test_old_latched_messages_and_types_of_ended_topics_are_not_reported(
     master: Master, make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("ROS_MASTER_URI", master.uri)
