@@ -1,4 +1,4 @@
-"""Makes the messages of ROS packages importable, and makes rospkg and pkg_resources find pipros's packages.
+"""Make the messages of ROS packages importable, and make rospkg and pkg_resources find pipros's packages.
 
 `pipros.pth` imports this module whenever a Python interpreter of the environment starts, unless
 `PIPROS_NO_IMPORT_HOOK` is set. The module adds finders to `sys.meta_path` and imports nothing else. The code

@@ -283,7 +283,7 @@ def test_the_asyncio_client_reads_the_reason_too_and_sends_large_values() -> Non
 def test_the_asyncio_client_gives_up_in_time_when_a_large_value_is_not_read() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         uri = f"http://127.0.0.1:{listener.getsockname()[1]}/"
-        with pytest.raises(Unreachable, match="no answer in time"):
+        with pytest.raises(Unreachable, match="no response in time"):
             asyncio.run(call_async(uri, "echo", "x" * 20_000_000, timeout_s=0.3))
 
 
@@ -392,9 +392,9 @@ def test_an_unreachable_server_raises_with_the_reason() -> None:
 def test_a_silent_server_is_unreachable_after_the_timeout() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         uri = f"http://127.0.0.1:{listener.getsockname()[1]}/"
-        with pytest.raises(Unreachable, match="no answer in time"):
+        with pytest.raises(Unreachable, match="no response in time"):
             RpcClient(uri, timeout_s=0.1).call("echo")
-        with pytest.raises(Unreachable, match="no answer in time"):
+        with pytest.raises(Unreachable, match="no response in time"):
             asyncio.run(call_async(uri, "echo", timeout_s=0.1))
 
 

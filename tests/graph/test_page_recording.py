@@ -52,7 +52,7 @@ def test_checked_topics_are_recorded_until_the_browser_stops_it(numbers: RosSyst
         assert (state["name"], state["is_running"], state["topics"]) == ("run.bag", True, 1)
         assert browser.act("stop_recording") is True
         assert not next(states(browser))["is_running"]
-        assert "exists already" in browser.act("record", name="run")["error"]
+        assert "already exists" in browser.act("record", name="run")["error"]
     assert topics_in(tmp_path / "run.bag") == {"/one"}
 
 

@@ -255,7 +255,7 @@ def test_options_decide_what_a_page_may_change(robot: RosSystem, options: list[s
     [
         (["--control", "--read-only"], "--control and --read-only cannot be combined"),
         (["-s", "rqt_shell"], "pipros has no rqt plugin [rqt_shell]; the plugins are bag, console, graph, "),
-        (["-s"], "-s must be followed by the name of a plugin"),
+        (["-s"], "-s must be followed by a plugin name"),
         (["--perspective-file", "/missing.json"], "cannot read /missing.json: No such file or directory"),
         (["--perspective", "nothing"], "there is no layout [nothing]"),
     ],

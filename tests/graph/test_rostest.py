@@ -133,7 +133,7 @@ def test_the_end_of_a_required_node_ends_the_test_with_an_error(ros: RosSystem, 
     run = ros.pipros.run("rostest", "pkg", "t.test")
 
     assert run.returncode == 1
-    assert "ERROR: a required node exited before the test [t]" in run.stdout
+    assert "ERROR: a required node exited before the test [t] ended" in run.stdout
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])

@@ -168,7 +168,7 @@ def test_packages_with_compiled_code_are_built_by_genuine_catkin_with_what_they_
     path = {"PATH": f"{ros.pipros.environment['PATH']}:/usr/bin:/bin"}
     made = ros.pipros.processes.run("catkin_make_isolated", cwd=tmp_path, timeout_s=240, environment=path)
     assert made.returncode == 0, made.output
-    assert "==> The package 'c' needs CMake: genuine catkin builds it and what it needs" in made.stdout
+    assert "==> The package 'c' needs CMake: genuine catkin builds it and its dependencies" in made.stdout
     devel = tmp_path / "devel_isolated"
     assert os.access(devel / "c" / "lib" / "c" / "tool", os.X_OK)
     configurations = sorted(file.name for file in devel.glob("*/share/*/cmake/*Config.cmake"))

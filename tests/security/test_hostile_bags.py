@@ -58,7 +58,7 @@ def test_a_chunk_that_the_index_names_twice_is_refused() -> None:
 
     data = changed(bag_bytes(some_rows(3000)), repeat)
 
-    with memory_of(10 * MIB), pytest.raises(NotIndexed, match=r"names the chunk at byte 4117 twice"):
+    with memory_of(10 * MIB), pytest.raises(NotIndexed, match=r"lists the chunk at byte 4117 twice"):
         list(BagReader(io.BytesIO(data)).raw_messages())
     rebuilt = BagReader(io.BytesIO(data), rebuild_index=True)
     assert rebuilt.message_count == 3000

@@ -49,7 +49,7 @@ def test_a_chunk_that_the_summary_names_twice_is_refused() -> None:
 
     data = with_summary(mcap_bytes(range(1000)), repeat)
 
-    with memory_of(10 * MIB), pytest.raises(NotIndexed, match=r"names the chunk at byte \d+ twice"):
+    with memory_of(10 * MIB), pytest.raises(NotIndexed, match=r"lists the chunk at byte \d+ twice"):
         read(data)
 
 

@@ -94,7 +94,7 @@ def test_registrations_have_a_total_limit() -> None:
         answers = [client.call_raw("registerSubscriber", f"/t{number}", "x/Y", API) for number in range(400)]
         code, text, _ = answers[-1]
         assert code == -1
-        assert "would bring the registrations of the master to" in text
+        assert "would bring the master's registrations to" in text
         assert "the limit is 100000" in text
         registered = [topic for topic, _ in client.get_system_state()[1]]
         assert 200 < len(registered) < 400

@@ -140,7 +140,7 @@ SCENES = (
         "hztest",
         "{topic: level, hz: 1000, hzerror: 8, test_duration: 0.5}",
         _hz(False),
-        "is not within 992.000Hz and 1008.000Hz",
+        "is not between 992.000Hz and 1008.000Hz",
     ),
     Scene(
         "hztest",

@@ -19,7 +19,7 @@ COMMANDS = "Commands: feedback YAML, succeed YAML, abort YAML, preempt YAML, qui
 
 
 class Server:
-    """Action server whose user ends each goal. If `answer` is given, all goals succeed with this result."""
+    """Action server whose user decides how goals end. If `answer` is given, all goals succeed with it."""
 
     def __init__(self, name: str, action: DynamicAction, answer: Any = None) -> None:
         self.action = action

@@ -120,7 +120,7 @@ class Bond:
 
     @property
     def sister_died_first(self) -> bool:
-        """Whether the other side ended before this side."""
+        """Whether the other side broke the bond before this side did."""
         return self._side.sister_ended_first
 
     # -- settings ----------------------------------------------------------------
@@ -129,10 +129,10 @@ class Bond:
         Event.CONNECT_TIMEOUT, "maximum time to wait for the other side"
     )
     get_heartbeat_timeout, set_heartbeat_timeout, heartbeat_timeout = _accessors(
-        Event.HEARTBEAT_TIMEOUT, "maximum time between messages of the other side"
+        Event.HEARTBEAT_TIMEOUT, "maximum time between messages from the other side"
     )
     get_disconnect_timeout, set_disconnect_timeout, disconnect_timeout = _accessors(
-        Event.DISCONNECT_TIMEOUT, "maximum time to wait for the other side to confirm the end"
+        Event.DISCONNECT_TIMEOUT, "maximum time to wait for the other side to confirm that the bond is broken"
     )
 
     def get_heartbeat_period(self) -> float:

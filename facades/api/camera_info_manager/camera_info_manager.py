@@ -41,7 +41,7 @@ class CameraInfoManager:
     before the first `getCameraInfo`, and after changing the name or the URL.
 
     Args:
-        cname: camera name of letters, digits and underscores.
+        cname: camera name; may contain letters, digits and underscores.
         url: URL of the calibration file; empty for the default.
         namespace: namespace of the service; empty for the node's own.
     """

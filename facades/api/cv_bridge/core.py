@@ -137,7 +137,7 @@ class CvBridge:
         if desired_encoding == "passthrough":
             return image
         if image is None:
-            raise CvBridgeError(f"OpenCV cannot read this compressed image of {data.size} bytes")
+            raise CvBridgeError(f"OpenCV cannot read this compressed image ({data.size} bytes)")
         return self._converted(image, "bgr8", desired_encoding)
 
     def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> Any:

@@ -17,7 +17,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
     """A DiagnosticStatus with methods that set the summary and add values of any type."""
 
     def summary(self, *args: Any) -> None:
-        """Set level and message, given as another status or as two arguments."""
+        """Set the level and the message, given as another status or as two arguments."""
         level, message = _level_and_message(args)
         self.level, self.message = level, str(message)
 
@@ -26,7 +26,7 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
         self.summary(0, "")
 
     def mergeSummary(self, *args: Any) -> None:
-        """Merge a level and message. The worse level wins; messages of equal severity are joined."""
+        """Merge in a level and a message. The worse level wins; messages of equal severity are joined."""
         level, message = _level_and_message(args)
         self.level, self.message = merged(self.level, self.message, level, message)
 

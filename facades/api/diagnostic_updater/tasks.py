@@ -145,7 +145,7 @@ class TimeStampStatus(DiagnosticTask):
             self._delays.add(seconds, rospy.get_time())
 
     def run(self, stat: Any) -> Any:
-        """Report the timestamps since the last report."""
+        """Report the timestamps passed to `tick` since the last report."""
         least, greatest = self.params.min_acceptable, self.params.max_acceptable
         with self.lock:
             delays = self._delays

@@ -1,4 +1,4 @@
-"""Replacement for Noetic's joint_state_publisher_gui: its sliders are a page in the browser."""
+"""Replacement for Noetic's joint_state_publisher_gui, with the sliders on a web page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pipros.web.sliders.slider_page import Slider, SliderPage
 
 
 class JointStatePublisherGui:
-    """The page of a JointStatePublisher: one slider per joint that does not follow another joint."""
+    """Web page for a JointStatePublisher, with one slider per joint that does not follow another joint."""
 
     def __init__(self, title: str, jsp: JointStatePublisher) -> None:
         self.jsp = jsp

@@ -13,7 +13,7 @@ _star_names(__name__, "pc2=sensor_msgs.point_cloud2 rospy")
 
 
 class LaserProjection:
-    """Converts laser scans to point clouds in the frame of the scanner.
+    """Converter from laser scans to point clouds in the scanner's frame.
 
     The ray directions are cached for scans with the same geometry.
     """

@@ -42,7 +42,7 @@ def message_of(grid: Grid, frame_id: str) -> Any:
 
 
 class MapServer:
-    """Provides a map on the latched topics `map` and `map_metadata`, and through the service `static_map`.
+    """Server of a map: the latched topics `map` and `map_metadata`, and the service `static_map`.
 
     The service `change_map` loads another map from a YAML file.
     """

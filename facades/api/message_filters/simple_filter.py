@@ -15,7 +15,7 @@ class SimpleFilter:
         self.callbacks: dict[int, tuple[Callable[..., object], tuple[Any, ...]]] = {}
 
     def registerCallback(self, cb: Callable[..., object], *args: Any) -> int:
-        """Call `cb` with each output message, followed by `args`. Return the number of the connection."""
+        """Call `cb` with each output message, followed by `args`. Return the callback's index."""
         number = len(self.callbacks)
         self.callbacks[number] = (cb, args)
         return number

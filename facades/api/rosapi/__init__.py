@@ -1,1 +1,1 @@
-"""The node of the package rosapi. Its services describe the running system to rosbridge clients."""
+"""The node of the rosapi package. Its services describe the running system to rosbridge clients."""

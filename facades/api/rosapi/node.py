@@ -1,6 +1,6 @@
 """`rosrun rosapi rosapi_node`: services that describe the running system to rosbridge clients.
 
-Parameters: `~topics_glob`, `~services_glob`, `~params_glob` (patterns of the names that clients may use).
+Parameters: `~topics_glob`, `~services_glob`, `~params_glob` (patterns for the names that clients may use).
 """
 
 from __future__ import annotations

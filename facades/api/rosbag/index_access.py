@@ -22,7 +22,7 @@ ConnectionFilter = Callable[[str, str, str, str, Mapping[str, bytes]], bool]
 
 
 class ConnectionInfo:
-    """A connection, described with rosbag's attribute names."""
+    """A connection, with the attribute names of genuine rosbag."""
 
     def __init__(self, connection: Connection) -> None:
         self.id = connection.id

@@ -15,9 +15,10 @@ from rospy.session import session
 
 
 class RosbridgeProtocol(Protocol):
-    """The rosbridge operations, performed by rospy's node, and the operations that capabilities register.
+    """The protocol of one client: rosbridge's operations, and the operations that capabilities register.
 
-    The server passes received text to `incoming`, and assigns a function to `outgoing`.
+    rospy's node performs rosbridge's operations. The server passes received text to `incoming`, and assigns a
+    function to `outgoing`.
     """
 
     def __init__(self, client_id: Any, parameters: Any = None) -> None:

@@ -1,7 +1,7 @@
-"""`rosrun rosbridge_server rosbridge_websocket`, `rosbridge_tcp` and `rosbridge_udp`.
+"""`rosrun rosbridge_server rosbridge_websocket`, `rosbridge_tcp` and `rosbridge_udp`: rosbridge servers.
 
-The parameters are those in the package's launch files. If the port is in use, the server tries again after
-`~retry_startup_delay`. Once the port is open, its number is stored in `~actual_port`.
+The parameters are the ones set in the package's launch files. If the port is in use, the server tries again
+after `~retry_startup_delay`. Once the port is open, its number is stored in `~actual_port`.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def _number(name: str, default: float) -> float:
 def _authenticator() -> Authenticator:
     file = _parameter("secret_file", None)
     if not file:
-        raise WrongParameter("~authenticate requires ~secret_file, a file with a secret of 16 characters")
+        raise WrongParameter("~authenticate requires ~secret_file, a file with a 16-character secret")
     try:
         return Authenticator(Path(str(file)).read_text(encoding="utf-8").strip(), time.time)
     except (OSError, ValueError) as error:

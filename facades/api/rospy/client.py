@@ -197,7 +197,7 @@ def wait_for_message(
 
 @_interruptible
 def get_param(param_name: str, default: Any = _unspecified) -> Any:
-    """Return a parameter's value; a namespace is a dictionary.
+    """Return a parameter's value. A namespace is returned as a dictionary.
 
     Raises:
         KeyError: the parameter is not set, and no default was given.

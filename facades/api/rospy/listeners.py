@@ -37,7 +37,7 @@ class RegistrationListeners:
         self.lock = threading.Lock()
 
     def add_listener(self, l: RegistrationListener) -> None:  # noqa: E741  # rospy's name for it
-        """Notify a listener of all later registrations."""
+        """Add a listener, which is notified of all later registrations and removals."""
         with self.lock:
             self.listeners.append(l)
 

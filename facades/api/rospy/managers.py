@@ -205,9 +205,9 @@ class Managers:
         self._is_watching = False
 
     def watch(self, added: RegistrationCallback, removed: RegistrationCallback) -> None:
-        """Call the functions for each registration, with its name, type (for a service, its URI) and kind.
+        """Call `added` or `removed` for each change, with a name, a type (for a service, its URI) and a kind.
 
-        Only the first call has an effect.
+        Only the first call of `watch` has an effect.
         """
         if self._is_watching:
             return

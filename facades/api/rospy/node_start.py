@@ -72,7 +72,7 @@ def _claim(session: Session, arguments: tuple[Any, ...]) -> bool:
 
 
 def _end_previous(session: Session) -> None:
-    """End the previous node, if `rospy.client._init_node_args` was set to None while it ran.
+    """Shut down the previous node, if `rospy.client._init_node_args` was set to None while it ran.
 
     Raises:
         ROSInitException: shutdown was requested.

@@ -41,10 +41,10 @@ class ServiceProtocol:
 
 
 class Service:
-    """A service that calls `handler(request)` for each call, in a thread of the connection.
+    """A service that calls `handler(request)` for each call.
 
-    The handler may return the response, its only field, its fields as a list, tuple or dictionary, or `[]` or
-    `{}` for a response without fields.
+    Handlers run in threads, concurrently for different connections. They may return the response, its only
+    field, its fields as a list, tuple or dictionary, or `[]` or `{}` for a response without fields.
     """
 
     def __init__(

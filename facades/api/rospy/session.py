@@ -164,7 +164,7 @@ class Session:
     def forget_node(self) -> None:
         """Restore the state before `init_node`. Objects created for the node stay closed.
 
-        A running node is ended first, unless it belongs to this forked process's parent.
+        A running node is shut down first, unless it belongs to this forked process's parent.
         """
         if os.getpid() == self.process_id:
             self.end("another node takes its place")
@@ -195,7 +195,7 @@ class Session:
             self.node.use_simulated_time()
 
     def install_signals(self) -> None:
-        """Make SIGINT and SIGTERM shut the node down. Do nothing without a node, or if already installed.
+        """Make SIGINT and SIGTERM shut the node down. Do nothing without a node, or if they already do so.
 
         Raises:
             ROSInitException: called outside the main thread.
@@ -204,7 +204,7 @@ class Session:
             self.signals.install()
             self.signals.listen(self.node)
 
-    # -- the end --------------------------------------------------------------------
+    # -- shutdown -------------------------------------------------------------------
 
     def call_or_add(self, hooks: list[Hook], hook: Hook, *args: object) -> None:
         """Add a hook. After the shutdown, call the hook at once with `args`, as Noetic does."""

@@ -13,7 +13,7 @@ class SignalHandlers:
     """The process's signal handlers, which stay installed for later nodes.
 
     Attributes:
-        are_installed: whether the handlers are installed, so that signals end the node.
+        are_installed: whether the handlers are installed.
     """
 
     def __init__(self, end: Callable[[str], object]) -> None:
@@ -56,7 +56,7 @@ class SignalHandlers:
             raise
 
     def listen(self, node: Node) -> None:
-        """Make signals end the node."""
+        """Make signals shut the node down."""
         listen = self._signals.listen_anew if self._have_listened else self._signals.listen
         self._have_listened = True
         listen(node)

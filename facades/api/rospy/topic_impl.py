@@ -90,7 +90,7 @@ class PublisherImpl(TopicImpl):
         return self._publication.listeners
 
     def add_subscriber_listener(self, listener: PeerListener) -> None:
-        """Notify `listener` of all later subscribers."""
+        """Add a listener for subscribers that connect or disconnect."""
         self._publication.listeners.append(listener)
 
 

@@ -116,7 +116,7 @@ class Publisher(Topic[AnyMessage]):
             name: the topic.
             data_class: the message class.
             subscriber_listener: notified when subscribers connect or disconnect.
-            tcp_nodelay: accepted for compatibility and ignored; subscribers request it, as in `Subscriber`.
+            tcp_nodelay: accepted for compatibility and ignored; subscribers request this (see `Subscriber`).
             latch: whether later subscribers receive the last message.
             headers: additional fields for the connection headers.
             queue_size: number of messages queued for a slow subscriber before the oldest is dropped; 0 for
@@ -265,7 +265,7 @@ class Subscriber(Topic[AnyMessage]):
         Args:
             name: the topic.
             data_class: the message class, or `rospy.AnyMsg`.
-            callback: called with each message, in a thread of its connection. The callback may block.
+            callback: called with each message, in the connection's thread. The callback may block.
             callback_args: passed to the callback as its second argument unless it is None.
             queue_size: number of most recent messages kept for a slow callback; None for all.
             buff_size: accepted for compatibility; messages of any size are received.

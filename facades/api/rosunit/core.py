@@ -74,7 +74,7 @@ _BAD_IN_NAMES = " \"'&$!`/\\"
 
 
 def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
-    """Return a launch file's name for result files.
+    """Return the name of a launch file as used in result files.
 
     The name is the path relative to the package, or the full path if the file is outside the package.
     """

@@ -260,12 +260,12 @@ def cdata(cdata_text: str) -> str:
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """Replace each character forbidden in XML with a visible reference."""
+    """Replace each character forbidden in XML with readable text such as `&#x0007;`."""
     return escape_controls(text)
 
 
 def invalid_char_replacer(m: re.Match[str]) -> str:
-    """Return a printable escape for the matched character."""
+    """Return readable text such as `&#x0007;` for the matched character."""
     return f"&#x{ord(m.group(0)):04X};"
 
 

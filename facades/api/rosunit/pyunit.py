@@ -1,4 +1,4 @@
-"""`unitrun`, which a Python test script calls at its end."""
+"""`unitrun`, which Python test scripts call at the end."""
 
 from __future__ import annotations
 

@@ -30,9 +30,9 @@ SERVICE: Any = load_service_class("tf2_web_republisher/RepublishTFs")
 DEFAULT_RATE_HZ = 10.0
 HIGHEST_RATE_HZ = 100.0
 MOST_FRAMES = 1000
-"""Maximum number of frames of one request."""
+"""Maximum number of frames per request."""
 MOST_REQUESTS = 200
-"""Maximum number of goals and topics at a time."""
+"""Maximum number of simultaneous goals and topics."""
 DEFAULT_TIMEOUT_S = 10.0
 """Time without a subscriber after which a request ends, if the request does not set a timeout."""
 
@@ -71,7 +71,7 @@ class Watched:
 
 
 class Republisher:
-    """Serves the action and the service, with one thread per request."""
+    """Server of the action and the service, with one thread per request."""
 
     def __init__(self) -> None:
         self._buffer = tf2_ros.Buffer()
@@ -140,7 +140,7 @@ class Republisher:
 
 
 class Unused:
-    """Detects that a publisher has had no subscribers for some time."""
+    """Timeout for a publisher without subscribers."""
 
     def __init__(self, publisher: Any, timeout_s: float) -> None:
         self._publisher = publisher
@@ -148,7 +148,7 @@ class Unused:
         self._last_used_s = time.monotonic()
 
     def is_over(self) -> bool:
-        """Return whether all calls within the timeout, including this one, found no subscribers."""
+        """Return whether every call within the timeout, including this one, has found no subscribers."""
         if self._publisher.get_num_connections():
             self._last_used_s = time.monotonic()
         return time.monotonic() - self._last_used_s >= self._timeout_s

@@ -11,7 +11,7 @@ from tf_conversions.posemath import *  # noqa: F403 # the names of PyKDL, as Noe
 
 
 def __getattr__(name: str) -> _Any:
-    """Return a name from PyKDL. Raise ImportError if PyKDL is not installed."""
+    """Return a PyKDL attribute. Raise ImportError if PyKDL is not installed."""
     return getattr(posemath, name)
 
 

@@ -16,10 +16,10 @@ except ImportError:
 
 
 def _kdl() -> Any:
-    """Return the module PyKDL. Raises ImportError if it is not installed."""
+    """Return the PyKDL module. Raise ImportError if it is not installed."""
     if _PyKDL is None:
         raise ImportError(
-            "tf_conversions needs PyKDL, which is not on PyPI: install your system's package "
+            "tf_conversions needs PyKDL, which is not on PyPI: install the system package "
             "python3-pykdl, or a package such as conda-forge's python-orocos-kdl",
             name="PyKDL",
         )
@@ -27,7 +27,7 @@ def _kdl() -> Any:
 
 
 def __getattr__(name: str) -> Any:
-    """Return a name from PyKDL. Raise ImportError if PyKDL is not installed."""
+    """Return a PyKDL attribute. Raise ImportError if PyKDL is not installed."""
     if name.startswith("_"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(_kdl(), name)

@@ -10,7 +10,7 @@ _WARN_AFTER = rospy.Duration(5)
 
 
 class LazyTransport(rospy.SubscribeListener):
-    """Base class that calls `subscribe` when the first subscriber connects, and `unsubscribe` after the last.
+    """Base class that calls `subscribe` for the first subscriber, and `unsubscribe` after the last has left.
 
     Subclasses define both methods. If the parameter `~lazy` is false, `unsubscribe` is not called, and
     `_post_init` subscribes immediately. As in Noetic on Python 3, `_post_init` is not called automatically.
@@ -60,7 +60,7 @@ class LazyTransport(rospy.SubscribeListener):
             self._connection_status = False
 
     def advertise(self, *args: Any, **kwargs: Any) -> rospy.Publisher[Any]:
-        """Create a publisher, with the arguments of `rospy.Publisher` but without `subscriber_listener`."""
+        """Create a publisher. Takes the arguments of `rospy.Publisher` except `subscriber_listener`."""
         assert len(args) < 3 or args[2] is None  # noqa: S101 # genuine ROS raises AssertionError, too
         assert kwargs.get("subscriber_listener") is None  # noqa: S101
         publisher = rospy.Publisher(*args, **{**kwargs, "subscriber_listener": self})

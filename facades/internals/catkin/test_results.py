@@ -82,7 +82,7 @@ def aggregate_results(
 def aggregate_results2(
     results: Mapping[str, Four], callback_per_result: Callable[..., object] | None = None
 ) -> Four:
-    """Return the sums of all counts. Call the callback with each file's name and counts, sorted by name."""
+    """Return the sums of all counts. Call the callback with each file's name and counts, in name order."""
     total = ResultCounts()
     for name in sorted(results):
         counts = ResultCounts(*_checked(results[name]))

@@ -51,5 +51,5 @@ def resource_name_package(name: str) -> str | None:
 
 
 def normalize_package_context(package_context: str) -> str:
-    """Return the package without surrounding blanks and trailing slashes."""
+    """Return the package without surrounding whitespace and trailing slashes."""
     return package_context.strip().rstrip(PRN_SEPARATOR)

@@ -12,15 +12,15 @@ _star_names(__name__, "atexit genmsg os re shutil io:StringIO sys tempfile")
 
 
 class _BrokenText(InvalidMsgSpec, MsgGenerationException):
-    """The text is invalid. Derived from both exceptions because programs catch either."""
+    """The text is invalid. Derived from both exceptions because some programs catch only one of them."""
 
 
 class _IncompleteText(MsgNotFound, MsgGenerationException):
-    """The text lacks an embedded type. Derived from both exceptions because programs catch either."""
+    """The text lacks an embedded type. Derived from both exceptions; see `_BrokenText`."""
 
 
 def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Message]]:
-    """Return classes for `core_type` and all types embedded in its full text, by name.
+    """Return the classes of `core_type` and all types embedded in its full text, keyed by type name.
 
     Raises:
         MsgGenerationException: the text is invalid. The exception is also an `InvalidMsgSpec`, or a

@@ -98,7 +98,7 @@ def resolve_name(name: str, namespace_: str, remappings: Mapping[str, str] | Non
 
 
 def script_resolve_name(script_name: str, name: str) -> str:
-    """Resolve a name relative to this process's namespace, and a private name relative to the script."""
+    """Resolve a name relative to this process's namespace, or a private name relative to `script_name`."""
     if not name:
         return get_ros_namespace()
     if is_global(name):

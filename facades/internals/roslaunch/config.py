@@ -245,7 +245,7 @@ class ROSLaunchConfig:
 
 
 def _command(words: Sequence[Any]) -> ParameterCommand:
-    """Return the `rosparam` command for words such as `("dump", "/file", "/ns")`."""
+    """Convert `rosparam` arguments, such as `("dump", "/file", "/ns")`, to a ParameterCommand."""
     action, *rest = words
     key = rest[-1] if rest else "/"
     return ParameterCommand(ParameterAction(action), key, (rest[0] or "") if len(rest) > 1 else "")

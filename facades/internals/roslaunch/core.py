@@ -505,7 +505,7 @@ def local_machine() -> Machine:
 
 
 def is_machine_local(machine: Machine) -> bool:
-    """Return whether the machine is this computer and this user, so that its nodes can start without ssh.
+    """Return whether the machine refers to this computer and user, so that nodes can start without ssh.
 
     Raises:
         RLException: the machine's address cannot be resolved.

@@ -130,7 +130,7 @@ def _add_node(deps: RoslaunchDeps, node: Node) -> None:
 
 
 def rl_file_deps(file_deps: FileDeps, launch_file: str, verbose: bool = False) -> None:
-    """Call `parse_launch`."""
+    """Same as `parse_launch`, with the arguments in another order."""
     parse_launch(launch_file, file_deps, verbose)
 
 
@@ -140,7 +140,7 @@ def calculate_missing(
     file_deps: Mapping[str, RoslaunchDeps],
     use_test_depends: bool = False,
 ) -> dict[str, set[str]]:
-    """Add the dependencies that each package's manifest lacks to `missing`, and return `missing`."""
+    """Add the dependencies not declared in each package's manifest to `missing`. Return `missing`."""
     _ = base_pkg
     index = PackageIndex.from_environment()
     kinds = ("exec_depends", *(("test_depends",) if use_test_depends else ()))

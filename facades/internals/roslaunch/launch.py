@@ -113,9 +113,10 @@ def validate_master_launch(m: Master, is_core: bool, is_rostest: bool = False) -
 
 
 class ROSLaunchRunner:
-    """Runs a configuration: ensures that a master is running, sets parameters, and starts and monitors nodes.
+    """Runner of a configuration.
 
-    `launch` starts everything; `stop` ends everything. `ROSLaunchParent.runner` is an instance.
+    It ensures that a master is running, sets parameters, and starts and monitors nodes. `launch` starts
+    everything; `stop` stops everything. `ROSLaunchParent.runner` is an instance.
 
     Attributes:
         pm: the monitor for the nodes' processes.
@@ -301,5 +302,6 @@ def _check_executables(executables: Sequence[Executable]) -> None:
     for executable in executables:
         if not isinstance(executable, RosbinExecutable) or executable.command != "rosparam":
             raise LaunchError(
-                f"the command [{executable}] cannot be run: a configuration may only contain rosparam"
+                f"the command [{executable}] cannot be run: "
+                "a configuration may only contain rosparam commands"
             )

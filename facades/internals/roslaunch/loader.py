@@ -245,7 +245,8 @@ class Loader:
         """Add the parameters that a `<rosparam>` loads, or the command that it contains.
 
         Raises:
-            ValueError: the command is unknown, or a value needs a name.
+            ValueError: the command is unknown, `file_` is given for `delete`, `param` is missing for a value
+                that is not a dictionary, or a key is not a string.
             LoadException: the file or its YAML cannot be read.
         """
         _check_command(cmd, file_)

@@ -198,7 +198,7 @@ class RunProcess(LocalProcess):
         self.started = True
         self.full_name = node.full_name
 
-    # State of the latest process. Assignments, which Noetic's classes make, are ignored.
+    # State of the latest process. Noetic's classes assign to these attributes; the assignments are ignored.
 
     @property
     def pid(self) -> int:
@@ -255,7 +255,7 @@ class RunProcesses:
     """The nodes of a launch, with the interface that `ProcessMonitor` requires."""
 
     def __init__(self, run: LaunchRun, run_id: str, stop: Callable[[], None]) -> None:
-        """Store the arguments. `stop` is the function that ends all nodes."""
+        """Store the arguments. `stop` is the function that stops all nodes."""
         self._run = run
         self._run_id = run_id
         self._stop = stop

@@ -142,7 +142,7 @@ def compute_full_text(get_deps_dict: Dependencies) -> str:
 
 
 def _definition(spec: MsgSpec, package: str) -> MessageSpec:
-    """Parse a definition again from its parts, because it may have been created without a text or a name."""
+    """Parse a definition again from its parts, because it may have been created without text or a name."""
     constants = [f"{c.type} {c.name}={c.val_text}" for c in spec.constants]
     fields = [f"{kind} {name}" for kind, name in zip(spec.types, spec.names, strict=True)]
     return msgs.read("\n".join([*constants, *fields]), spec.full_name or f"{package}/Text")

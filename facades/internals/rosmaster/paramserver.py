@@ -43,7 +43,7 @@ class ParamDictionary:
     """
 
     def __init__(self, reg_manager: RegistrationManager | None, tree: ParamTree | None = None) -> None:
-        """Use `tree`, or a new tree, for the parameters. (`tree` is not in Noetic.)"""
+        """Store the parameters in `tree`, or in a new tree. (`tree` is not in Noetic.)"""
         self.lock = threading.RLock()
         self.reg_manager = reg_manager
         self._tree = ParamTree() if tree is None else tree

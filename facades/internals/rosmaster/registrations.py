@@ -91,7 +91,7 @@ class Registrations:
     PARAM_SUBSCRIPTIONS = 4
 
     def __init__(self, type_: int, registry: Registry | None = None) -> None:
-        """Use `registry`, which is shared with other types, or a new registry. (`registry` is not in Noetic.)
+        """Use `registry`, which other types may share, or create a registry. (`registry` is not in Noetic.)
 
         Raises:
             rosmaster.exceptions.InternalException: `type_` is not one of the four type numbers.

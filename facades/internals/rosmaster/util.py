@@ -19,7 +19,7 @@ def xmlrpcapi(uri: str | None) -> ServerProxy | None:
     """Return an XML-RPC proxy for a node or master, or None if the URI is invalid.
 
     Proxies are cached per thread. A call raises TimeoutError if the server is silent for longer
-    than the limit `notice_s`.
+    than `pipros.Limits.notice_s`.
     """
     scheme, _, rest = (uri or "").partition("://")
     if uri is None or not scheme or not rest.partition("/")[0]:

@@ -117,7 +117,11 @@ def get_nodes_by_machine(machine: str) -> list[str]:
 
 
 def kill_nodes(node_names: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Shut down nodes. Return those that ended or did not respond, and those that are unknown or refused."""
+    """Ask nodes to shut down.
+
+    Returns:
+        The nodes that accepted or did not respond, and the nodes that are unknown or refused.
+    """
     with _graph() as graph:
         killed, failed = _nodes.kill(graph.master, node_names)
     return killed, list(failed)

@@ -91,7 +91,7 @@ def _graph() -> Iterator[GraphClient]:
 
 
 def get_param_server() -> rosgraph.Master:
-    """Return the master, which has the parameter server's methods `getParam`, `setParam`, …"""
+    """Return a proxy for the master, which provides the parameter server's methods, such as `getParam`."""
     return rosgraph.Master("/rosparam")
 
 

@@ -62,7 +62,8 @@ class CallbackEcho:
         fixed_numeric_width: int | None = None,
         value_transform_fn: ValueTransform | None = None,
     ) -> None:
-        """
+        """Store the settings.
+
         Args:
             topic: the topic; messages from other topics are ignored unless `echo_all_topics` is true.
             msg_eval: function that returns the part of a message to print; None for the whole message.

@@ -21,7 +21,7 @@ from rospy.session import session
 from rostopic.errors import ROSTopicException
 
 SUBSCRIBER_TIMEOUT = 5.0
-"""Maximum time to wait for a subscriber before publishing the documents of a file, in seconds."""
+"""Maximum time to wait for a subscriber before publishing the documents in a file, in seconds."""
 
 ONCE_S = 3.0
 POLL_PERIOD_S = 0.05

@@ -77,7 +77,7 @@ class WtfContext:
         self.set_subject(self._subject)
 
     def as_dictionary(self) -> dict[str, Any]:
-        """Return the attributes by name, for use in the texts of rules."""
+        """Return the attributes by name, for use in rule texts."""
         return dict(vars(self))
 
     @staticmethod

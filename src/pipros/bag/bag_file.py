@@ -32,7 +32,7 @@ class BagFile:
     Attributes:
         version: format version as an integer: 200 for 2.0.
         writer: the bag's writer; None if the bag is read-only.
-        topics: adds messages by topic name; None if the bag is read-only.
+        topics: writer that adds messages by topic name; None if the bag is read-only.
     """
 
     def __init__(
@@ -101,7 +101,7 @@ class BagFile:
         return self.writer.size if self.writer is not None else self.view().size
 
     def flush(self) -> None:
-        """Write the messages added since the last flush, as a chunk."""
+        """Write the open chunk and flush the file, unless the bag is read-only."""
         if self.writer is not None:
             self.writer.flush()
 

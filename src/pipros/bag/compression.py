@@ -45,7 +45,7 @@ def compress(compression: str, data: bytes | memoryview) -> bytes | memoryview:
 
 
 def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
-    """Return a chunk's decompressed data, which must have `size` bytes.
+    """Return a chunk's decompressed data, which must be `size` bytes long.
 
     Decompression stops once the data exceed `size`, so that memory is bounded.
 
@@ -66,7 +66,7 @@ def decompress(compression: str, data: bytes, size: int, where: str) -> bytes:
             f"{where}: compression must be one of {', '.join(COMPRESSIONS)}, got [{compression}]"
         )
     if len(plain) != size:
-        raise BagFormatError(f"{where}: the chunk must have {size} bytes, got {len(plain)}")
+        raise BagFormatError(f"{where}: the chunk must be {size} bytes long, got {len(plain)}")
     return plain
 
 
@@ -111,7 +111,7 @@ def _decompress_zstd(data: bytes, size: int, where: str) -> bytes:
     try:
         claimed = zstandard.get_frame_parameters(data).content_size
         if claimed not in (size, zstandard.CONTENTSIZE_UNKNOWN):
-            raise BagFormatError(f"{where}: the chunk must have {size} bytes, got {claimed}")
+            raise BagFormatError(f"{where}: the chunk must be {size} bytes long, got {claimed}")
         plain: bytes = zstandard.ZstdDecompressor().decompress(data, max_output_size=size)
     except (zstandard.ZstdError, MemoryError) as error:
         raise BagFormatError(f"{where}: the zstd data are damaged: {error}") from None

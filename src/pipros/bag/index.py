@@ -86,7 +86,7 @@ def parse_index(fields: Fields, data: bytes, where: str) -> tuple[int, bytes]:
         raise BagFormatError(f"{where}: index version must be 1, got {version}")
     count = number(fields, "count", 4, where)
     if len(data) != count * ENTRY.size:
-        raise BagFormatError(f"{where}: {count} entries must be {count * ENTRY.size} bytes, got {len(data)}")
+        raise BagFormatError(f"{where}: {count} entries need {count * ENTRY.size} bytes, got {len(data)}")
     return number(fields, "conn", 4, where), data
 
 
@@ -113,9 +113,7 @@ def parse_chunk_info(fields: Fields, data: bytes, where: str) -> ChunkInfo:
         raise BagFormatError(f"{where}: chunk info version must be 1, got {version}")
     count = number(fields, "count", 4, where)
     if len(data) != count * TIME.size:
-        raise BagFormatError(
-            f"{where}: {count} connections must be {count * TIME.size} bytes, got {len(data)}"
-        )
+        raise BagFormatError(f"{where}: {count} connections need {count * TIME.size} bytes, got {len(data)}")
     return ChunkInfo(
         number(fields, "chunk_pos", 8, where),
         time_of(fields, "start_time", where),

@@ -120,7 +120,7 @@ def _read_index(source: Source, layout: BagLayout, counts: tuple[int, int]) -> N
     where = source.at(layout.index_position)
     for chunk, following in pairwise(layout.chunks):
         if chunk.position == following.position:
-            raise BagFormatError(f"{where}: the index names the chunk at byte {chunk.position} twice")
+            raise BagFormatError(f"{where}: the index lists the chunk at byte {chunk.position} twice")
     messages = sum(sum(chunk.counts.values()) for chunk in layout.chunks)
     if messages * ENTRY.size > source.size:
         raise BagFormatError(

@@ -63,7 +63,7 @@ def _frame(data: bytes, limit: int) -> bytes:
         else:
             _block(block, out, begin, len(out) + room)
         if len(out) > limit:
-            raise ValueError(f"the content must have <= {limit} bytes")
+            raise ValueError(f"the content must be at most {limit} bytes long")
     position += 4
     if flags & 4 and xxh32(out) != _u32(data, position):
         raise ValueError("the content checksum is wrong")

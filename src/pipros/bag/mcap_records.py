@@ -138,7 +138,7 @@ def read_summary(source: Source) -> Summary | None:
     positions = sorted(chunk.chunk_start_offset for chunk in summary.chunk_indexes)
     for position, following in pairwise(positions):
         if position == following:
-            raise BagFormatError(f"{source.at(start)}: the summary names the chunk at byte {position} twice")
+            raise BagFormatError(f"{source.at(start)}: the summary lists the chunk at byte {position} twice")
     summary.chunk_indexes.sort(key=lambda chunk: chunk.chunk_start_offset)
     return summary
 

@@ -30,7 +30,7 @@ class Change:
     """A type in a bag that the installed packages define differently.
 
     Attributes:
-        old, new: type and md5sum in the bag, and in the installed package.
+        old, new: type and md5sum in the bag and in the installed package, respectively.
         missing: pairs of an old and a new type that have no valid rule.
     """
 
@@ -158,7 +158,7 @@ class Migrator:
         setattr(owner, name, value)
 
     def fix(self, bag: BagReader, writer: MessageWriter, *, force: bool = False) -> list[Change]:
-        """Write a bag's migrated messages, finish the writer, and return an empty list.
+        """Migrate a bag's messages, write them, and finish the writer. Return an empty list.
 
         If rules are missing, write nothing, and return the changes that need them. With `force`, copy the
         affected messages unchanged instead.

@@ -1,7 +1,7 @@
 """Find the migration rules that installed packages export, as Noetic's `rosbag check` and `fix` do.
 
-A package that depends on a package NAME in `_EXPORTS` can export `<NAME ATTRIBUTE="file.bmr"/>` in its
-manifest.
+A package exports rules with `<NAME ATTRIBUTE="file.bmr"/>` in its manifest, where NAME and ATTRIBUTE are a
+pair in `_EXPORTS`. It must also depend on the package NAME.
 """
 
 from __future__ import annotations

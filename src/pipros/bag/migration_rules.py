@@ -78,7 +78,7 @@ def _check_depth(tree: ast.Module, file: str) -> None:
 
 def _rule(node: ast.stmt, file: str) -> Rule:
     if not isinstance(node, ast.ClassDef):
-        raise _refusal(node, file, "a rule file must contain only classes")
+        raise _refusal(node, file, "a rule file may only contain classes")
     values: dict[str, object] = {}
     methods: dict[str, ast.FunctionDef] = {}
     for part in node.body:
@@ -91,7 +91,7 @@ def _rule(node: ast.stmt, file: str) -> Rule:
             if part.name != "get_class_def":  # genuine rosbag generates this method
                 methods[part.name] = part
         elif not migration_update.is_text(part) and not isinstance(part, ast.Pass):
-            raise _refusal(part, file, "a rule must contain only values and methods")
+            raise _refusal(part, file, "a rule may only contain values and methods")
     try:
         migration_update.check(methods)
     except migration_update.Refused as error:

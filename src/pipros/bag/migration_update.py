@@ -59,14 +59,14 @@ def _check_all(body: Sequence[ast.stmt], methods: Mapping[str, ast.FunctionDef])
         elif not isinstance(node, ast.Assert | ast.Pass) and not is_text(node):
             raise Refused(
                 node,
-                "a rule must only assign to fields of new_msg, or call self.migrate or self.migrate_array",
+                "a rule may only assign to fields of new_msg, or call self.migrate or self.migrate_array",
             )
 
 
 def _check_target(target: ast.expr) -> None:
     names = _attributes(target)
     if not names or (len(names) > 1 and names[0] == "self") or names[0] == "old_msg":
-        raise Refused(target, "a rule must assign only to names and to fields of new_msg")
+        raise Refused(target, "a rule may only assign to names and to fields of new_msg")
 
 
 def _is_known_call(call: ast.Call, methods: Mapping[str, ast.FunctionDef]) -> bool:
@@ -142,7 +142,9 @@ class Update:
         parameters = [each.arg for each in method.args.args][1:]
         self._depth += 1
         if self._depth > _CALL_DEPTH or len(parameters) != len(values):
-            raise self._error(method, f"[{name}] is called with wrong arguments or nested too deeply")
+            raise self._error(
+                method, f"wrong number of arguments for [{name}], or calls are nested too deeply"
+            )
         self._do_all(method.body, dict(zip(parameters, values, strict=True)))
         self._depth -= 1
 

@@ -276,7 +276,7 @@ class Player:
 
 
 def _class_of(connection: Connection) -> Any:
-    """Return a class for serialized messages that has the connection's type, md5sum and definition."""
+    """Return a subclass of `AnyMsg` with the connection's type, md5sum and definition."""
     return type(
         "PlayedMessage",
         (AnyMsg,),

@@ -26,7 +26,7 @@ class FileOptions:
 
     Attributes:
         prefix: prefix of the file name; the date is appended.
-        name: the file name, used without a date instead of `prefix`.
+        name: the file name, used instead of `prefix` and the date.
         split: whether to start a new file when `size_bytes` or `duration_s` is reached. If False, the
             recording ends.
         max_splits: maximum number of files kept; 0 for no limit.

@@ -60,7 +60,7 @@ class RecordQueue:
         return taken
 
     def close(self) -> None:
-        """Reject new messages. Queued messages can still be retrieved."""
+        """Ignore new messages from now on. Queued messages can still be retrieved."""
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()

@@ -143,7 +143,7 @@ def number(fields: Fields, name: str, size: int, where: str) -> int:
     if value is None:
         raise BagFormatError(f"{where}: the field [{name}] is missing")
     if len(value) != size:
-        raise BagFormatError(f"{where}: the field [{name}] must have {size} bytes, got {len(value)}")
+        raise BagFormatError(f"{where}: the field [{name}] must be {size} bytes long, got {len(value)}")
     return int.from_bytes(value, "little")
 
 
@@ -151,7 +151,7 @@ def time_of(fields: Fields, name: str, where: str) -> int:
     """Return the timestamp (ns) in a field.
 
     Raises:
-        BagFormatError: the field is missing, does not have 8 bytes, or is out of range.
+        BagFormatError: the field is missing, is not 8 bytes long, or is out of range.
     """
     both = number(fields, name, 8, where)
     return checked_time((both & 0xFFFFFFFF) * NS_PER_S + (both >> 32), where)

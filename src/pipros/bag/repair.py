@@ -37,7 +37,7 @@ def reindex(file: Any, name: str, limits: Limits, progress: Progress | None = No
     source = Source(file, name, limits)
     version, start = read_version(source)
     if version.number != 200:
-        raise BagFormatError(f"{name}: only bags of format 2.0 can be indexed")
+        raise BagFormatError(f"{name}: only bags in format 2.0 can be indexed")
     found = scan(source, start, limits, progress)
     kept = BagLayout(Version(2, 0), connections=found.connections, end=_after_file_header(source, start))
     rest = list(found.chunks)

@@ -3,6 +3,7 @@
 If a chunk's time range does not overlap that of another chunk, its messages are yielded as one run. The
 sorted entries of overlapping chunks are merged; a chunk is held in memory only from its first message to its
 last.
+
 Messages with equal timestamps are ordered by connection, then by position in the file.
 """
 

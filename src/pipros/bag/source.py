@@ -78,8 +78,8 @@ class Source:
         size = int.from_bytes(start[:4], "little")
         if len(start) < 4 or size > self._limits.bag_header_bytes:
             raise BagFormatError(
-                f"{self.at(position)}: a record's header must have at most {self._limits.bag_header_bytes} "
-                f"bytes, got {size}"
+                f"{self.at(position)}: a record's header must be at most {self._limits.bag_header_bytes} "
+                f"bytes long, got {size}"
             )
         whole = start if len(start) >= size + 8 else start[:4] + self.read(position + 4, size + 4)
         data_size = int.from_bytes(whole[4 + size : 8 + size], "little")
@@ -93,13 +93,13 @@ class Source:
         """
         if size > self._limits.bag_connection_bytes:
             raise BagFormatError(
-                f"{self.at(position)}: the record must have at most {self._limits.bag_connection_bytes} "
-                f"bytes, got {size}"
+                f"{self.at(position)}: the record must be at most {self._limits.bag_connection_bytes} "
+                f"bytes long, got {size}"
             )
         return self.read(position, size)
 
     def _start(self, position: int) -> bytes:
-        """Return the start of a record, with enough bytes for most headers, in a single read."""
+        """Read the start of a record in one call, with enough bytes for most headers."""
         if position >= self.size:
             raise BagFormatError(
                 f"{self.at(position)}: a record must follow, but the file ends at {self.size}"

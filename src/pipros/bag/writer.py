@@ -200,7 +200,7 @@ class BagWriter:
             return
         size = self._chunk.tell()
         if size > _LARGEST:
-            raise BagError(f"a chunk must have at most {_LARGEST} bytes, got {size}")
+            raise BagError(f"a chunk must be at most {_LARGEST} bytes long, got {size}")
         content = self._chunk.getbuffer()
         try:
             data = compress(self.compression, content)

@@ -34,7 +34,7 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
 
 
 def read_end(path: str | os.PathLike[str], most_bytes: int) -> str:
-    """Return the last `most_bytes` of a regular file, decoded as UTF-8, from the start of a line.
+    """Return the last `most_bytes` of a regular file, decoded as UTF-8, without a partial first line.
 
     Raises:
         OSError: the file cannot be read, or is not a regular file.

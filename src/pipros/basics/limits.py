@@ -25,9 +25,11 @@ class InvalidLimits(PiprosError, ValueError):
 class Limits(NamedTuple):
     """The limits for one process, node or master. `limits._replace(stall_s=1.0)` returns a changed copy.
 
+    Each limit is the maximum size, number or time of what it describes, unless noted otherwise.
+
     Attributes:
         header_bytes: size of a TCPROS connection header.
-        frame_bytes: a message, a service request, a service reply.
+        frame_bytes: a message, a service request or a service reply.
         handshakes: concurrent connections to a node on which neither a TCPROS header nor the beginning of an
             HTTP request has arrived yet.
         handshake_s: the time in which a TCPROS header or the beginning of an HTTP request must arrive; also
@@ -39,7 +41,7 @@ class Limits(NamedTuple):
             replies that clients have not read.
         request_s: the time for an XML-RPC request to arrive, and for its sender to read the response; also
             for service calls, for which it restarts after every MiB.
-        login_s: the time for a page's client to send its request, and then again to send the token.
+        login_s: the time for a page's client to send its request, and the same time again to send the token.
         login_bytes: the bytes that a page's client may send before it has logged in.
         idle_s: the time that an XML-RPC connection may stay open without a request.
         file_bytes: a file that is read whole: a launch file, a manifest, a definition, a `CMakeLists.txt`.
@@ -66,7 +68,7 @@ class Limits(NamedTuple):
         topic_types: types that a master keeps for topics that have no publishers or subscribers.
         topic_type_bytes: the names and types of all such topics together.
         notices: calls that a master has queued for one node.
-        notice_s: the time for a node to answer such a call.
+        notice_s: the time for a node to respond to such a call.
         tcpros_connections: TCPROS connections of a node, in either direction; 0 means three quarters of the
             process's descriptors.
         tcpros_connections_per_peer: the TCPROS connections that one address may open; 0 means half of
@@ -93,21 +95,21 @@ class Limits(NamedTuple):
         bag_header_bytes: the header of one record in a bag.
         bag_connection_bytes: a connection header, or the list of a chunk's connections, in a bag.
         bag_chunk_bytes: one chunk of a bag, uncompressed.
-        bag_expanded_bytes: one chunk of a bag that expands more than 1,000 times when it is decompressed.
+        bag_expanded_bytes: one chunk of a bag, uncompressed, if it expands more than 1,000 times.
         bag_index_bytes: index entries of messages that are found by reading chunks, beyond 16 bytes for each
             byte of the file.
         bag_cache_bytes: the uncompressed chunks that are kept while a bag is read.
         edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
-        launch_answer_bytes: a roslaunch's response to the page, with its nodes or one node's output.
+        launch_answer_bytes: a response from roslaunch to the page, with its nodes or one node's output.
         page_message_bytes: a message that a page decodes.
         page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
             parameters; also the messages of one topic that are kept after a jump in a bag.
-        page_layout_bytes: a layout of panels, which a browser stores or a file contains.
+        page_layout_bytes: a panel layout, stored by a browser or in a file.
         page_topics: topics that all browsers connected to a page watch together.
         page_bags: bags that all browsers connected to a page have opened together.
-        page_record_spare_bytes: free disk space at which a recording made by a page ends.
-        page_export_bytes: the messages in a part of a bag that a browser exports.
+        page_record_spare_bytes: free disk space below which a page's recording ends.
+        page_export_bytes: the messages that a browser exports from a bag.
         page_exports: concurrent exports by all browsers connected to a page; each needs a temporary file.
         scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
         bridge_clients: clients of all rosbridge and Foxglove servers in a process.
@@ -130,9 +132,9 @@ class Limits(NamedTuple):
         fleet_file_bytes: a fleet member's YAML file.
         fleet_members: other members of a fleet that a member shows.
         fleet_topics: topics and services of these members, in total.
-        fleet_directory_bytes: a member's directory.
+        fleet_directory_bytes: a member's directory of the topics and services that it offers.
         fleet_message_bytes: a message, a request or a reply on a fleet link, compressed or decompressed.
-        fleet_queue_bytes: messages that wait to be sent over a fleet link.
+        fleet_queue_bytes: messages waiting to be sent over a fleet link.
         fleet_latched_bytes: latched messages that a member keeps for others.
         fleet_definition_bytes: the other members' message definitions that a member keeps, or that a router
             keeps for its history.

@@ -178,7 +178,7 @@ class Arguments(NamedTuple):
 
     Attributes:
         remappings: arguments of the form `from:=to`, with both sides as written.
-        params: values from `_name:=value`, as YAML text, by name without the underscore.
+        params: values from `_name:=value`, as YAML text, keyed by name without the underscore.
         special: values from `__name:=value`. The keys include the underscores: `__name`, `__ns`, `__log`,
             `__ip`, `__hostname`, `__master`, ….
         rest: all other arguments in order.

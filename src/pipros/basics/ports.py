@@ -132,7 +132,7 @@ class AdvertisedAddress:
 
 
 def _split_host(text: str) -> tuple[str, str]:
-    """Split `HOST` and the list of ports; an IPv6 address with ports is in brackets."""
+    """Split a value into `HOST` and the list of ports. An IPv6 address followed by ports is in brackets."""
     if text.startswith("["):
         host, _, ports = text[1:].partition("]")
         return host, ports.removeprefix(":")

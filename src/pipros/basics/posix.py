@@ -31,7 +31,7 @@ _WINDOWS_CONNECTIONS = 8192
 def require_sockets() -> None:
     """Check that this system has sockets and threads.
 
-    In a browser, each system call for them fails with a different error, and some never return.
+    In a browser, the system calls for them fail with various errors, and some never return.
 
     Raises:
         NeedsSockets: Python runs in a browser.
@@ -96,7 +96,7 @@ def call_in_children(callback: Callable[[], object]) -> None:
 
 
 def call_in_children_before(callback: Callable[[], object], signals: tuple[int, ...]) -> None:
-    """Register a function to be called in every forked child, before the child handles any of these signals.
+    """Register a function to be called in every forked child, before the child handles any of `signals`.
 
     Does nothing on systems without fork.
     """

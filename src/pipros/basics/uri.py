@@ -61,7 +61,7 @@ def host_and_port(host: str, port: int) -> str:
 
 
 def _can_be_host(host: str) -> bool:
-    """Return False if looking up the host would raise an error other than the one for an unknown name."""
+    """Return whether a host is well-formed. Looking up a malformed host would raise an unexpected error."""
     try:
         ascii_host = host if host.isascii() else host.encode("idna").decode("ascii")
     except UnicodeError:

@@ -182,7 +182,7 @@ class Client:
 
     Attributes:
         number: distinguishes this client from all other clients of the server.
-        protocol: the WebSocket subprotocol, or the name of the protocol if there is none.
+        protocol: the WebSocket subprotocol, or the protocol's name if there is no subprotocol.
         address: IP address and port.
         agent: the `User-Agent` header, or an empty string.
         outbox: data for the client; thread-safe.

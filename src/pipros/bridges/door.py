@@ -56,7 +56,7 @@ class Session(Protocol):
         """
 
     def takes(self) -> Mapping[Hashable, str]:
-        """Return the client's subscriptions: a mapping from outbox keys to names in the list of clients."""
+        """Return the client's subscriptions: a mapping from outbox keys to names in the client list."""
 
     def sends(self) -> Sequence[str]:
         """Return the topics that the client publishes."""
@@ -77,12 +77,12 @@ class Handler(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ClientRow:
-    """An entry in the list of clients.
+    """An entry in the client list.
 
     Attributes:
         since: time of the connection, in seconds since 1970.
         sent: traffic of all subscriptions, current and past.
-        topics: traffic of the current subscriptions, by the names that `Session.takes` returns.
+        topics: traffic of the current subscriptions, keyed by the names that `Session.takes` returns.
         publishes: topics that the client publishes.
         received: number of messages of all kinds from the client, and their size in bytes.
         waiting_bytes: size of the data that has not been sent to the client yet.
@@ -152,7 +152,7 @@ class Door:
         Args:
             host: address to listen on.
             port: port to listen on; 0 selects a free one.
-            names: host names under which the page and the list of clients are served, besides the loopback
+            names: host names under which the page and the client list are served, besides the loopback
                 names.
             ping_s: interval between pings; None disables them.
             pong_s: maximum time to wait for a pong; None waits forever.

@@ -1,10 +1,10 @@
-"""Bounded queue of messages and answers for one client of a bridge. Performs no I/O.
+"""Bounded queue of messages and responses for one client of a bridge. Performs no I/O.
 
 Theory of operation. The threads that receive messages `put` them, and the event loop pops them in the same
 order while the client's connection has room. A subscription may limit the number of its queued messages. If
 the client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted.
-Answers to requests are never dropped, because the client would wait for them forever: if an answer does not
-fit, the outbox is overrun and the client must be disconnected.
+Responses to requests are never dropped, because the client would wait for them forever: if a response does
+not fit, the outbox is overrun and the client must be disconnected.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ class Traffic:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Waiting:
-    number: int  # position in the sequence of all messages and answers
+    number: int  # position in the sequence of all messages and responses
     frames: Sequence[Frame]
     size: int
-    subscription: _Subscription | None = None  # None for answers
+    subscription: _Subscription | None = None  # None for responses
 
 
 @dataclass(slots=True, eq=False)
@@ -63,11 +63,11 @@ class _Subscription:
 
 
 class Outbox:
-    """Queue of messages and answers for one client. Thread-safe; methods never block.
+    """Queue of messages and responses for one client. Thread-safe; methods never block.
 
     Attributes:
         total: traffic of all subscriptions, current and past.
-        is_overrun: whether an answer did not fit.
+        is_overrun: whether a response did not fit.
     """
 
     def __init__(self, limit_bytes: int, wake: Callable[[], object]) -> None:
@@ -83,7 +83,7 @@ class Outbox:
         self._wake = wake
         self._bytes = 0
         self._next = 0
-        self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # keyed by number, like the answers
+        self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # keyed by `number`
         self._answers: deque[_Waiting] = deque()
         self._subscriptions: dict[Hashable, _Subscription] = {}
         self._is_closed = False
@@ -127,7 +127,7 @@ class Outbox:
             self._wake()
 
     def answer(self, *frames: Frame) -> None:
-        """Add an answer to a request, or another message that must not be dropped."""
+        """Add a response to a request, or another message that must not be dropped."""
         size = sum(frame.size for frame in frames)
         with self._lock:
             if self._is_closed:
@@ -145,7 +145,7 @@ class Outbox:
             self._wake()
 
     def pop(self) -> Sequence[Frame] | None:
-        """Remove the oldest message or answer and return its frames. Return None if the outbox is empty."""
+        """Remove the oldest message or response and return its frames. Return None if the outbox is empty."""
         with self._lock:
             first = next(iter(self._messages), self._next)
             if self._answers and self._answers[0].number < first:
@@ -163,14 +163,14 @@ class Outbox:
             return taken.frames
 
     def close(self) -> None:
-        """Discard all data, and ignore all later messages and answers."""
+        """Discard all data, and ignore all later messages and responses."""
         with self._lock:
             self._is_closed = True
             self._clear()
 
     @property
     def has_answers(self) -> bool:
-        """Whether the queue contains an answer."""
+        """Whether the queue contains a response."""
         return bool(self._answers)
 
     @property
@@ -187,7 +187,7 @@ class Outbox:
         return not self._messages and not self._answers
 
     def _make_room(self, size: int) -> None:
-        """Drop the oldest messages until `size` bytes fit, or only answers are left."""
+        """Drop the oldest messages until `size` bytes fit or only responses remain."""
         while self._messages and self._bytes + size > self._limit_bytes:
             self._drop(next(iter(self._messages)))
 

@@ -13,7 +13,7 @@ BURST_S: Final = 1.0
 
 
 class Pace:
-    """Delay before reading the next message of a client.
+    """Computes how long to wait before reading a client's next message.
 
     The connection's buffers fill up during the delay, so a client that sends too much is slowed down; no
     message is stored or dropped. For each limit, the next message is due when a client that sends at exactly
@@ -21,7 +21,7 @@ class Pace:
     """
 
     def __init__(self, limits: Limits, clock: Callable[[], float] = time.monotonic) -> None:
-        """`clock` returns seconds."""
+        """Create the rate limits for a new client. `clock` returns the time in seconds."""
         self._message_s = 1 / limits.bridge_client_rate
         self._byte_s = 1 / limits.bridge_client_rate_bytes
         self._clock = clock

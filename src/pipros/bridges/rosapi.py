@@ -44,7 +44,7 @@ class Allowed:
 
 
 class RosApi:
-    """The service handlers. Each returns the fields of its response by name."""
+    """The service handlers. Each returns a dictionary with the fields of its response."""
 
     def __init__(self, node: Node, allowed: Allowed | None = None) -> None:
         self._node = node

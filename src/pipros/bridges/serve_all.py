@@ -37,7 +37,7 @@ class AllProtocols:
         *,
         has_control: bool,
     ) -> None:
-        """`secret` is the page's secret; if it is None, a new secret is created."""
+        """Create the protocols. `secret` is the page's secret; if it is None, a new secret is created."""
         self._node = node
         self._loop = loop
         self._system = WatchedSystem(graph, node)

@@ -64,7 +64,7 @@ REPORTED_TYPES: Final = 10
 
 
 def legal_topic(node: Node, name: str) -> str:
-    """Resolve the name of a topic in a client's request to a global name.
+    """Resolve a topic name in a client's request to a global name.
 
     Raises:
         InvalidName: the name is not legal.
@@ -113,7 +113,7 @@ class SharedTopics:
         """Return a topic's type, from its newest message or from the master, or None if unknown. Blocks.
 
         Raises:
-            PiprosError: the master does not answer.
+            PiprosError: the master does not respond.
         """
         name = self._node.resolve(topic)
         newest = self._newest.get(name)

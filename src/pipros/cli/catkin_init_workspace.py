@@ -24,7 +24,7 @@ include(${TOPLEVEL})
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Initialise the given folder or, by default, the current folder. Return the exit code."""
+    """Initialise the given folder or, by default, the working directory. Return the exit code."""
     parser = ArgumentParser(
         prog="catkin_init_workspace",
         description="Initializes a catkin workspace by creating a top-level CMakeLists.txt.",

@@ -73,7 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _check_targets(
     targets: list[str], result: BuildResult, layout: WorkspaceFolders, definitions: Mapping[str, str]
 ) -> int:
-    """Pass targets that pipros does not know to genuine catkin. For `help`, print the known targets.
+    """Pass unknown targets to genuine catkin if a package needs CMake. For `help`, print the known targets.
 
     Return 1 if an error was printed, otherwise 0.
     """
@@ -100,7 +100,7 @@ def _check_targets(
 
 
 def _clean_results(targets: list[str], layout: WorkspaceFolders) -> None:
-    """Remove test results if a target requires it."""
+    """Remove the test results that `clean_test_results` targets refer to."""
     for target in targets:
         if target == "clean_test_results" or target.startswith("clean_test_results_"):
             name = target.removeprefix("clean_test_results").removeprefix("_")

@@ -153,7 +153,8 @@ def _layout(options: Namespace) -> WorkspaceFolders:
     base = Path(options.directory).absolute()
     if not base.is_dir():
         raise WorkspaceError(f"Workspace path '{base}' does not exist.")
-    # As in Noetic, the paths of spaces on the command line are relative to the current folder.
+    # As in Noetic, the options for the source, build, devel and install spaces are relative to the working
+    # directory.
     layout = WorkspaceFolders(
         base,
         Path(options.source).absolute() if options.source else base / "src",
@@ -182,7 +183,7 @@ def _choose(
     """Return the packages to traverse, and the subset to build.
 
     Raises:
-        WorkspaceError: a name is not the name of a package.
+        WorkspaceError: no package in the workspace has a requested name.
     """
     names = [package.name for package in packages]
     named = [*options.pkg, *options.only_pkg_with_deps, *filter(None, [options.from_pkg])]

@@ -1,4 +1,4 @@
-"""`check_urdf`: checks a robot description and prints its tree of links."""
+"""`check_urdf`: checks a robot description and prints its link tree."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FAILED = 255
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print the tree of links, and return the exit code."""
+    """Print the link tree, and return the exit code."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _check(arguments), error_code=FAILED)
 
@@ -35,7 +35,7 @@ def read_robot_file(path: str) -> Robot:
     """Read a robot description from a file.
 
     Raises:
-        CommandError: the file cannot be read, or is not a valid description of a robot with a name.
+        CommandError: the file cannot be read, is not a valid robot description, or does not name the robot.
     """
     try:
         robot = read_robot(read_text(path))

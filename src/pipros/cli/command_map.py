@@ -103,7 +103,7 @@ def installed_commands() -> set[str]:
 
 
 def command_map(subcommands: Iterable[str]) -> str:
-    """Return the installed commands under headings, as text. Those not in `COMMANDS` are at the end.
+    """Return a list of the installed commands, under headings. Commands not in `COMMANDS` come last.
 
     `subcommands` are the subcommands of `pipros`.
     """

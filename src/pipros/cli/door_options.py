@@ -64,7 +64,7 @@ def door_options(tool: str, options: Any) -> DoorOptions:
 
 
 def client_limits(options: Any) -> Limits:
-    """Return the process-wide limits, except for the limits given as options."""
+    """Return the process-wide limits, overridden by the limits given as options."""
     from pipros.basics.limits import process_limits
 
     given = {

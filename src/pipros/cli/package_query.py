@@ -93,10 +93,11 @@ class PackageQuery:
 
     @property
     def name(self) -> str:
-        """The name of the given package or, by default, of the package in the current folder.
+        """The name of the given package or, by default, of the package in the working directory.
 
         Raises:
-            QueryFailed: the package does not exist, or none was given and the folder is not a package.
+            QueryFailed: the package does not exist, or none was given and the working directory is not a
+                package.
         """
         name = self.words[0] if self.words else ""
         if not name:

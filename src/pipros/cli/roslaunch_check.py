@@ -22,7 +22,7 @@ _CLASS_NAME = "roslaunch.RoslaunchCheck"
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return 0 if there are no errors; otherwise print all errors to stderr and return 1."""
+    """Check the files. Return 0 if there are no errors; otherwise print all errors to stderr and return 1."""
     parser = OptionParser(
         usage="usage: %prog [options] <file|directory> [env=value...]", prog="roslaunch-check"
     )
@@ -61,7 +61,7 @@ def _check(path: Path, output: Path | None, *, with_test_depends: bool, ignore_u
     if not path.exists():
         raise NotFound(f"[{path}] does not exist")
     if owner is None:
-        raise NotFound(f"[{path}] is not inside a ROS package of ROS_PACKAGE_PATH")
+        raise NotFound(f"[{path}] is not inside a ROS package on ROS_PACKAGE_PATH")
     found: list[str] = []
     for file in _launch_files(path):
         print("checking", file)

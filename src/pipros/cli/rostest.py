@@ -52,7 +52,10 @@ class Options:
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed, 130 after Ctrl-C."""
+    """Run the tests.
+
+    Return 0 if all tests passed, 1 if a test could not run, 2 if test cases failed, 130 after Ctrl-C.
+    """
     accept_ctrl_c()
     arguments, words = split_arguments(sys.argv[1:] if argv is None else argv)
     parser = _parser()
@@ -132,7 +135,7 @@ def _run_as_text(rostest: Rostest) -> int:
 
 
 def _open_log(environment: Environment) -> tuple[Console, Path]:
-    """Return the console for all fixtures, and this process's log file. Print the file's path."""
+    """Open this process's log file and print its path. Return the console for all fixtures, and the path."""
     folder = LogFolder(environment.log_dir.absolute())
     log = folder.file_of_launcher("rostest")
     console = Console(has_title=False)
@@ -149,7 +152,7 @@ def _open_log(environment: Environment) -> tuple[Console, Path]:
 
 
 def _package_of(file: Path, options: Options, index: PackageIndex) -> Package:
-    """Return the package that the results belong to: by default, the package that contains the test file."""
+    """Return the package to which the results belong; by default, the one that contains the test file."""
     found = index.containing(file)
     folder = Path(options.package_folder).absolute() if options.package_folder else None
     if options.package and (folder or found):

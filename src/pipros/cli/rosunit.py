@@ -27,7 +27,7 @@ CASES_FAILED = 2
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Return 0 if all tests passed, 1 if the program could not run, 2 if test cases failed."""
+    """Run the program. Return 0 if all tests passed, 1 if it could not run, 2 if test cases failed."""
     accept_ctrl_c()
     parser = OptionParser(usage="usage: %prog [options] <file> [test args...]", prog="rosunit")
     parser.add_option(

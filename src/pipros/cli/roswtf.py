@@ -88,9 +88,7 @@ def _check(options: Any, files: Sequence[str], arguments: Mapping[str, str], plu
 
 
 def _subject(files: Sequence[str], arguments: Mapping[str, str]) -> Subject:
-    """Return the subject to check: the launch files, the current folder's package, or only the
-    environment.
-    """
+    """Return what to check: launch files, the package in the working directory, or only the environment."""
     from pipros.health.wtf.subject import Subject
 
     subject = Subject.from_variables()

@@ -45,14 +45,14 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, chan
 
 
 def _resolved(graph: GraphClient, word: str) -> str:
-    """Resolve the name of a topic, node or field. The part from the first `[` or `:` on is left unchanged."""
+    """Resolve a topic, node or field name. Everything from the first `[` or `:` on stays unchanged."""
     end = min((at for at in map(word.find, ":[") if at >= 0), default=len(word))
     return graph.resolve(word[:end]) + word[end:]
 
 
 @command
 def rqt_bag(argv: Sequence[str] | None = None) -> int:
-    """Open the page at the Bags tab, for the current folder or the folder of the given bag."""
+    """Open the page at the Bags tab, for the given bag's folder or, by default, the working directory."""
     return run(lambda: _show_bags(sys.argv[1:] if argv is None else argv))
 
 
@@ -121,7 +121,7 @@ def rqt(argv: Sequence[str] | None = None) -> int:
     """Run `rqt`.
 
     With `-s NAME` (`--standalone`), run one plugin's command. With `--perspective-file FILE` or `-p NAME`,
-    open the page with that layout of panels. Otherwise, open the page at the graph.
+    open the page with that panel layout. Otherwise, open the page at the graph.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     return run(lambda: _run_plugin(arguments))
@@ -142,16 +142,14 @@ def _run_plugin(arguments: list[str]) -> int:
 
 def _show_layout(arguments: list[str]) -> int:
     parser = page_parser("rqt", "[options]")
-    parser.add_option(
-        "--perspective-file", metavar="FILE", help="a layout of panels, or a perspective of rqt"
-    )
-    parser.add_option("-p", "--perspective", metavar="NAME", help="a stored layout of panels")
+    parser.add_option("--perspective-file", metavar="FILE", help="a panel layout, or an rqt perspective")
+    parser.add_option("-p", "--perspective", metavar="NAME", help="a stored panel layout")
     add_flag(parser, "--clear-config", help="ignored, because the page keeps no configuration")
     options, words = parser.parse_args(without_remappings(arguments))
     if words:
         parser.error(f"unexpected argument: {words[0]}")
     if options.perspective and options.perspective_file:
-        parser.error("--perspective and --perspective-file exclude each other")
+        parser.error("--perspective and --perspective-file cannot be combined")
     panels = _panels(options.perspective, options.perspective_file)
     return show("rqt", f"panels/{quote(panels, safe='')}" if panels else "graph", options)
 
@@ -174,13 +172,13 @@ def _panels(name: str | None, file: str | None) -> str:
 
 
 def _standalone(arguments: list[str]) -> tuple[str | None, list[str]]:
-    """Return the plugin named by `-s`, or None if `-s` is not given, and the other arguments."""
+    """Return the plugin given with `-s` (None if there is no `-s`) and the other arguments."""
     for at, word in enumerate(arguments):
         option, equals, value = word.partition("=")
         if option == "--standalone" and equals:
             return value, arguments[:at] + arguments[at + 1 :]
         if word in ("-s", "--standalone"):
             if at + 1 == len(arguments):
-                raise CommandError(f"{word} must be followed by the name of a plugin")
+                raise CommandError(f"{word} must be followed by a plugin name")
             return arguments[at + 1], arguments[:at] + arguments[at + 2 :]
     return None, arguments

@@ -120,10 +120,10 @@ def only_argument(tool: str, usage: str, argv: Sequence[str], *, missing: str, s
 
 
 def dispatch(subcommands: Mapping[str, str], argv: Sequence[str], overview: str, code: int) -> int:
-    """Run the subcommand that the first argument names. If it is missing or unknown, print `overview`, and
-    return `code`.
+    """Run the subcommand that the first argument names.
 
-    `subcommands` maps names to `module:function`. Only the module of the chosen subcommand is imported.
+    If the argument is missing or unknown, print `overview` and return `code`. `subcommands` maps names to
+    `module:function`. Only the module of the chosen subcommand is imported.
     """
     if not argv or argv[0] not in subcommands:
         print(overview)

@@ -101,7 +101,7 @@ def _server(arguments: Sequence[str]) -> Iterator[str]:
             ready, _, _ = select.select([output], [], [], START_S)
             line = output.readline().decode() if ready else ""
             if ": http" not in line:
-                raise CommandError(f"the page's server did not start: {line.strip() or 'no answer'}")
+                raise CommandError(f"the page's server did not start: {line.strip() or 'no output'}")
             yield line.partition(": ")[2].strip()
         finally:
             _stop(server)
@@ -145,7 +145,7 @@ class _Chromium:
         self._folder.cleanup()
 
     def value(self, expression: str) -> Any:
-        """Return the value of a JavaScript expression in the page."""
+        """Evaluate a JavaScript expression in the page, and return its value."""
         answer = self.ask("Runtime.evaluate", {"expression": expression, "returnByValue": True})
         return answer.get("result", {}).get("value")
 
@@ -171,7 +171,7 @@ class _Chromium:
         while b"\0" not in self._rest:
             ready, _, _ = select.select([self._answers], [], [], max(0.0, end_s - time.monotonic()))
             if not ready:
-                raise CommandError(f"the browser did not answer within {START_S:g} s")
+                raise CommandError(f"the browser did not respond within {START_S:g} s")
             more = os.read(self._answers, 1_000_000)
             if not more or len(self._rest) > LARGEST_ANSWER:
                 raise CommandError("the browser exited unexpectedly")

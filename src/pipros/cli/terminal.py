@@ -20,9 +20,7 @@ DIM = "2"
 
 
 def is_terminal(stream: IO[str] | None = None) -> bool:
-    """Return whether a stream is a terminal that supports escape sequences. The default is standard
-    output.
-    """
+    """Return whether a stream, by default standard output, is a terminal that supports escape sequences."""
     stream = sys.stdout if stream is None else stream
     return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
@@ -60,15 +58,12 @@ def aligned(rows: Sequence[Sequence[str]], colours: Sequence[str] = ()) -> list[
 
 
 def table(rows: Sequence[Sequence[str]], colours: Sequence[str]) -> list[str]:
-    """Format rows as lines. Columns are aligned and coloured on a terminal, and separated by one space
-    elsewhere.
-    """
+    """Format rows as lines: aligned and coloured on a terminal, otherwise separated by single spaces."""
     return aligned(rows, colours) if is_terminal() else [" ".join(row) for row in rows]
 
 
 def paragraph(text: str, *, indent: int, taken: int = 0) -> str:
-    """Wrap text at word boundaries to the width of the terminal. If there is no terminal, keep it on one
-    line.
+    """Wrap text at word boundaries to the terminal's width. Without a terminal, return it unchanged.
 
     Args:
         indent: the indentation of the second and later lines, in columns.
@@ -93,7 +88,7 @@ def paragraph(text: str, *, indent: int, taken: int = 0) -> str:
 
 @contextmanager
 def passing_note(text: str) -> Iterator[None]:
-    """If standard error is a terminal, show a line on it while the body runs."""
+    """Show a line on standard error while the block runs, if standard error is a terminal."""
     if not is_terminal(sys.stderr):
         yield
         return

@@ -1,4 +1,4 @@
-"""Structure of command lists: the ends of blocks, and the branches of `if()`."""
+"""Find the ends of blocks, and the branches of `if()`, in a list of commands."""
 
 from __future__ import annotations
 

@@ -190,7 +190,7 @@ class _Variables:
         value = self._sources[is_environment].get(name, "")
         self._remaining -= len(value)
         if self._remaining < 0:
-            raise ValueError(f"given arguments of more than {self._limit} characters")
+            raise ValueError(f"given arguments longer than {self._limit} characters")
         return value
 
 

@@ -38,6 +38,5 @@ _BEYOND = """
 BEYOND_COMMANDS = frozenset(_BEYOND.split())
 """Commands that only CMake itself can execute.
 
-The other commands that the interpreter does not implement only concern compilers and build tools, and are
-ignored.
+Other commands that the interpreter lacks concern only compilers and build tools, and are ignored.
 """

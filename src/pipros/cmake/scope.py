@@ -116,7 +116,7 @@ class Scope:
 
 
 ValueCommand = Callable[[list[str], Scope], None]
-"""A command that needs only the scope. Raises ValueError if the arguments are wrong, or `Unsupported`."""
+"""A command that needs only the scope. Raises ValueError for wrong arguments, or `Unsupported`."""
 
 
 class Unsupported(Exception):

@@ -1,4 +1,4 @@
-"""The CMake commands that need only the current scope, by name."""
+"""The CMake commands that need only the current scope, keyed by name."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def cmake_parse_arguments(words: list[str], scope: Scope) -> None:
         raise ValueError("must be called with at least 4 arguments")
     switches = split_list(options)
     one, many = split_list(single), split_list(multiple)
-    # Only with PARSE_ARGV does a word that is a list remain one element.
+    # A word that is a list remains one element only with PARSE_ARGV.
     keeps_lists = words[0] == "PARSE_ARGV"
     found: dict[str, list[str]] = {}
     given: set[str] = set()

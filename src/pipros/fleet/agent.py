@@ -39,9 +39,9 @@ from pipros.node import Node
 LOOK_S: Final = 0.5
 """Interval at which the local master and the link are polled."""
 LINKING_S: Final = 0.02
-"""Polling interval while the status topic of an action waits for its other topics to be connected."""
+"""Polling interval while an action's status topic waits for the action's other topics to be connected."""
 REQUEST_S: Final = 3.0
-"""Timeout of requests for directories and wishes."""
+"""Timeout for requests for directories and wishes."""
 REQUESTS: Final = 5
 """Maximum number of requests for one document to a member that does not answer, for example if it is busy."""
 
@@ -187,7 +187,7 @@ class Agent:
 
         self._node.serve(f"{self._node.name}/link", trigger, answer)
 
-    # -- callbacks of the link; they run in Zenoh's threads and must not block -------------------------
+    # -- link callbacks; they run in Zenoh's threads and must not block --------------------------------
 
     def _on_token(self, key: str, is_present: bool) -> None:
         def update() -> None:
@@ -203,7 +203,7 @@ class Agent:
         self._events.wake()
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
-        """Queue a directory or wishes. Replies have a `kind`, so that they never replace newer documents."""
+        """Queue a directory or wishes. `kind` keeps a reply from replacing a newer document in the queue."""
         del attachment
         match keys.parts(key):
             case (member, "directory", []):
@@ -307,7 +307,7 @@ class Agent:
         )
 
     def _request(self, token: Token, key: str, attempts: int = REQUESTS) -> None:
-        """Request a document from a member. If there is no answer, retry after the other queued requests."""
+        """Request a document from a member. If no reply arrives, retry after the other queued requests."""
         is_answered = False
         try:
             for answer in self._link.get(key, timeout_s=REQUEST_S, ended=self._is_closed.is_set):

@@ -23,7 +23,7 @@ from pipros.node.service_server import CallFailed, HandlerError, ServiceServer
 SUCCESS: Final = b"\x01"
 FAILURE: Final = b"\x00"
 GRACE_S: Final = 2.0
-"""Time that a caller waits for the answer beyond the service's own timeout."""
+"""Time that a caller waits for the response beyond the service's own timeout."""
 _LONGEST_REASON: Final = 2000
 
 
@@ -219,4 +219,4 @@ def _encoded(value: Any) -> bytes:
     try:
         return json.dumps(value, separators=(",", ":")).encode()
     except (TypeError, ValueError):
-        raise PiprosError("the value of the parameter cannot be sent as JSON") from None
+        raise PiprosError("the parameter's value cannot be sent as JSON") from None

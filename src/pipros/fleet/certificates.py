@@ -1,4 +1,4 @@
-"""The certificate authority of a fleet: a folder with its key, the list of members, and their certificates.
+"""A fleet's certificate authority: a folder with its key, the list of members, and their certificates.
 
 Members have client certificates only, so that a member cannot pose as a router. Routers accept the members in
 the list; revoking a member removes its name from the list.
@@ -44,7 +44,7 @@ class KeysFailed(PiprosError):
 
 
 class Authority:
-    """The certificate authority of a fleet, stored in a folder.
+    """A fleet's certificate authority, stored in a folder.
 
     Attributes:
         folder: the path of the folder.
@@ -64,7 +64,7 @@ class Authority:
 
     @classmethod
     def create(cls, folder: str | Path) -> Authority:
-        """Create an authority and the certificate of its routers.
+        """Create an authority and a certificate for its routers.
 
         Raises:
             KeysFailed: the folder already has an authority, or cannot be written.
@@ -122,7 +122,7 @@ class Authority:
         return folder
 
     def renew(self, name: str, days: int = MEMBER_DAYS) -> Path:
-        """Issue a new certificate for a member or the routers. Return its folder.
+        """Issue a new certificate for a member or the routers. Return the folder that contains it.
 
         Raises:
             KeysFailed: there is no member with this name, or the certificate cannot be issued.
@@ -147,7 +147,7 @@ class Authority:
         shutil.rmtree(self.folder / name, ignore_errors=True)
 
     def router_tls(self) -> Tls:
-        """Return the certificate files of the routers."""
+        """Return the routers' certificate files."""
         return read_keys(self.folder / ROUTER).tls
 
     def access(self) -> dict[str, object]:

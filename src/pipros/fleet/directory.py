@@ -110,7 +110,7 @@ def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Di
 
 
 def read_json(content: bytes) -> Any:
-    """Return the value of a JSON document from a peer, or None if the document is malformed."""
+    """Decode a JSON document from a peer. Return None if it is malformed."""
     try:
         return json.loads(content)
     except (ValueError, RecursionError):

@@ -1,4 +1,4 @@
-"""A queue of events for one thread."""
+"""An event queue that is processed by one thread."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Events:
             self._changed.notify()
 
     def wake(self) -> None:
-        """Make `next` return, with a no-op if no event is queued."""
+        """Make `next` return, by queueing an event that does nothing."""
         self.post("wake", "", lambda: None)
 
     def next(self, timeout_s: float | None) -> Callable[[], object] | None:

@@ -1,4 +1,4 @@
-"""The history of members: files `FOLDER/<member>/<date>_<number>.mcap`, limited in total size.
+"""The members' history: files `FOLDER/<member>/<date>_<number>.mcap`, limited in total size.
 
 Needs the extra `mcap`.
 """
@@ -53,7 +53,7 @@ class HistoryFile:
 
 @dataclass(frozen=True, slots=True)
 class _Stored:
-    """A file of a history, complete or not."""
+    """A history file, complete or not."""
 
     path: Path
     bytes: int
@@ -186,7 +186,7 @@ class HistoryFiles:
             return None
 
     def forget(self, member: str) -> None:
-        """Complete a member's current file, and do not repeat its latched messages in later files."""
+        """Complete a member's current file, and stop repeating its latched messages in later files."""
         with self._lock:
             try:
                 self._complete(member)
@@ -195,7 +195,7 @@ class HistoryFiles:
                 self._completed_s.pop(member, None)
 
     def forget_latched(self, member: str, topics: Set[str]) -> None:
-        """Do not repeat the latched messages of the given topics in later files."""
+        """Stop repeating the latched messages of the given topics in later files."""
         with self._lock:
             if member in self._files:
                 self._files[member].forget_latched(topics)

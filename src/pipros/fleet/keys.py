@@ -70,7 +70,7 @@ def unmangled(part: str) -> str:
 
 
 def pattern_of(members: str) -> str:
-    """Return the key part for a pattern of member names. Illegal characters become underscores.
+    """Return the key part for a member name pattern. Illegal characters become underscores.
 
     >>> pattern_of("robot*"), pattern_of("*"), pattern_of("robot1")
     ('robot$*', '*', 'robot1')
@@ -104,7 +104,7 @@ def service(member: str, caller: str, name: str) -> str:
 
 
 def parameters(member: str, verb: str, caller: str) -> str:
-    """Return the key of parameter requests by `caller`. `verb` is `get` or `set`."""
+    """Return the key for `caller`'s requests for parameters. `verb` is `get` or `set`."""
     return f"{ROOT}/{member}/{verb}/{caller}"
 
 

@@ -23,7 +23,7 @@ class Level(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class LinkStatus:
-    """Status of one component: the link of this member, or what it receives from another member."""
+    """Status of one component: this member's link, or its traffic from another member."""
 
     name: str
     level: Level
@@ -33,7 +33,7 @@ class LinkStatus:
 
 @dataclass(frozen=True, slots=True)
 class Traffic:
-    """Counts of what one member has received from another, over all topics."""
+    """Counters of one member's traffic from another, summed over all topics."""
 
     topics: int = 0
     messages: int = 0
@@ -49,10 +49,10 @@ def link_statuses(
     received: Mapping[str, Traffic],
     before: Mapping[str, Traffic],
 ) -> list[LinkStatus]:
-    """Return the status of a member's link, and of each other member.
+    """Return a status for a member's link, and one for each other member.
 
     Args:
-        sent: numbers of messages sent, bytes sent, messages dropped and messages not sent, for each topic.
+        sent: the number of messages sent, bytes sent, messages dropped and messages not sent, for each topic.
         received: what this member has received from each member that is present.
         before: `received` at the previous call. Losses since then cause a warning.
     """
@@ -89,7 +89,7 @@ def link_statuses(
 
 
 class LinkDiagnostics:
-    """Publishes the status of links on `/diagnostics`."""
+    """Publishes link statuses on `/diagnostics`."""
 
     def __init__(self, node: Node, hardware: str = "pipros fleet") -> None:
         """Advertise the topic. Blocks until the master answers."""

@@ -13,9 +13,11 @@ from pipros.fleet.fleet_file import FleetFile
 from pipros.graph.system_state import FLEET_AGENT_PREFIX, Registrations, SystemState
 
 TopicDefinition = Callable[[str, str, Sequence[str]], Definition | None]
-"""Function of a topic's name, type and nodes. Returns the definition; None if it cannot be determined."""
+"""Function that takes a topic's name, type and nodes, and returns its definition; None if it is unknown."""
 ServiceHeader = Callable[[str, Sequence[str]], tuple[str, str] | None]
-"""Function of a service's name and providers. Returns the type and MD5 sum; None if none answers."""
+"""Function that takes a service's name and providers, and returns its type and MD5 sum; None if no provider
+answers.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,7 @@ def is_returned(name: str, member: str, others: Iterable[str], local: Container[
     Args:
         others: names of other members.
         local: the names on the member's master. On `robot1`'s master, `/robot1/x` counts as returned only
-            if `/x` exists too.
+            if `/x` exists too or is itself in a member's namespace.
 
     >>> is_returned("/b/x", "b", ["a"], {"/x", "/b/x"}), is_returned("/b/x", "b", ["a"], {"/b/x"})
     (True, False)

@@ -9,7 +9,7 @@ from pipros.fleet.keys import VERSION, read_live
 
 @dataclass(frozen=True, slots=True, order=True)
 class Token:
-    """Liveliness token of a running agent. `instance` begins with its start time: older ones sort first."""
+    """Liveliness token of a running agent. `instance` begins with its start time; older agents sort first."""
 
     member: str
     instance: str

@@ -61,9 +61,7 @@ def unpack(content: bytes) -> Attachment:
         ProtocolError: the attachment is malformed or has another version.
     """
     if len(content) != _LAYOUT.size or content[0] != VERSION:
-        raise ProtocolError(
-            f"the attachment of a message must have {_LAYOUT.size} bytes and version {VERSION}"
-        )
+        raise ProtocolError(f"a message attachment must have {_LAYOUT.size} bytes and version {VERSION}")
     _, flags, source, instance, sequence, stamp_ns, md5sum = _LAYOUT.unpack(content)
     return Attachment(
         source,

@@ -86,7 +86,8 @@ class Offers:
     def publish_directory(self) -> None:
         """Send the directory if it has changed.
 
-        An accepted topic is listed once a local subscriber is connected, so that no first message is lost.
+        An accepted topic is listed only once a local subscriber is connected, so that the first messages are
+        not lost.
         """
         accepted = tuple(
             entry
@@ -118,7 +119,7 @@ class Offers:
         self._sender.is_up = True
         self._put_directory()
 
-    # -- callbacks of the link; they run in Zenoh's threads and must not block -----------------------
+    # -- link callbacks; they run in Zenoh's threads and must not block ------------------------------
 
     def take_input(self, key: str, payload: bytes, attachment: bytes) -> None:
         """Publish another member's message, if the rules accept it."""

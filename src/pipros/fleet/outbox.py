@@ -14,7 +14,7 @@ Item = TypeVar("Item")
 QUEUE: Final = 100
 """Maximum number of queued messages per topic, for topics that send all messages."""
 BURST_S: Final = 0.1
-"""Maximum size of a burst, as the time in which the bandwidth transfers it."""
+"""Maximum size of a burst, given as its transfer time at the limited bandwidth."""
 _ORDER: Final = {Priority.HIGH: 0, Priority.NORMAL: 1, Priority.LOW: 2}
 
 

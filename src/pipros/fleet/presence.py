@@ -37,7 +37,7 @@ class Presence:
     """
 
     def __init__(self, member: str, instance: str, limit: int, listener: PresenceListener) -> None:
-        """`member`, `instance`: this member. `limit`: maximum number of tokens."""
+        """`member`, `instance`: identify this member's agent. `limit`: maximum number of tokens."""
         self._member = member
         self._instance = instance
         self._members = Members(limit)

@@ -50,7 +50,7 @@ class _Topic:
     """A recorded topic of one agent instance."""
 
     def __init__(self, member: str, entry: Entry, instance: str, latched: dict[int, int]) -> None:
-        """`latched`: size in bytes of each publisher's latched message, also from earlier instances."""
+        """`latched`: size in bytes of each publisher's latched message, including those of past instances."""
         self.member = member
         self.entry = entry
         self.instance = instance
@@ -146,7 +146,7 @@ class Recorder:
         self._thread.join(_ENDING_S)
         self._files.close()
 
-    # -- callbacks of the link; they run in Zenoh's threads and must not block ----------------------------
+    # -- link callbacks; they run in Zenoh's threads and must not block -----------------------------------
 
     def _on_token(self, key: str, is_present: bool) -> None:
         self._events.post("token", key, lambda: self._take_token(key, is_present=is_present))
@@ -252,7 +252,7 @@ class Recorder:
                     self._record(*found)
             except LinkFailed:
                 return  # the session was closed
-            except Exception as error:  # one member's data must not stop the recording of the others
+            except Exception as error:  # one member's data must not stop the recording of other members
                 self._warn(f"the history is incomplete: {str(error) or type(error).__name__}")
                 self._events.wake()  # other messages may be waiting
 

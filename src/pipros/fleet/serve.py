@@ -76,9 +76,10 @@ class RouterOptions:
 
 
 def serve_member(node: Node, name: str, router: str, file: FleetFile, tls: Tls | None) -> int:
-    """Join the node's master to a fleet, until Ctrl-C, SIGTERM or the node's shutdown.
+    """Connect the node's master to a fleet until Ctrl-C, SIGTERM or the node's shutdown.
 
-    Waits for the router and the master. Returns the exit code: 1 if the name is taken or joining fails.
+    Wait for the router and the master first. Return the exit code: 1 if the name is taken or the member
+    cannot join, otherwise 0.
     """
     os.environ.setdefault("ZENOH_RUNTIME", _THREADS)
     over = OnceEvent()
@@ -133,7 +134,7 @@ def _join(
 
 
 def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -> Link | None:
-    """Connect to the router, retrying until it answers. Return None if the program is ended first."""
+    """Connect to the router, retrying until it answers. Return None if the program is stopped first."""
     is_reported = False
     while not over.is_set():
         try:
@@ -184,7 +185,9 @@ def check_addresses(options: RouterOptions) -> None:
         checked_address(address)
         if address.startswith("tls/"):
             if options.tls is None:
-                raise LinkFailed(f"{address} needs --keys FOLDER, the folder of `pipros fleet keys create`")
+                raise LinkFailed(
+                    f"{address} needs --keys FOLDER, a folder created by `pipros fleet keys create`"
+                )
         elif not options.allows_plain_network and not _is_loopback(address):
             raise OpenToAll(
                 f"{address} is reachable from a network. Without TLS, everyone there can control all robots; "

@@ -30,7 +30,7 @@ _INPUTS: Final = Rule("/**", priority=Priority.HIGH)
 
 
 class ShownMember:
-    """The topics and services of another member on the local master. Not thread-safe.
+    """Another member's topics and services on the local master. Not thread-safe.
 
     Attributes:
         directory: what the member offers. After replacing it, call `settle`.

@@ -116,8 +116,8 @@ class Sender:
     def offer(self, message: Outgoing) -> None:
         """Send a message immediately, or queue it.
 
-        Blocks for at most CATCH_UP_S plus the time that Zenoh waits for room, and not while the link is
-        known to be full. Like any slow subscriber, this slows down a publisher that is faster than the
+        Blocks for at most CATCH_UP_S plus the time that Zenoh waits for room; does not block while the link
+        is known to be full. Like any slow subscriber, this slows down a publisher that is faster than the
         link, so that the publisher drops surplus messages before they are transferred. Must not be called
         concurrently for the same source, because its messages could then be reordered.
         """

@@ -1,4 +1,4 @@
-"""The counters of a member, for other members and for `/diagnostics`."""
+"""A member's counters, for other members and for `/diagnostics`."""
 
 from __future__ import annotations
 

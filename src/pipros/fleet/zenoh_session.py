@@ -29,9 +29,9 @@ except ImportError as error:
     ) from error
 
 LEASE_MS: Final = 4000
-"""A link is closed after this much silence. Each side sends at least four keep-alives in that time."""
+"""Time without data after which a link is closed. Each side sends at least four keep-alives in that time."""
 CONNECT_MS: Final = 1000
-"""Timeout of one attempt to connect to the router."""
+"""Timeout for each attempt to connect to the router."""
 RETRY: Final = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2}
 """Pauses between attempts: a member reconnects within a second of its router's start."""
 FULL_US: Final = 20_000
@@ -39,7 +39,7 @@ FULL_US: Final = 20_000
 millisecond, so that a slow member hardly delays the others.
 """
 SESSIONS: Final = 2000
-"""Maximum number of links of a router, and of links being accepted."""
+"""Maximum number of a router's links, and of links being accepted."""
 SMALLEST_BUFFER_BYTES: Final = 16 * 1024
 _PRIORITIES: Final = {
     Priority.HIGH: zenoh.Priority.INTERACTIVE_HIGH,
@@ -100,7 +100,7 @@ class Question:
 
 
 class Link:
-    """A session of a member. Thread-safe."""
+    """Session of a member or router. Thread-safe."""
 
     def __init__(self, session: zenoh.Session) -> None:
         self._session = session
@@ -151,15 +151,16 @@ class Link:
         timeout_s: float,
         ended: Callable[[], bool] = lambda: False,
     ) -> list[Answer]:
-        """Send a request and return all answers.
+        """Send a request and return all replies.
 
-        Blocks until all members that serve `key` have answered, or for about `timeout_s`.
+        Blocks until all members that serve `key` have replied, or for about `timeout_s`.
 
         Args:
             ended: polled while waiting. The wait ends when it returns True.
 
         Raises:
-            LinkFailed: the session was closed, or every answer is a refusal; the text gives the reason.
+            LinkFailed: the session was closed, or the request was refused and no other reply arrived; the
+                text gives the reason.
         """
         found: list[Answer] = []
         refusals: list[str] = []
@@ -389,7 +390,7 @@ def open_router(
 
 
 def checked_address(address: str) -> str:
-    """Return an address, which must have the form `tcp/HOST:PORT` or `tls/HOST:PORT`.
+    """Check that an address has the form `tcp/HOST:PORT` or `tls/HOST:PORT`, and return it.
 
     Raises:
         LinkFailed: the address does not have this form.

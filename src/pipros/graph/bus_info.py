@@ -1,6 +1,7 @@
 """Parse a node's responses to `getBusInfo` and `getBusStats`: its connections and their traffic.
 
-Performs no I/O. Source: http://wiki.ros.org/ROS/Slave_API and, where that page is silent, genuine nodes.
+Performs no I/O. Source: http://wiki.ros.org/ROS/Slave_API and, where that page is silent, the
+behaviour of genuine nodes.
 """
 
 from __future__ import annotations

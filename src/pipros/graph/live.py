@@ -22,7 +22,7 @@ from pipros.net.rpc_client import RpcClient
 
 CALLER_ID = "/rosviz"
 ANSWER_DEADLINE_S = 3.0
-"""Timeout for a node's answer."""
+"""Timeout for a node's response."""
 
 logger = logging.getLogger("rosgraph.graph")
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 CALL_LIMIT_S = 10.0
-"""Timeout for a node's answer, so that an unresponsive node does not block the command."""
+"""Timeout for a node's response, so that an unresponsive node does not block the command."""
 
 
 def levels_of(master: MasterClient, node: str) -> dict[str, str]:

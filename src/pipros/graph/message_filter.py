@@ -1,4 +1,4 @@
-"""`--filter`: selects messages by an expression, which cannot change them."""
+"""`--filter`: selects messages with an expression that cannot modify them."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from pipros.net.rpc_client import RpcClient
 UNKNOWN_API = "unknown address"
 
 SHUTDOWN_DEADLINE_S = 5.0
-"""Timeout for a node's answer to a shutdown request."""
+"""Timeout for a node's response to a shutdown request."""
 
 
 def node_names(master: MasterClient, ns: str = "/") -> list[str]:

@@ -39,7 +39,7 @@ ANSWER_DEADLINE_S = 1.5
 NODE_INTERVAL_S = 1.0
 """Minimum interval (s) between calls to the same node."""
 RATE_ANSWERS = 6
-"""Number of a node's answers over which a rate is computed."""
+"""Number of a node's most recent responses over which a rate is computed."""
 SLOWEST_RETRY_S = 8.0
 """Maximum pause before calling an unresponsive node again; the pause doubles with each failure."""
 

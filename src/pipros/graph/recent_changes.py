@@ -35,7 +35,7 @@ LONGEST_GAP_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """The addition or removal of a node or topic, at a wall time (s)."""
+    """The addition or removal of a node or topic, with its wall time in s."""
 
     when_s: float
     is_added: bool

@@ -1,4 +1,4 @@
-"""Look up services by querying the master and the services' servers."""
+"""Look up services by querying the master and the service servers."""
 
 from __future__ import annotations
 

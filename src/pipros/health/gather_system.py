@@ -207,7 +207,7 @@ def _shake_hands(topic: str, host: str, port: int, timeout_s: float) -> Publishe
             sock.settimeout(max(deadline - time.monotonic(), 0.001))
             data = sock.recv(_CHUNK_BYTES)
             if not data:
-                raise ConnectionResetError("it closed the connection without an answer")
+                raise ConnectionResetError("it closed the connection without a response")
             fields = reader.feed(data)
         if "error" in fields:
             return PublisherReport(f"{host}:{port}", Failure(printable(fields["error"])))

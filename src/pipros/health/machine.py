@@ -47,7 +47,7 @@ class MachineReport:
             unset or invalid.
         not_called_back: the URI on this machine that the master received but could not call; empty if the
             master called it, or if this was not tested.
-        workspace: the devel space of the workspace around the current folder, if there is one.
+        workspace: the devel space of the workspace that contains the working directory, if there is one.
     """
 
     variables: Mapping[str, str]

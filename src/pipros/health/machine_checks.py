@@ -1,4 +1,4 @@
-"""Checks of the setup of a machine and a shell. They derive findings from a `MachineReport` without I/O."""
+"""Checks for the setup of a machine and a shell. They derive findings from a `MachineReport` without I/O."""
 
 from __future__ import annotations
 
@@ -128,14 +128,14 @@ def missing_setup_files(machine: MachineReport) -> Findings:
 
 
 def workspace_not_set_up(machine: MachineReport) -> Findings:
-    """Check that the workspace around the current folder is part of the environment."""
+    """Check that the workspace that contains the working directory is part of the environment."""
     if machine.workspace is None:
         return
     known = machine.variables.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
     if str(machine.workspace) not in (entry.rstrip("/") for entry in known):
         yield warning(
             "workspace-not-set-up",
-            f"The workspace around the current folder is not set up in this shell: {machine.workspace}",
+            f"The workspace of the current directory is not set up in this shell: {machine.workspace}",
             f"source {machine.workspace}/setup.bash",
             str(machine.workspace),
         )

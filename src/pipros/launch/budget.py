@@ -1,6 +1,6 @@
 """Limit the amount of data that a launch reads and generates.
 
-Without limits, a file of 3 kB could double a string 40 times, or include a file twice at each of 40 levels.
+Without limits, a 3 kB file could double a string 40 times, or include a file twice at each of 40 levels.
 """
 
 from __future__ import annotations

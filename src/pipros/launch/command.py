@@ -1,5 +1,5 @@
-"""Builds the command that starts a node: arguments, environment and folder. This module starts no
-processes.
+"""Builds the command that starts a node: arguments, environment and working directory. This
+module starts no processes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class CannotLaunch(PiprosError):
 
 
 class CannotStart(CannotLaunch):
-    """The operating system refuses to start a node's program. This ends a launch that is still starting."""
+    """The operating system refuses to start a node's program. A launch that is still starting is aborted."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,7 @@ class Console:
         self._log = LogFile(file)
 
     def relay_to(self, relay: Callable[[str, bool], None]) -> None:
-        """From now on, pass each text to `relay`, together with a flag for errors, instead of printing it."""
+        """Pass all further output to `relay(text, is_error)` instead of printing it."""
         self._relay = relay
 
     @property

@@ -1,4 +1,4 @@
-"""Lets other programs of this user list, stop and restart a running roslaunch's nodes, and read their output.
+"""Lets this user's other programs list, stop and restart a running roslaunch's nodes, and read their output.
 
 Each roslaunch listens on a Unix socket, `$ROS_HOME/pipros/launches/<process id>`. It responds only to
 this user and root, as identified by the operating system. Other users can reach only the XML-RPC server,
@@ -79,7 +79,7 @@ class LaunchControl:
         with contextlib.suppress(OSError):
             self._folder.remove(self._name)
         with contextlib.suppress(OSError):
-            server.shutdown(socket.SHUT_RDWR)  # ends the thread's wait
+            server.shutdown(socket.SHUT_RDWR)  # makes the thread's `accept` return
         server.close()
 
     def _serve(self, server: socket.socket) -> None:

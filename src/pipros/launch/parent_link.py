@@ -54,7 +54,7 @@ class ParentLink:
         try:
             self._client = RpcClient(uri, timeout_s=_CALL_TIMEOUT_S)
         except ValueError as error:
-            raise LaunchError(f"invalid URI of the roslaunch parent [{uri}]: {error}") from None
+            raise LaunchError(f"invalid URI [{uri}] for the roslaunch parent: {error}") from None
         self._port = split_uri(uri)[1]
         self._user_id: int | None = None
         self._name = name
@@ -95,7 +95,7 @@ class ParentLink:
         except (PiprosError, Fault, TypeError, ValueError) as error:
             raise LaunchError(
                 f"cannot register with the roslaunch parent [{self._uri}]: {error}. Check that this "
-                "computer can reach that address, which is the ROS_IP or ROS_HOSTNAME of the parent"
+                "computer can reach that address, which is the parent's ROS_IP or ROS_HOSTNAME"
             ) from None
         if code != 1:
             raise LaunchError(f"unable to register with roslaunch parent [{self._uri}]: {text}")

@@ -17,7 +17,7 @@ _LEFT_BEHIND_TIMEOUT_S = 1.0
 _CHECK_EVERY_S = 0.01
 
 AwaitEnds = Callable[[Sequence[NodeProcess], float], list[NodeProcess]]
-"""Waits a number of seconds for processes to exit, and returns the processes that are still running."""
+"""Function that waits a number of seconds for processes to exit, and returns those still running."""
 
 
 def end(

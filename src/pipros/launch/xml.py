@@ -242,7 +242,7 @@ def _clear_params(reader: ElementReader, inner: LaunchScope) -> None:
     if not reader.has("ns"):
         raise reader.error("'ns' attribute must be set in order to use 'clear_params'")
     if inner.namespace == "/":
-        raise reader.error("'clear_params' of the namespace / would delete all parameters")
+        raise reader.error("'clear_params' in the namespace / would delete all parameters")
     reader.builder.clear_params(inner.namespace)
 
 

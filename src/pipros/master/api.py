@@ -30,7 +30,7 @@ _LOGGED_AS: Final = {
 
 
 class MasterApi:
-    """Answers calls from nodes and tools, based on the registry and the parameter tree.
+    """Handles calls from nodes and tools, using the registry and the parameter tree.
 
     `methods` is the method table for an `RpcServer`. The notices that a call causes are passed to `notify`,
     in order, before the response is returned; `notify` may deliver them later.

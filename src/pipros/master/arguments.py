@@ -80,15 +80,15 @@ class Arguments:
         return logged_answer
 
     def resolved(self, parameter: str, name: Any, caller: str) -> str:
-        """Resolve `name` to a global name, as if it were used by the node `caller`."""
+        """Check `name` and resolve it to a global name, relative to the node `caller`."""
         return resolved_name(parameter, self._bounded(parameter, name), caller)
 
     def topic(self, name: Any, caller: str) -> str:
-        """Return the global name of a topic, like `resolved`."""
+        """Check and resolve a topic name."""
         return str(_TOPIC(self._bounded("topic", name), caller))
 
     def service(self, name: Any, caller: str) -> str:
-        """Return the global name of a service, like `resolved`."""
+        """Check and resolve a service name."""
         return str(_SERVICE(self._bounded("service", name), caller))
 
     def topic_type(self, name: Any) -> str:
@@ -100,11 +100,11 @@ class Arguments:
         return str(api_uri(parameter)(self._bounded(parameter, api), ""))
 
     def param_key(self, key: Any, caller: str) -> str:
-        """Return the global name of a parameter."""
+        """Check and resolve a parameter key."""
         return names.resolve(_KEY(self._bounded("key", key), caller), caller)
 
     def subgraph(self, name: Any, caller: str) -> str:
-        """Return the prefix of the requested topics: a namespace with a trailing slash."""
+        """Check and resolve the namespace of the requested topics, and return it with a trailing slash."""
         return names.as_namespace(_SUBGRAPH(self._bounded("subgraph", name), caller))
 
     def _bounded(self, parameter: str, value: Any) -> Any:

@@ -1,16 +1,16 @@
-"""Detects registered nodes that have ended.
+"""Detect registered nodes that have ended.
 
 Theory of operation: every node is probed (queried for its process id) regularly, and at once if a notice
 could not be delivered to it. There are three results:
-- it answers: it is alive, and its process id is stored;
-- the connection is refused, or a different process answers although the node has not registered anything
+- it responds: it is alive, and its process id is stored;
+- the connection is refused, or a different process responds although the node has not registered anything
   since: the node is a suspect and is probed again. After `CONFIRMATIONS` such results in a row, it is
   considered to have ended;
-- it does not answer in time, or there is no route to its host: it stays registered and is listed as
+- it does not respond in time, or there is no route to its host: it stays registered and is listed as
   unreachable. A node that hangs, is being debugged or has temporarily lost its network is not removed.
 
-A node that has never answered is not removed either, but is listed as unreachable. It may run in a container,
-with an address that is valid only there, and other nodes may still be able to reach it.
+A node that has never responded is not removed either, but is listed as unreachable. It may run in a
+container, with an address that is valid only there, and other nodes may still be able to reach it.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SLOW_S: Final = 0.1
 
 
 Ask = Callable[[str, str, float], Awaitable[Any]]
-"""Calls an API method with a timeout and returns the value from the response; see `ask_node`."""
+"""Function that calls an API method with a timeout and returns the response's value; see `ask_node`."""
 
 
 class ProbeResult(Enum):
@@ -86,7 +86,7 @@ class Liveness:
 
     @property
     def met_count(self) -> int:
-        """The number of nodes that have answered at least once."""
+        """The number of nodes that have responded at least once."""
         return sum(self._is_current(*key) for key in self._met)
 
     @property
@@ -110,17 +110,17 @@ class Liveness:
             self._spawn(self._probe_until_certain(node))
 
     def note_reached(self, node: str) -> None:
-        """Record that the node has answered a call."""
+        """Record that the node has responded to a call."""
         self._unreachable.discard(node)
         api = self._registry.api_of(node)
         if api is not None:
             self._met.add((node, api))
 
     async def is_at(self, node: str, api: str) -> bool:
-        """Return whether `api` still belongs to the node with the given name, as far as is known.
+        """Return whether `api` still belongs to the node with the given name, as far as can be determined.
 
-        Return False if nothing answers at the URI, if the URI now belongs to another registered node, or if
-        the response contains a different name (only Python nodes report their names) or process id.
+        Return False if no server responds at the URI, if the URI now belongs to another registered node, or
+        if the response contains a different name (only Python nodes report their names) or process id.
         """
         if any(entry.api == api and entry.name != node for entry in self._registry.nodes.values()):
             return False
@@ -203,7 +203,7 @@ class Liveness:
             self._met.add((node, api))
             return ProbeResult.THERE  # the node lacks this method
         except PiprosError:
-            return ProbeResult.REPLACED  # the server there is not a ROS node
+            return ProbeResult.REPLACED  # the server at this URI is not a ROS node
         self._unreachable.discard(node)
         self._met.add((node, api))
         if type(pid) is not int or pid <= 0:
@@ -221,7 +221,7 @@ class Liveness:
 
 
 class _ProbeSlots:
-    """Limits the number of concurrent probes, so that the master still answers calls.
+    """Limits the number of concurrent probes, so that the master can still handle calls.
 
     A slot is held for at most `SLOW_S`, so that unresponsive nodes do not delay the probes of other
     nodes.
@@ -259,10 +259,10 @@ async def ask_node(api: str, method: str, timeout_s: float) -> Any:
 
 
 async def find_live_nodes(nodes: dict[str, str], timeout_s: float, *, ask: Ask = ask_node) -> set[str]:
-    """Return the nodes to keep from the master's previous run, given each node's API URI.
+    """Return which nodes from the master's previous run to keep. `nodes` maps their names to API URIs.
 
-    Nodes that answer with another name, violate the protocol or refuse the connection are omitted. All others
-    are kept, including nodes that time out or cannot be reached for another reason.
+    Nodes that report another name, violate the protocol or refuse the connection are omitted. All others are
+    kept, including nodes that time out or cannot be reached for another reason.
     """
     slots = asyncio.Semaphore(PROBES_AT_A_TIME * 5)
 

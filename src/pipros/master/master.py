@@ -135,7 +135,7 @@ class Master:
 
 
 def _loopback_addresses(environment: Environment, known_as: Sequence[str]) -> Iterator[str]:
-    """Yield the IPv4 loopback addresses to which the master URI's host and the other names resolve."""
+    """Yield the IPv4 loopback addresses of the master URI's host and of the hosts in `known_as`."""
     hosts = list(known_as)
     with contextlib.suppress(InvalidEnvironment):
         hosts.insert(0, split_master_uri(environment.master_uri)[0])

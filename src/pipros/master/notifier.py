@@ -6,9 +6,9 @@ have more entries than its node has subscriptions, and an unresponsive node rece
 responds again.
 
 The queues take turns, with one notice per turn and `TURNS_AT_A_TIME` turns at once, so that thousands of
-notices do not keep the loop from answering calls. The turn of a node that does not answer within `SLOW_S` no
-longer counts towards `TURNS_AT_A_TIME`. It continues until the node answers or times out, and delays no other
-node.
+notices do not keep the loop from handling calls. The turn of a node that does not respond within `SLOW_S` no
+longer counts towards `TURNS_AT_A_TIME`. It continues until the node responds or times out, and delays no
+other node.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ TURNS_AT_A_TIME: Final = 16
 QUEUED_AT_A_TIME: Final = 500
 """Maximum number of notices queued in one iteration of the event loop."""
 SLOW_S: Final = 0.1
-"""A node that takes longer to answer counts as slow, and the next queue takes its turn."""
+"""A node that takes longer to respond counts as slow, and the next queue takes its turn."""
 LARGE_VALUE: Final = 2_000
 """Values with more elements are encoded in a thread."""
 KEEP_CONNECTION_S: Final = 30.0

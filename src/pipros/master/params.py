@@ -32,7 +32,7 @@ class TooDeep(PiprosError, ValueError):
 
 
 class ParamsFull(PiprosError, ValueError):
-    """Setting a value would make all parameters together exceed their limit."""
+    """Setting a value would make the parameters exceed the limit on their total weight."""
 
 
 class NotSet(PiprosError, KeyError):
@@ -61,8 +61,8 @@ class ParamTree:
     def __init__(self, tree: Tree | None = None, *, limit_bytes: int | None = None) -> None:
         """Store the tree, or create an empty one.
 
-        `limit_bytes` is the maximum weight of all parameters; by default, the limit `parameter_bytes` of the
-        process.
+        `limit_bytes` is the maximum weight of all parameters together; it defaults to the process-wide limit
+        `parameter_bytes`.
         """
         self._root: Tree = {} if tree is None else tree
         self._limit_bytes = process_limits().parameter_bytes if limit_bytes is None else limit_bytes
@@ -92,7 +92,7 @@ class ParamTree:
         Raises:
             NotATree: the key is `/` and the value is not a dictionary.
             TooDeep: the key has more than `LEVELS_LIMIT` components.
-            ParamsFull: all parameters together would exceed their limit. Nothing was changed.
+            ParamsFull: the parameters would exceed the limit on their total weight. Nothing was changed.
         """
         parts = _parts(key)
         if len(parts) > LEVELS_LIMIT:
@@ -127,7 +127,7 @@ class ParamTree:
 
     @contextmanager
     def weights_known(self, weights: Mapping[int, int]) -> Iterator[None]:
-        """Within the block, take the weights of values from `weights`, which is keyed by their `id`."""
+        """Use the weights in `weights`, keyed by the `id` of the value, inside the block."""
         self._known_weights = weights
         try:
             yield

@@ -30,7 +30,7 @@ class Notice:
     """One call to send to a node.
 
     Attributes:
-        node: the name of the node.
+        node: the node's name.
         api: the URI to call. The notice is dropped if the node registers a different URI before the call is
             made.
         method: `publisherUpdate`, `paramUpdate` or `shutdown`.
@@ -155,7 +155,7 @@ class Registry:
         above = ("/".join(parts[:count]) or "/" for count in range(1, len(parts)))
         namespace = names.as_namespace(key)
         start = bisect_left(self._param_namespaces, namespace)
-        end = bisect_left(self._param_namespaces, namespace[:-1] + "0", start)  # "0" comes after "/"
+        end = bisect_left(self._param_namespaces, namespace[:-1] + "0", start)  # "0" follows "/"
         below = (found.rstrip("/") or "/" for found in self._param_namespaces[start:end])
         return [*(found for found in above if found in subscribed), *below]
 
@@ -238,7 +238,7 @@ class Registry:
         self._enter(role, node, key, api, service_api)
 
     def restore_type(self, topic: str, type_name: str) -> None:
-        """Restore the type of a topic from a previous run."""
+        """Restore a topic's type from a previous run of the master."""
         self._set_type(topic, type_name)
 
     def _set_type(self, topic: str, type_name: str) -> None:
@@ -266,12 +266,12 @@ class Registry:
             growth += _weight(node, key, api)
         if growth > 0 and self.held_bytes + growth > self._limits.registration_bytes:
             raise RegistryFull(
-                f"this would bring the registrations of the master to {self.held_bytes + growth} bytes; "
+                f"this would bring the master's registrations to {self.held_bytes + growth} bytes; "
                 f"the limit is {self._limits.registration_bytes}"
             )
 
     def _note_unused(self, topic: str) -> None:
-        """If a topic has no nodes left, add it to the topics whose types may be forgotten."""
+        """Allow the type of a topic to be forgotten if the topic has no nodes left."""
         type_name = self.topic_types.get(topic)
         if type_name is None or any(topic in self._tables[role] for role in _ROLES_WITH_TYPES):
             return

@@ -29,7 +29,7 @@ from pipros.net.this_machine import Caller
 _log = logging.getLogger("rosmaster.master")
 
 RESUME_ANSWER_S: Final = 1.0
-"""How long nodes from a previous run may take to answer."""
+"""How long nodes from a previous run may take to respond."""
 
 
 class MasterServer:
@@ -157,7 +157,10 @@ class MasterServer:
             return self._api.methods[method](*params)
 
     async def _change_large_param(self, method: str, params: tuple[Any, ...]) -> Any:
-        """Like `_change_param`, but weigh the values, and any that other calls set meanwhile, in a thread."""
+        """Set or delete a parameter after weighing the new and the replaced value in a thread.
+
+        If another call sets the parameter in the meantime, that value is weighed as well.
+        """
         loop = asyncio.get_running_loop()
         weighed: list[Any] = []  # keeps the values alive, so that each `id` stays unique
         weights: dict[int, int] = {}

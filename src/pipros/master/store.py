@@ -35,7 +35,7 @@ _log = logging.getLogger("rosmaster.master")
 
 PAUSE_S: Final = 0.02
 APPLICATION_ID: Final = 0x70697072
-"""Identifies SQLite files that are stores. The bytes spell `pipr`."""
+"""SQLite application ID of a store. Its bytes spell `pipr`."""
 FORMAT: Final = 1
 
 _SCHEMA: Final = """
@@ -76,7 +76,7 @@ class StoredState:
 
 
 class Absence(Enum):
-    """Marks a key without a value."""
+    """Marker for a key without a value."""
 
     DELETED = "deleted from a namespace that was set as a whole"
     NAMESPACE = "a namespace, which may be empty"

@@ -6,7 +6,7 @@ from pipros.basics.limits import Limits
 
 
 class UnusedTypes:
-    """Topics that have no publishers or subscribers, but a known type; the longest unused first.
+    """Topics with a known type but no publishers or subscribers, ordered by when they became unused.
 
     >>> unused = UnusedTypes(Limits(topic_types=2))
     >>> unused.add("/a", "x/Y"), unused.add("/b", "x/Y"), unused.add("/c", "x/Y")

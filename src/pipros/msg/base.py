@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 
-# Type checkers treat this as True. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of the first message import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence

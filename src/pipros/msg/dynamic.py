@@ -54,7 +54,7 @@ def message_classes_from_text(
 
 
 def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
-    """Check the total size of the code for all types. The code for each type includes its embedded types.
+    """Check the total size of the code and definitions of all types, each with its embedded types.
 
     Raises:
         DefinitionError: see `message_classes_from_text`.
@@ -72,8 +72,8 @@ def _check_together(specs: Mapping[str, MessageSpec], limits: Limits) -> None:
         bytes_left -= len(spec.text) + sum(len(inner.text) for inner in embedded_types(spec, lookup).values())
         if bytes_left < 0:
             raise DefinitionError(
-                f"the definitions of the types in the text, each with its embedded types, are longer than "
-                f"{limits.definition_copies_bytes} bytes together",
+                f"the definitions of the types in the text, each with its embedded types, exceed "
+                f"{limits.definition_copies_bytes} bytes in total",
                 file=where,
             )
 

@@ -1,4 +1,4 @@
-"""Types that array fields accept, for the stubs of message packages."""
+"""Types that array fields accept, for use in message package stubs."""
 
 from __future__ import annotations
 

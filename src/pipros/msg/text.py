@@ -11,7 +11,7 @@ from pipros.msg.time import Time, TVal
 FieldFilter = Callable[[Any], Iterable[str]]
 
 _PLAIN_LIMIT = 70
-"""Maximum length of a string that is quoted without YAML. YAML may fold longer strings."""
+"""Maximum length of a string that is quoted without the YAML library, which may fold longer strings."""
 
 
 def strify_message(

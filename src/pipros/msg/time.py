@@ -1,12 +1,12 @@
 """`Time` and `Duration`: seconds and nanoseconds, as in genpy.
 
 `secs` and `nsecs` are plain attributes that callers may set. `canon()` restores 0 <= nsecs < 1e9.
-Arithmetic returns the class of the left operand, so adding to a `rospy.Time` gives a `rospy.Time`.
+Arithmetic returns an instance of the left operand's class, so adding to a `rospy.Time` gives a `rospy.Time`.
 """
 
 from __future__ import annotations
 
-# Type checkers treat this as True. Importing `typing` would double the time that the first import takes.
+# Type checkers treat this as True. Importing `typing` would double the time of the first message import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, ClassVar, TypeVar, overload
@@ -113,7 +113,7 @@ class TVal:
         """Return -1, 0 or 1.
 
         Raises:
-            TypeError: the values cannot be compared, such as a time and a duration.
+            TypeError: the values cannot be compared, for example a time and a duration.
         """
         if not isinstance(other, self._kind):
             raise TypeError(f"Cannot compare to non-{self._kind.__name__}")

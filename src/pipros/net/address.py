@@ -6,10 +6,10 @@ Genuine ROS binds every interface unless `ROS_IP` or `ROS_HOSTNAME` is a loopbac
 loopback unless the environment opens the node: if `ROS_MASTER_URI` is local and neither variable is set, no
 port can be reached from the network.
 
-If `ROS_IPV6=on`, the same applies to IPv6: `::1`, or `::` if opened, which accepts IPv4 as well. Genuine
-nodes support names that resolve to an IPv6 address. However, roscpp does not support URIs that contain an
-IPv6 address, and rospy does not support them for services, so a host name is advertised if the machine has
-one.
+If `ROS_IPV6=on`, the same applies to IPv6: a node binds `::1` or, if opened, `::`, which also accepts IPv4.
+Genuine nodes support names that resolve to an IPv6 address. However, roscpp does not support URIs that
+contain an IPv6 address, and rospy does not support them for services, so a host name is advertised if the
+machine has one.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def resolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
 
 
 def unresolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
-    """Return the name unchanged. Raises the same errors as `resolved_name`."""
+    """Check a name and return it unchanged. Raises the same errors as `resolved_name`."""
     del caller_id
     name = _text(param_name, param_value)
     if ":" in name or " " in name:
@@ -42,13 +42,13 @@ def unresolved_name(param_name: str, param_value: Any, caller_id: str) -> str:
 
 
 def valid_name(param_name: str, resolve: bool = True) -> Check:
-    """Accept a legal name, and resolve it if `resolve` is set."""
+    """Return a check that accepts a legal name, and resolves it if `resolve` is true."""
     check = resolved_name if resolve else unresolved_name
     return lambda value, caller_id: check(param_name, value, caller_id)
 
 
 def below_root(param_name: str) -> Check:
-    """Accept and resolve the name of a topic or service: a legal name other than the root."""
+    """Return a check that accepts and resolves a topic or service name: any legal name except the root."""
 
     def check(value: Any, caller_id: str) -> str:
         name = resolved_name(param_name, value, caller_id)
@@ -60,7 +60,7 @@ def below_root(param_name: str) -> Check:
 
 
 def empty_or_valid_name(param_name: str) -> Check:
-    """Accept any string, and resolve it as a name unless it is empty."""
+    """Return a check that accepts any string, and resolves it as a name unless it is empty."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(value, str):
@@ -71,7 +71,7 @@ def empty_or_valid_name(param_name: str) -> Check:
 
 
 def global_name(param_name: str) -> Check:
-    """Accept a name with a leading slash."""
+    """Return a check that accepts a name with a leading slash."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -83,7 +83,7 @@ def global_name(param_name: str) -> Check:
 
 
 def type_name(param_name: str) -> Check:
-    """Accept `package/Type` and `*`."""
+    """Return a check that accepts `package/Type` and `*`."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -96,7 +96,7 @@ def type_name(param_name: str) -> Check:
 
 
 def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
-    """Accept the URI of a node or a service. The URI is not contacted."""
+    """Return a check that accepts a node's or service's URI, without contacting it."""
 
     def check(value: Any, caller_id: str) -> str:
         del caller_id
@@ -110,7 +110,7 @@ def api_uri(paramName: str) -> Check:  # noqa: N803  # its name in ROS
 
 
 def publishers(param_name: str) -> Check:
-    """Accept a list of strings: the publishers' URIs."""
+    """Return a check that accepts a list of strings: the publishers' URIs."""
 
     def check(value: Any, caller_id: str) -> list[str]:
         del caller_id
@@ -124,7 +124,7 @@ def publishers(param_name: str) -> Check:
 
 
 def not_none(param_name: str) -> Check:
-    """Accept anything but None."""
+    """Return a check that accepts anything but None."""
 
     def check(value: Any, caller_id: str) -> Any:
         del caller_id
@@ -136,7 +136,7 @@ def not_none(param_name: str) -> Check:
 
 
 def non_empty(param_name: str) -> Check:
-    """Accept any truthy value."""
+    """Return a check that accepts any truthy value."""
 
     def check(value: Any, caller_id: str) -> Any:
         del caller_id
@@ -148,7 +148,7 @@ def non_empty(param_name: str) -> Check:
 
 
 def non_empty_text(param_name: str) -> Check:
-    """Accept a string that is not empty."""
+    """Return a check that accepts a string that is not empty."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(non_empty(param_name)(value, caller_id), str):

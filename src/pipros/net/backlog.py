@@ -36,7 +36,7 @@ class Backlog:
 
     @property
     def is_in_large_buffer(self) -> bool:
-        """Whether at least LARGE_BYTES remain of the next buffer of a partially written message."""
+        """Whether a message is partially written, with at least LARGE_BYTES left in its next buffer."""
         return bool(self._rest) and len(self._rest[0]) >= LARGE_BYTES
 
     def append(self, message: WireMessage, size: int) -> None:

@@ -25,7 +25,7 @@ from pipros.net import sockets
 T = TypeVar("T")
 
 STREAM_POLL_S: Final = 50e-6
-"""Maximum polling time for the next message of a stream, about the cost of a wake-up for both sides
+"""Maximum polling time for the next message of a stream: about as long as a wake-up takes on both sides
 together.
 """
 
@@ -57,7 +57,7 @@ class AdaptiveBackoff:
     """Decides whether to try an optimization that is only sometimes useful.
 
     After a trial that was not useful, the next opportunity is skipped, then the next two, four, and so on up
-    to LONGEST_PAUSE. A useful trial resets this.
+    to LONGEST_PAUSE. After a useful trial, no opportunity is skipped.
     """
 
     __slots__ = ("_passing", "_pause")
@@ -80,7 +80,7 @@ class AdaptiveBackoff:
 class PollingReceiver:
     """Receives from blocking sockets, and learns whether polling before blocking pays.
 
-    Intended for one waiting thread at a time. If two threads share a receiver, it works but learns less
+    Intended for one waiting thread at a time. Two threads can share a receiver, but it then learns less
     reliably. If the system lacks MSG_DONTWAIT (Windows) or has only one processor, it never polls.
     """
 
@@ -133,9 +133,7 @@ class PollingReceiver:
         return sock.recv(most)
 
     def _poll(self, receive: Callable[..., T], *args: Any, max_polls: int | None = None) -> T | None:
-        """Poll with `receive` and return its result. Return None if nothing arrived or polling is not
-        possible here.
-        """
+        """Poll with `receive` and return its result, or None if nothing arrived or polling is impossible."""
         if not _MAY_POLL:
             self._backoff.note(pays=False)
             return None

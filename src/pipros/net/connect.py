@@ -40,7 +40,7 @@ class Connector:
             limit_s: the time limit for connecting to one address.
 
         Raises:
-            OSError: the name cannot be resolved, or no process answers at the address.
+            OSError: the name cannot be resolved, or none of its addresses accepts a connection.
             TimeoutError: the deadline or `limit_s` passed.
             Interrupted: `interrupt` was called.
             NeedsSockets: Python runs in a browser.
@@ -69,8 +69,8 @@ class Connector:
             raise Interrupted("the connection was interrupted")
         left_s = SLICE_S if until is None else until - time.monotonic()
         if left_s <= 0:
-            raise TimeoutError("no answer in time")
-        # The first slice uses the socket's own timeout, in C, because a local peer answers within
+            raise TimeoutError("no response in time")
+        # The first slice uses the socket's own timeout, in C, because a local peer accepts within
         # microseconds.
         sock.settimeout(min(left_s, SLICE_S))
         try:
@@ -90,6 +90,6 @@ class Connector:
             if sockets.wait_writable(sock, min(max(left_s, 0.0), SLICE_S)):
                 break
             if left_s <= 0:
-                raise TimeoutError("no answer in time")
+                raise TimeoutError("no response in time")
         if error := sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
             raise OSError(error, os.strerror(error))

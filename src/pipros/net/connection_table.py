@@ -64,8 +64,8 @@ class ConnectionTable:
 
     When a new connection exceeds a limit, the connection that has been idle longest is closed: a connection
     from the same peer if that peer has too many, otherwise a connection from any peer. New connections
-    therefore succeed, and a peer that hoards idle connections loses them. Busy connections (a call is being
-    handled) and links are not closed to make room for new connections. If only those are left, a new link
+    therefore succeed, and a peer that hoards idle connections loses them. Busy connections (those with a call
+    in progress) and links are not closed to make room for new connections. If only those are left, a new link
     replaces the newest link of the peer with the most links, so that older links survive a flood of new
     links.
 
@@ -84,7 +84,11 @@ class ConnectionTable:
     def __init__(
         self, *, limit: int, limit_per_peer: int, refusals: Refusals, spares_loopback: bool = False
     ) -> None:
-        """With `spares_loopback`, the limit per peer does not apply to loopback, which local nodes share."""
+        """Create an empty table.
+
+        If `spares_loopback` is true, the limit per peer does not apply to loopback addresses, which all local
+        nodes share.
+        """
         self._limit = limit
         self._limit_per_peer = limit_per_peer
         self._links_limit = limit - limit // 8
@@ -108,7 +112,7 @@ class ConnectionTable:
         return self._add(connection, is_link=False)
 
     def add_link(self, connection: TableEntry) -> bool:
-        """Like `add`, but mark the connection as in constant use."""
+        """Add a connection like `add`, and mark it as in constant use."""
         return self._add(connection, is_link=True)
 
     def remove(self, connection: TableEntry) -> None:
@@ -137,7 +141,7 @@ class ConnectionTable:
         return True
 
     def release_outgoing(self) -> None:
-        """Release one reservation made by `reserve_outgoing`."""
+        """Release a slot reserved by `reserve_outgoing`."""
         with self._lock:
             self._outgoing -= 1
 

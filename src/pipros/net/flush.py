@@ -14,9 +14,7 @@ large message. If a subscriber did not read, the publisher does not wait for it 
 """
 
 LARGE_MESSAGES_WAIT_S = 0.02
-"""Maximum duration of these waits for all subscribers together, while they read. The event loop sends the
-rest.
-"""
+"""Maximum total duration of these waits in one call. The event loop sends the rest."""
 
 WATCH_CLOSE_S = 0.1
 """Interval at which a wait checks whether links were closed."""

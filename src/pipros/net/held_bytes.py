@@ -27,7 +27,7 @@ class HeldBytes:
             oldest = next(iter(self._held))
             self.forget(oldest)
             self._refusals.count(
-                oldest.peer, "its request or unread response exceeds the memory that other connections leave"
+                oldest.peer, "its request or unread response exceeds the memory left by other connections"
             )
             oldest.abort()
 

@@ -19,7 +19,7 @@ from pipros.basics.posix import user_id
 HAS_LOCAL_SOCKETS: Final = sys.platform == "linux"
 
 _CREDENTIALS: Final = struct.Struct("3i")
-"""Process, user and group: `struct ucred`."""
+"""The layout of `struct ucred`: process, user and group IDs."""
 _BACKLOG: Final = 16
 
 

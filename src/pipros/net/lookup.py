@@ -29,7 +29,7 @@ KNOWN_LIMIT: Final = 1000
 """Maximum number of cached results."""
 
 SLICE_S: Final = 0.1
-"""Interval at which a wait for an answer checks whether it was cancelled."""
+"""Interval at which a wait for a result checks whether it was interrupted."""
 
 Address = tuple[int, int, int, str, tuple[Any, ...]]
 """Family, kind, protocol, canonical name, and socket address."""
@@ -90,8 +90,8 @@ class Lookups:
     ) -> None:
         """
         Args:
-            limit: maximum number of simultaneous lookups; further lookups are queued. The limit applies to
-                `find` and `ask` separately.
+            limit: maximum number of simultaneous lookups, applied separately to urgent lookups (such as those
+                of `find`) and to others; further lookups are queued.
             resolve: function that resolves a name; defaults to `socket.getaddrinfo`.
             now: the clock that the cache uses.
         """
@@ -135,7 +135,7 @@ class Lookups:
         is_given_up: Callable[[], bool] = bool,
         **wanted: int,
     ) -> list[Address]:
-        """Like `socket.getaddrinfo`, but with a deadline and interruptible.
+        """Resolve a name like `socket.getaddrinfo`, but with a deadline and an interruptible wait.
 
         Raises:
             OSError: the name cannot be resolved.
@@ -186,7 +186,7 @@ class Lookups:
 
 
 def _literal(host: str, wanted: dict[str, int], port: int | None = None) -> list[Address]:
-    """Return the address if `host` is an IP address, without a lookup.
+    """Return the address entries for an IP address, without a lookup.
 
     Raises:
         OSError: `host` is a name.

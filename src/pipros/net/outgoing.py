@@ -1,16 +1,16 @@
 """The sending end of one TCPROS topic link: a bounded queue in front of a socket.
 
 Theory of operation. The publishing thread calls `send`. While the socket accepts data, `send` writes
-directly, without another thread. If the socket is full, the message is queued in the link's backlog.
-`pipros.net.flush.flush_or_queue` then sends it from the publishing thread in its next call, or leaves it to
-the event loop if the publisher does not publish again soon. A large message rarely fits into a socket at
-once, but a peer that reads empties it within microseconds, so `flush_or_queue` waits that long before it
+directly, without another thread. If the socket is full, the message is queued in the link's backlog. The
+publishing thread then calls `pipros.net.flush.flush_or_queue`, which waits until the message is sent or
+leaves it to the event loop, depending on `queue_size`. A large message rarely fits into a socket at once, but
+a peer that is reading empties the socket within microseconds, so `flush_or_queue` waits briefly before it
 leaves the rest to the loop. `pipros.net.outgoing_state` defines the states of a link.
 
 The meaning of `queue_size`, as in rospy:
     None  the publisher waits until the socket has accepted the message, at most `Limits.stall_s` (genuine
-          rospy waits without limit). A subscriber that takes longer has stalled: until it has caught up, it
-          is treated as with queue_size=1.
+          rospy waits without limit). A subscriber that takes longer has stalled: until it has caught up,
+          its link behaves as if queue_size were 1.
     0     any number of messages wait.
     n     at most n messages wait.
 In all cases, at most `Limits.queue_bytes` are queued, but the newest message is always kept.
@@ -34,10 +34,10 @@ from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, Event, State, after
 
 CHECK_PEER_INTERVAL_S = 5.0
-"""Interval at which a link is checked for a peer that has stopped acknowledging."""
+"""Interval between checks whether a link's peer has stopped acknowledging data."""
 
 CHECK_STALLED_INTERVAL_S = 0.1
-"""Interval at which a stalled link is checked for having caught up."""
+"""Interval between checks whether a stalled link has caught up."""
 
 TURN_BYTES = 4 * 1024 * 1024
 """After sending this many bytes on a link, the event loop turns to other links, because a peer might read as

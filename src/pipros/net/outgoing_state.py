@@ -35,9 +35,9 @@ class Event(Enum):
     EMPTIED = auto()
     """The last queued message was written."""
     LEFT_TO_LOOP = auto()
-    """The publishing thread does not wait, or has waited for the maximum time allowed with a queue."""
+    """The publishing thread does not wait, or has waited as long as is allowed for a link with a queue."""
     WAITED_IN_VAIN = auto()
-    """The publishing thread has waited for the maximum time allowed without a queue."""
+    """The publishing thread has waited as long as is allowed for a link without a queue."""
     CAUGHT_UP = auto()
     """The subscriber has read nearly everything that was written."""
     CLOSED = auto()

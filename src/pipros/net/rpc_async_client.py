@@ -65,7 +65,7 @@ class AsyncRpcClient:
             raise ProtocolError(f"{self.uri} does not speak XML-RPC: {error}") from None
         except asyncio.TimeoutError:
             self.close()
-            raise Unreachable(self.uri, "no answer in time") from None
+            raise Unreachable(self.uri, "no response in time") from None
         except OSError as error:
             self.close()
             raise Unreachable(self.uri, reason_of(error)) from error
@@ -75,7 +75,7 @@ class AsyncRpcClient:
         if not response.keep_alive:
             self.close()
         if response.status != 200:
-            raise ProtocolError(f"{self.uri} answered {response.status} {response.reason}")
+            raise ProtocolError(f"{self.uri} responded with {response.status} {response.reason}")
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
     def close(self) -> None:

@@ -25,8 +25,8 @@ from pipros.wire.xmlrpc import Fault, decode_response, encode_call
 __all__ = ["Fault", "RpcClient"]
 
 KEPT_CONNECTIONS: Final = 4
-"""Number of idle connections that a client keeps open. If more threads call, further connections are opened
-and closed.
+"""Number of idle connections that a client keeps open. If more calls run at the same time, the additional
+connections are closed afterwards.
 """
 TIMEOUT_OF_CLIENT: Final = -1.0
 """Sentinel for a call's `timeout_s`: use the client's timeout."""
@@ -81,7 +81,7 @@ class RpcClient:
         """Call `method` and return its value. Blocks until the response arrives or the timeout expires.
 
         Raises:
-            Unreachable: the connection failed, was lost, or was silent for too long.
+            Unreachable: the connection failed or was lost, or no response arrived in time.
             Interrupted: `interrupt` was called.
             Fault: the server returned a fault.
             ProtocolError: the response is not XML-RPC.
@@ -97,11 +97,11 @@ class RpcClient:
         response = self._exchange(body, deadline, interruptions)
         if response.status != 200:
             detail = response.body[:200].decode("utf-8", "replace").strip()
-            raise ProtocolError(f"{self.uri} answered {response.status} {response.reason}: {detail}")
+            raise ProtocolError(f"{self.uri} responded with {response.status} {response.reason}: {detail}")
         return decode_response(response.body, limit_bytes=self._answer_limit_bytes)
 
     def close(self) -> None:
-        """Close the open connections. The client may be used again, but keeps none open afterwards."""
+        """Close the open connections. The client can still be used, but no longer keeps connections open."""
         with self._lock:
             self._is_closed = True
             idle, self._idle = self._idle, []
@@ -194,9 +194,9 @@ class RpcClient:
 def reason_of(error: OSError) -> str:
     """Return the operating system's text for an error, such as `Connection refused`."""
     if isinstance(error, TimeoutError):
-        return "no answer in time"
+        return "no response in time"
     if error.errno and not isinstance(error, socket.gaierror):
-        return os.strerror(error.errno)  # asyncio changes strerror
+        return os.strerror(error.errno)  # asyncio replaces `strerror`
     return error.strerror or str(error) or type(error).__name__
 
 
@@ -296,5 +296,5 @@ def _left(deadline: float | None) -> float | None:
         return None
     left = deadline - time.monotonic()
     if left <= 0:
-        raise TimeoutError("no answer in time")
+        raise TimeoutError("no response in time")
     return left

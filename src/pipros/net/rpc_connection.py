@@ -34,17 +34,17 @@ _log = logging.getLogger("pipros.rpc")
 
 _LARGE_BODY_BYTES: Final = 64 * 1024
 LARGE_ANSWER: Final = 2_000
-"""Bodies of _LARGE_BODY_BYTES or more are decoded, and responses with more than LARGE_ANSWER elements
-encoded, in a thread, so that the loop can serve others in the meantime. Methods must therefore return values
-that are not changed afterwards.
+"""Threads decode bodies of at least _LARGE_BODY_BYTES, and encode responses with more than LARGE_ANSWER
+elements, so that the loop can serve other peers in the meantime. Methods must therefore return values that
+are not changed afterwards.
 """
 _SLICE_BYTES: Final = 256 * 1024
 """Number of bytes of a response that are written to the socket in one turn."""
 
 _DRAIN_LIMIT_S: Final = 5.0
 _DRAIN_LIMIT_BYTES: Final = 64 * 1024 * 1024
-"""Time and number of bytes for which a peer may continue to send after a refusal. If the connection were
-closed in the middle of a request, the system would discard the response that states the reason.
+"""Limits on the time that a peer may continue to send after a refusal, and on the number of bytes. If the
+connection were closed in the middle of a request, the system would discard the response with the reason.
 """
 
 T = TypeVar("T")
@@ -208,7 +208,7 @@ class RpcConnection(asyncio.Protocol):
     def _expect_progress(self) -> None:
         self._server.connections.set_deadline(self, self._loop.time() + self._server.limits.request_s)
 
-    # ---- answering
+    # ---- responding
 
     def _answer_next(self) -> None:
         try:
@@ -305,8 +305,9 @@ class RpcConnection(asyncio.Protocol):
             self._unsent = memoryview(document)
 
     def _send_slice(self) -> None:
-        """Send a large response in slices, because the transport copies any data that the socket does not
-        accept.
+        """Send the next slice of a large response.
+
+        Slices are needed because the transport copies any data that the socket does not accept.
         """
         if self._transport:
             piece, self._unsent = self._unsent[:_SLICE_BYTES], self._unsent[_SLICE_BYTES:]

@@ -51,7 +51,8 @@ class RpcServer:
     Python nodes. The response to a call with the wrong number of parameters is `[-1, text, 0]`, as the ROS
     API requires (pass `on_bad_arity` for another response).
 
-    Everything runs on the loop on which `start()` was awaited; calls on one connection are answered in order.
+    Everything runs on the loop on which `start()` was awaited. Each connection gets its responses in the
+    order of its calls.
 
     Attributes:
         calls: the number of calls to each method in the table.

@@ -120,7 +120,7 @@ def _listen_in_range(hosts: Sequence[str], ports: PortRange, backlog: int) -> li
 
 
 def connections_that_fit(share: float = 0.5) -> int:
-    """Return how many connections fit into a share of the process's file descriptors; at least 32."""
+    """Return the number of connections that a share of the process's file descriptors allows; at least 32."""
     return max(32, int(min(descriptor_limit(), 32768) * share))
 
 
@@ -141,8 +141,9 @@ def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
 
 
 def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
-    """Set the options for a TCPROS link, so that small messages are sent at once and lost peers are
-    detected.
+    """Set the socket options for a TCPROS link.
+
+    Lost peers are detected, and small messages are sent at once if `no_delay` is true.
     """
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(no_delay))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -222,14 +223,12 @@ def send_gathered(sock: socket.socket, buffers: Sequence[bytes | memoryview]) ->
 
 
 def wait_writable(sock: socket.socket, timeout_s: float) -> bool:
-    """Wait until the socket is writable or has failed; return False if the timeout expires first."""
+    """Wait until the socket is writable or has failed; return False after the timeout."""
     return _wait(sock, timeout_s, is_write=True)
 
 
 def wait_readable(sock: socket.socket, timeout_s: float) -> bool:
-    """Wait until the socket is readable or its stream has ended; return False if the timeout expires
-    first.
-    """
+    """Wait until the socket is readable or its stream has ended; return False after the timeout."""
     return _wait(sock, timeout_s, is_write=False)
 
 
@@ -241,7 +240,7 @@ def _wait(sock: socket.socket, timeout_s: float, *, is_write: bool) -> bool:
     reading, writing = ([], [sock]) if is_write else ([sock], [])
     return any(
         select.select(reading, writing, writing, timeout_s)
-    )  # Windows reports a failed connect as exceptional
+    )  # Windows reports a failed connect as an exceptional condition
 
 
 def wait_any_writable(socks: Sequence[socket.socket], timeout_s: float) -> Sequence[socket.socket]:

@@ -49,7 +49,7 @@ clients connect at the same time.
 _CHUNK_BYTES = 16 * 1024
 
 _TELLING_BYTES = 4
-"""Number of bytes that distinguish HTTP from TCPROS."""
+"""Number of leading bytes that distinguish HTTP from TCPROS."""
 
 OnHttp = Callable[[socket.socket, bytes], None]
 
@@ -86,8 +86,8 @@ class TcprosServer:
 
     Attributes:
         refusals: the connections that were refused, by peer.
-        connections: the table to which `on_connection` adds the connections that it keeps. Overdue
-            connections are closed each second.
+        connections: the table to which `on_connection` adds the connections that it keeps. Every second, its
+            overdue connections are closed.
     """
 
     def __init__(
@@ -276,7 +276,7 @@ async def connect(
     """Connect to a TCPROS server, send `fields`, and return the connection with the peer's reply header.
 
     Raises:
-        Unreachable: no process listens at the address, or the peer did not answer within
+        Unreachable: no process listens at the address, or the peer did not respond within
             `Limits.handshake_s`.
         ProtocolError: the peer closed without a reply, or its reply is malformed.
     """
@@ -293,7 +293,7 @@ async def connect(
     try:
         return await asyncio.wait_for(shake_hands(), bounds.handshake_s)
     except asyncio.TimeoutError:
-        raise Unreachable(f"{host}:{port}", f"no answer within {bounds.handshake_s:g} s") from None
+        raise Unreachable(f"{host}:{port}", f"no response within {bounds.handshake_s:g} s") from None
     except OSError as error:
         raise Unreachable(f"{host}:{port}", reason_of(error)) from error
 

@@ -132,8 +132,7 @@ def is_this_machine(host: str) -> bool:
 
 
 def own_addresses() -> list[str]:
-    """Return this machine's IPv4 addresses: loopback, the host name's addresses, and the default route's
-    address.
+    """Return this machine's IPv4 addresses: loopback, those of its host name, and that of the default route.
 
     Blocks like `addresses_of`.
     """
@@ -164,7 +163,7 @@ def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | Non
 
 @dataclass(frozen=True, slots=True)
 class _SocketEnd:
-    """An entry in Linux's table of connections."""
+    """An entry in Linux's table of TCP sockets."""
 
     local: str
     remote: str
@@ -204,7 +203,7 @@ def _can_bind(family: socket.AddressFamily, host: str) -> bool:
 
 
 def _mapped(host: str) -> str:
-    """Return an IPv4 address as a dual-stack socket reports it."""
+    """Return an IPv4 address in the IPv6 form that a dual-stack socket reports."""
     return host if ":" in host else f"::ffff:{host}"
 
 

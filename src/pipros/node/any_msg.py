@@ -45,7 +45,7 @@ class AnyMsg(Message):
 def taking_raw(callback: Callable[..., object] | None) -> Callable[..., object] | None:
     """Return a callback for decoded messages that passes each message to `callback` as an `AnyMsg`.
 
-    None is returned unchanged; so is a `MessageStream`, because its subscription must recognize it.
+    None and a `MessageStream`, which the subscription must recognize, are returned unchanged.
     """
     if callback is None or isinstance(callback, MessageStream):
         return callback

@@ -15,7 +15,7 @@ this long never respond.
 """
 
 SLOW_FACTOR: Final = 10
-"""Maximum number of slow attempts in progress per allowed attempt."""
+"""Maximum number of slow attempts in progress, as a multiple of the limit."""
 
 
 class Attempts:

@@ -39,7 +39,7 @@ class Clock(Protocol):
     def is_simulated(self) -> bool: ...
 
     def now_ns(self) -> int:
-        """Return nanoseconds since the epoch, or 0 while a simulated clock has not started."""
+        """Return the time in nanoseconds since the epoch, or 0 while a simulated clock has not started."""
         ...
 
     def sleep(self, duration_s: float) -> bool:
@@ -56,7 +56,7 @@ class Clock(Protocol):
 
 
 class WallClock:
-    """The machine's time. Waits use the monotonic clock."""
+    """The system clock. Waits use the monotonic clock."""
 
     is_simulated = False
 
@@ -81,7 +81,7 @@ class WallClock:
 
 
 class SimulatedClock:
-    """The time that is published on `/clock`."""
+    """A clock that shows the time published on `/clock`."""
 
     is_simulated = True
 

@@ -24,7 +24,7 @@ class NodeContext:
         next_link_number: counter that numbers the node's links for `getBusInfo`.
         limits: the limits on the resources that peers can use.
         connections: the node's TCPROS connections.
-        attempts: limiter of the node's attempts to connect to publishers.
+        attempts: limits the node's concurrent attempts to connect to publishers.
         published: counter that changes with each message that the node publishes.
     """
 

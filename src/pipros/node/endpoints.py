@@ -166,7 +166,7 @@ class Endpoints:
         return Publisher(publication, self._release_publication)
 
     def restrict_publishing_to(self, thread: int) -> None:
-        """From now on, only publish messages from `thread`, and silently drop messages from other threads."""
+        """Publish subsequent messages only if they come from `thread`; silently drop all others."""
         for publication in self.publications:
             publication.only_thread = thread
 
@@ -190,8 +190,9 @@ class Endpoints:
         queue_size: int | None,
         tcp_nodelay: bool,
     ) -> Subscriber[Any]:
-        """Add a callback to a topic and return its handle; the first callback registers the topic with the
-        master.
+        """Add a callback to a topic and return its handle.
+
+        The first callback registers the topic with the master.
 
         If the node already receives the topic, the callback gets the last message from each connected
         latching publisher before this method returns. This also applies to a callback for `AnyMsg` if the
@@ -224,14 +225,14 @@ class Endpoints:
         return Subscriber(subscription, listener, self._release_subscription)
 
     def observe(self, observer: MessageObserver) -> None:
-        """Call `observer` for each subsequent message on each topic, before the callbacks."""
+        """Call `observer` for each subsequent message on every subscribed topic, before the callbacks."""
         with self._lock:
             self._observer = observer
             for subscription, _ in self._subscriptions.values():
                 subscription.observe = observer
 
     def ask_for_publishers(self, topic: str) -> None:
-        """Register a subscription again, to get the list of publishers from the master. Blocks."""
+        """Register a subscription again, to get the publisher list from the master. Blocks."""
         if found := self._subscriptions.get(topic):
             self._registrations.renew(found[1])
 
@@ -335,5 +336,5 @@ def _same_type(md5sum: str, message_class: type[Message], topic: str) -> None:
     if "*" not in (md5sum, message_class._md5sum) and md5sum != message_class._md5sum:
         raise TypeConflict(
             f"[{topic}] is already used with md5sum {md5sum} in this node, "
-            f"[{message_class._type}] has {message_class._md5sum}"
+            f"but [{message_class._type}] has {message_class._md5sum}"
         )

@@ -18,8 +18,8 @@ class Identity:
     """A node's names, determined once.
 
     Attributes:
-        name: the full name: `/robot/talker`.
-        namespace: the node's namespace with a trailing slash: `/robot/`.
+        name: the full name, such as `/robot/talker`.
+        namespace: the node's namespace with a trailing slash, such as `/robot/`.
         arguments: the classified command line.
         remappings: the command-line remappings, as global names.
         environment: the environment variables, with changes by `__master:=` and similar arguments.
@@ -77,7 +77,7 @@ class Identity:
         return cls(namespace + UNNAMED, namespace, arguments, {}, environment)
 
     def resolve(self, name: str) -> str:
-        """Return the global name of `name` in this node, with remappings applied."""
+        """Resolve `name` to a global name in this node, and apply the remappings."""
         return self.resolve_for(self.name, name)
 
     def resolve_for(self, node_name: str, name: str) -> str:

@@ -49,7 +49,7 @@ class Severity:
 
     @staticmethod
     def of(levelno: int) -> Severity:
-        """Return the ROS level for a level of Python's logging. Other levels are rounded down."""
+        """Return the ROS level for a level of Python's logging. Levels in between are rounded down."""
         return next((severity for lowest, severity in _SEVERITIES if levelno >= lowest), _DEBUG)
 
 
@@ -64,7 +64,7 @@ _SEVERITIES = (
 
 
 class RosLogger(logging.Logger):
-    """A logger that includes the class in the name of the logging function: `Driver.move`."""
+    """A logger whose records name a calling method together with its class, as in `Driver.move`."""
 
     def findCaller(self, *args: Any, **kwargs: Any) -> tuple[str, int, str, str | None]:  # noqa: N802
         """Return the file, line and function of the logging call, and the stack if requested.
@@ -241,7 +241,7 @@ class FileHandler(logging.Handler):
 
 
 def open_file_handler(path: Path) -> FileHandler:
-    """Return a handler that appends to `path` and rotates it if it grows too large. The folder is created.
+    """Return a handler that appends to `path`, rotating files that grow too large. Creates the folder.
 
     Raises:
         OSError: the folder or the file cannot be created, or another user could have put it there.
@@ -275,7 +275,7 @@ def find_log_config(environment: Environment) -> Path | None:
 
 
 def configure_by_file(config: Path, log_path: Path) -> None:
-    """Configure Python's logging from a file in its own format or in YAML.
+    """Configure Python's logging from a file in the `logging.config` format or in YAML.
 
     The environment variable `ROS_LOG_FILENAME` is set to `log_path`, so that the file can refer to it.
 

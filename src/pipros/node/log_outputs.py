@@ -29,7 +29,7 @@ _LOGGING_LEVELS = {
     8: logging.ERROR,
     16: logging.CRITICAL,
 }
-"""Maps ROS level numbers to levels of Python's logging."""
+"""Levels of Python's logging, by ROS level number."""
 
 
 def open_console_and_file(

@@ -187,7 +187,7 @@ class Node:
         return self._started.connections
 
     def wait_for_master(self, on_missing: Callable[[Unreachable], object] | None = None) -> None:
-        """Wait until the master answers. If the first attempt fails, call `on_missing` once.
+        """Wait until the master responds. If the first attempt fails, call `on_missing` once.
 
         Raises:
             Interrupted: the node was shut down while waiting.
@@ -252,15 +252,15 @@ class Node:
 
     @property
     def is_shutdown(self) -> bool:
-        """Whether the node is shut down.
+        """Whether the shutdown has begun.
 
-        False while the shutdown hooks run, because they can still publish.
+        False for the shutdown hooks, in the thread that runs them, because they can still publish.
         """
         return self._ended.is_set() or (self._ending_thread or get_ident()) != get_ident()
 
     @property
     def is_ending(self) -> bool:
-        """Whether the shutdown has begun. True while the shutdown hooks run."""
+        """Whether the shutdown has begun. Unlike `is_shutdown`, also True for the shutdown hooks."""
         return self._ending_thread is not None
 
     def wait_for_shutdown(self, timeout_s: float | None = None) -> bool:
@@ -285,8 +285,8 @@ class Node:
         Blocks until done.
 
         From the start of the shutdown, only the hooks can publish, so no message from another thread follows
-        their last message (a robot's "stop"). An exception in a hook is logged. May be called repeatedly; a
-        second caller waits for the first.
+        their last message (such as a command that stops a robot). An exception in a hook is logged. May be
+        called repeatedly; a second caller waits for the first.
         """
         with self._lock:
             is_first, self._ending_thread = self._ending_thread is None, self._ending_thread or get_ident()
@@ -438,5 +438,5 @@ class Node:
         return await asyncio_support.call(self.client(service, service_class), request, timeout_s)
 
     def statistics(self) -> Mapping[str, Any]:
-        """Return the node's traffic so far; see `Endpoints.statistics`."""
+        """Return statistics on the node's traffic so far; see `Endpoints.statistics`."""
         return self.endpoints.statistics()

@@ -22,15 +22,16 @@ CLOSE_S: Final = 200e-6
 
 RUN_LENGTH: Final = 32
 LATE: Final = 8
-"""RUN_LENGTH messages that follow each other closely form a burst. A late message, whose publisher had to
-wait for a processor, cancels LATE of them, so a few late messages in a row end the burst.
+"""A burst begins when a counter reaches RUN_LENGTH and ends when it falls to 0. A message that closely
+follows another adds 1 to the counter; a late message subtracts LATE. A single late message, whose publisher
+may have waited for a processor, therefore does not end a burst.
 """
 
 SILENCE_S: Final = 1e-3
 """A pause of this length ends a burst even if no further message follows."""
 
 CHECK_S: Final = 0.01
-"""Interval at which a burst is checked for its end. If the subscriber is slow to acknowledge earlier
+"""Interval between checks whether a burst has ended. If the subscriber is slow to acknowledge earlier
 messages, the last messages of a burst can wait this long in a shared packet.
 """
 
@@ -86,8 +87,8 @@ class PacketSharing:
     order.
 
     Attributes:
-        note: `BurstDetector.note`; if it returns True, call `apply`. Bound as an attribute for speed, because
-            it is called for every small message.
+        note: `BurstDetector.note`. If it returns True, the caller must call `apply`. It is an attribute for
+            speed, because it is called for every small message.
     """
 
     __slots__ = ("_detector", "_is_closed", "_is_watched", "_links", "_lock", "_loop", "note")

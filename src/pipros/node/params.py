@@ -204,13 +204,11 @@ class Parameters:
             self._note_own_change(key)
 
     def observe(self, observer: Callable[[], object]) -> None:
-        """Call `observer` after each change of a cached parameter, in any thread. It must not block."""
+        """Call `observer`, from any thread, after each change of a cached parameter. It must not block."""
         self._observers.append(observer)
 
     def search(self, name: str) -> str | None:
-        """Return the full name of the closest matching parameter, searching from the node's namespace
-        upwards, or None if there is none.
-        """
+        """Search for a parameter from the node's namespace upwards. Return its full name, or None."""
         try:
             return self._master.search_param(name)
         except Refused:
@@ -244,9 +242,7 @@ class Parameters:
             return [cached for cached in self._cache if _are_related(key, cached)]
 
     def invalidate(self, key: str) -> None:
-        """Mark cached parameters at, above and below a key as stale, so that the next read queries the
-        master.
-        """
+        """Invalidate cached parameters at, above and below a key: the next read queries the master."""
         key = names.canonicalize(key)
         with self._lock:
             concerned = [cached for cached in self._cache.values() if _are_related(key, cached.key)]

@@ -17,7 +17,7 @@ def log_program(logname: str, level: int, filename: str | None, environment: Env
     """Write all of the process's log records to a file in the ROS log folder.
 
     Args:
-        logname: names the file, `<logname>-<pid>.log`.
+        logname: the first part of the file name, `<logname>-<pid>.log`.
         level: the lowest level to write; ignored if a configuration file is used.
         filename: the file name to use instead. If it includes a folder, `latest` links to that folder.
 
@@ -59,7 +59,7 @@ def make_folders_as_parent(folder: Path) -> None:
     """Create a folder and its missing parents, each with the owner and mode of its own parent.
 
     Raises:
-        OSError: a file or folder cannot be created.
+        OSError: a folder cannot be created.
     """
     folder = folder.absolute()
     if folder.exists():
@@ -74,7 +74,7 @@ def make_folders_as_parent(folder: Path) -> None:
 
 
 def link_latest(folder: Path) -> bool:
-    """Make the link `latest`, which is next to `folder`, point to `folder`.
+    """Point the link `latest`, which is next to `folder`, to `folder`.
 
     Return False if `latest` exists and is not a link.
 

@@ -66,7 +66,7 @@ class Publication:
     Invariant: `links` is replaced, never changed, so it can be read without a lock.
 
     There are two locks, acquired in this order. `_lock` keeps the messages of several threads in the same
-    order on all links. It is held while a message is encoded, which takes seconds for a huge message; the
+    order on all links. It is held while a message is encoded, which can take seconds for a huge message; the
     event loop never waits for it. `_links_lock` is held only to change `links` and `_joining`, and to queue
     calls to the listeners.
 

@@ -139,9 +139,7 @@ class PublisherConnector:
         return await self._connect(uri)
 
     async def _explain(self, uri: str, error: Exception) -> None:
-        """Warn that nothing can be received from a publisher, giving the reason and a remedy
-        (ros_comm#222).
-        """
+        """Warn that nothing can be received from a publisher, with the reason and a remedy (ros_comm#222)."""
         if not self._warnings.should_log(f"{printable(uri)}: {printable(error)}"):
             return
         explain = await unreachable.explain(error.peer) if isinstance(error, Unreachable) else ""

@@ -20,15 +20,17 @@ from pipros.node.start_params import is_on, set_private_params
 def roscpp_program(
     name: str, package: str, argv: Sequence[str] | None = None, *, anonymous: bool = False
 ) -> Iterator[tuple[Node, logging.Logger]]:
-    """Run a node within the context. Ctrl-C and SIGTERM shut the node down; the caller must check for this.
+    """Run a node within the context.
+
+    Ctrl-C and SIGTERM shut the node down; the caller must check whether this has happened.
 
     Waits for the master. All log records of the process are printed on the console in roscpp's format, and
     published on `/rosout`.
 
     Args:
-        name: the name of the node.
-        package: the last part of the logger's name: `turtlesim` for `ros.turtlesim`.
-        argv: the command line; defaults to the process's.
+        name: the node's name.
+        package: the last part of the logger's name (`turtlesim` for `ros.turtlesim`).
+        argv: the command-line arguments; defaults to those of the process.
 
     Yields:
         The node, and the logger.

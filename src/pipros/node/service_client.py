@@ -380,7 +380,7 @@ class ServiceLink:
         while True:
             data = self._poller.receive(self.sock, _HEADER_CHUNK_BYTES, deadline)
             if not data:
-                raise ProtocolError("the server closed the connection before it answered")
+                raise ProtocolError("the server closed the connection before it sent a header")
             fields = reader.feed(data)
             if fields is not None:
                 return fields, reader.rest
@@ -425,7 +425,7 @@ def split_service_uri(uri: str) -> tuple[str, int]:
         if port:
             return host, port
     raise ServiceFailed(
-        f"protocol error: the URI of a service must have the form rosrpc://HOST:PORT, got [{printable(uri)}]"
+        f"protocol error: a service URI must have the form rosrpc://HOST:PORT, got [{printable(uri)}]"
     )
 
 

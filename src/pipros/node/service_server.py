@@ -84,7 +84,7 @@ class ServiceServer:
         self.is_closed = False
 
     def attach(self, connection: TcprosConnection) -> None:
-        """Take over a connection whose header names this service: send the reply header, and serve it.
+        """Take over a connection whose header names this service: send the reply header, then serve calls.
 
         Called from the event loop, which replies at once while a thread prepares for the request.
         """

@@ -1,4 +1,4 @@
-"""End a node on Ctrl-C or SIGTERM, whatever the main thread is doing."""
+"""Shut a node down on Ctrl-C or SIGTERM, whatever the main thread is doing."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class Signals:
         call_in_children_before(self._uninstall_in_child, (signal.SIGINT, signal.SIGTERM))
 
     def listen(self, node: Node) -> None:
-        """From now on, let signals end the node, including signals received since `install`.
+        """Make signals shut down the node, including those received since `install`.
 
         The node's event loop reads the signals.
         """

@@ -255,8 +255,8 @@ class SlaveApi:
         """Return whether a call comes from the master's address or from this machine.
 
         A master may call from an address other than the one at which it is reached, for example behind NAT,
-        in a container, or with several networks. So a call from any other address is not trusted, but causes
-        a query to the master.
+        in a container, or with several networks. Therefore, a call from any other address is not trusted, and
+        the caller of this method queries the master instead.
         """
         caller = current_caller.get()
         if caller.host in self._node.master.addresses or caller.is_here:

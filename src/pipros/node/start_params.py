@@ -23,7 +23,7 @@ def set_private_params(node: Node) -> None:
 
     Raises:
         YamlError: a value is not valid YAML.
-        Unreachable, Refused: the same as for `Parameters.set`.
+        Unreachable, Refused: see `Parameters.set`.
     """
     given = node.identity.arguments.params
     if not given:
@@ -43,7 +43,7 @@ def is_on(node: Node, switch: str) -> bool:
 
 
 def window_limits(node: Node) -> WindowLimits:
-    """Return the window limits for topic statistics from the parameters. Unset parameters have defaults."""
+    """Return the window limits for topic statistics from the parameters, with defaults for unset ones."""
     from pipros.node.topic_statistics import WindowLimits
 
     given: dict[str, Any] = {}

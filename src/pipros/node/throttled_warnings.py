@@ -15,13 +15,16 @@ the next report, at most REPORT_S later.
 
 
 class ThrottledWarnings:
-    """Decides which warnings are logged in full. Of the others, only a count and the last subject are logged.
+    """Decides which warnings are logged in full.
 
-    For the event loop only.
+    Of the rest, only the number and the last subject are logged. For the event loop only.
     """
 
     def __init__(self, log: logging.Logger, loop: BackgroundLoop, more: str) -> None:
-        """Report suppressed warnings in the format `more`: `%d` is their number, `%s` the last subject."""
+        """Store the arguments.
+
+        `more` is the message that reports suppressed warnings: `%d` is their number, `%s` the last subject.
+        """
         self._log = log
         self._loop = loop
         self._more = more
@@ -31,7 +34,7 @@ class ThrottledWarnings:
         self._is_reporting = False
 
     def should_log(self, last: str) -> bool:
-        """Return whether to log this warning in full; if not, count it. `last` is its subject."""
+        """Return whether to log a warning in full; if not, count it. `last` is the warning's subject."""
         if not self._is_reporting:
             self._is_reporting = True
             self._loop.asyncio.call_later(REPORT_S, self._report)

@@ -1,7 +1,7 @@
 """Topic statistics: a subscriber's measurements of each publisher, published on `/statistics`.
 
 Source: http://wiki.ros.org/Topics#Topic_statistics. Disabled unless the parameter `/enable_statistics` is
-true. This module performs no I/O: it receives the times of arrival and returns statistics.
+true. This module performs no I/O: it receives arrival times and returns statistics.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class TrafficMeter:
     _last_sequence: int | None = None
 
     def add(self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None) -> Window | None:
-        """Count a received message. Return the statistics of the window if this message ends it.
+        """Count a received message. Return the window's statistics if this message ends it, otherwise None.
 
         `sequence` and `stamp_ns` come from the message's header; they are None if it has no header.
         """

@@ -28,7 +28,7 @@ class CallerVerification:
         """Schedule `question` to be called in another thread. Must be called from the event loop.
 
         Args:
-            about: the subject of the question, which replaces a queued question with the same subject.
+            about: the subject. A queued question with the same subject is replaced.
         """
         self._waiting[about] = question
         if not self._is_busy:

@@ -1,4 +1,4 @@
-"""Find the folders of ROS packages, on `ROS_PACKAGE_PATH` and among those shipped with pipros.
+"""Find the folders of ROS packages that are on `ROS_PACKAGE_PATH` or shipped with pipros.
 
 This module runs at every failed import in the environment, so it imports almost nothing.
 """
@@ -17,7 +17,7 @@ SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
 
 class ImportablePackages:
-    """Finder for package folders by name. `ROS_PACKAGE_PATH` is read on each call."""
+    """Finds package folders by name. `ROS_PACKAGE_PATH` is read on each call."""
 
     def __init__(self) -> None:
         self._path = ""

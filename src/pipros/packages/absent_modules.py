@@ -1,4 +1,4 @@
-"""Name the replacements for modules that Noetic's scripts import but that are not installed."""
+"""Suggest replacements for modules that Noetic's scripts import but that are not installed."""
 
 from __future__ import annotations
 
@@ -35,5 +35,5 @@ class _Loader(Loader):
 
 
 def absent_spec(name: str) -> ModuleSpec | None:
-    """Return a spec whose import fails with the reason, or None if the module has no known replacement."""
+    """Return a spec whose import fails and suggests the replacement, or None for other modules."""
     return ModuleSpec(name, _Loader()) if name in _REASONS else None

@@ -29,16 +29,16 @@ class AssetRefused(PiprosError):
 def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_bytes: int) -> bytes:
     """Return the content of a file in a package. Blocks.
 
-    After resolving all links, the file must be in a folder of the package, and no part of its path may be
-    hidden.
+    No part of the path may be hidden, and the file must be inside one of the package's folders even after all
+    links are resolved.
 
     Args:
         uri: `package://NAME/PATH`, percent-encoded or not.
         folders_of: function that returns the folders of a package.
 
     Raises:
-        AssetRefused: the file cannot be read, or must not be read. The error text reveals nothing about other
-            files.
+        AssetRefused: the file cannot be read, or clients may not read it. The error text reveals nothing
+            about other files.
     """
     shown = printable(uri, 300)
     if not uri.startswith(PREFIX):

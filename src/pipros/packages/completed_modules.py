@@ -67,7 +67,7 @@ def add_distributions(module: Any) -> None:
     for name in os.listdir(SHARE):
         shipped = shipped_distribution(name)
         if shipped is not None:
-            # This location is outside of sys.path, so its distributions are not listed.
+            # This location is not on sys.path, so its distributions are not listed.
             folder = os.path.join(SHARE, name)
             found = module.Distribution(folder, project_name=name, version=shipped.version)
             module.working_set.add(found, insert=False)

@@ -71,9 +71,9 @@ class CrawledPackage:
 
 
 class Crawl:
-    """The packages below `root`, in the order of their paths.
+    """The packages below `root`, sorted by path.
 
-    `folders` are all folders that were listed, each with its modification time in ns (0 if not trusted).
+    `folders` contains every folder that was listed, with its modification time in ns (0 if not trusted).
     """
 
     __slots__ = ("folders", "packages", "root")

@@ -95,8 +95,8 @@ def why_not_here(
     """Return why pipros lacks a program and how to install it, or None if the package is unknown.
 
     Args:
-        arguments: the program's arguments, which name the plugin of a nodelet.
-        programs: the package's programs that were found on this machine. If there are any except
+        arguments: the program's arguments; for `nodelet`, they name the plugin.
+        programs: the package's programs that were found on this machine. If there are any other than
             `.cfg` files, nothing is missing, and the result is None.
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable

@@ -65,7 +65,7 @@ class OpenCVCodec:
     """Codec that uses OpenCV.
 
     Args:
-        cv2: OpenCV's module.
+        cv2: the module `cv2`.
     """
 
     def __init__(self, cv2: Any) -> None:

@@ -40,11 +40,13 @@ def image_png(message: Any) -> bytes:
     """Return the contents of a PNG file for an image. Bayer patterns are written in grey.
 
     Raises:
-        PictureError: as for `encoding_of`, or PNG does not support the encoding.
+        PictureError: see `encoding_of`; or PNG does not support the encoding.
     """
     found = encoding_of(message)
     if found.color in _YUV or found.depth not in ("8U", "16U"):
-        raise PictureError(f"PNG must have grey or RGB values of 8 or 16 bits, got [{message.encoding}]")
+        raise PictureError(
+            f"PNG supports only grey and RGB values with 8 or 16 bits, got [{message.encoding}]"
+        )
     size = found.bits // 8
     row = message.width * found.channels * size
     rows = []

@@ -48,7 +48,7 @@ def read_pgm(content: bytes, file: str) -> tuple[int, int, bytes]:
     size = width * height * (1 if white < 256 else 2)
     pixels = content[place + 1 : place + 1 + size]  # the pixels follow one white-space character
     if len(pixels) < size:
-        raise PictureError(f"{file} must have {size} bytes of pixels, got {len(pixels)}")
+        raise PictureError(f"{file} must have {size} bytes of pixel data, got {len(pixels)}")
     if white == 255:
         return width, height, pixels
     if white < 256:
@@ -66,7 +66,7 @@ def _from_digits(text: bytes, count: int, white: int, file: str) -> bytes:
     except ValueError:
         greys = []
     if len(greys) < count or min(greys) < 0:
-        raise PictureError(f"{file} must contain {count} integers as pixels")
+        raise PictureError(f"{file} must contain {count} integers >= 0, one for each pixel")
     return bytes(min(grey, white) * 255 // white for grey in greys)
 
 

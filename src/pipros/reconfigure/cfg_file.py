@@ -115,7 +115,7 @@ def read(path: Path, time_limit_s: float = TIME_LIMIT_S) -> dict[str, Any]:
         raise BadConfigFile(f"cannot read {path}: {error.strerror or error}") from None
     with tempfile.TemporaryDirectory(prefix="pipros_cfg_") as folder:
         output = Path(folder) / "declared.json"
-        # The genuine generator passes four arguments, and old files check the number.
+        # The genuine generator passes four arguments, and some old files check their number.
         arguments = [sys.executable, str(path), folder, folder, folder, folder]
         environment = {**DISTRIBUTION, **os.environ, OUTPUT_VARIABLE: str(output)}
         code, errors = _run(arguments, environment, time_limit_s)

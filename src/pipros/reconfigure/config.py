@@ -94,8 +94,8 @@ def values(message: Any) -> Config:
 def decode_config(msg: Any, description: Any = None) -> Config:
     """Decode the configuration in a message.
 
-    If the decoded `description` is given, the result contains the tree of groups under `groups`, and each
-    group contains the values of its parameters.
+    If the decoded `description` is given, the result contains the tree of groups under the key `groups`,
+    and each group contains the values of its parameters.
     """
     config = values(msg)
     if msg.groups and description is not None:

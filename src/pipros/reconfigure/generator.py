@@ -192,7 +192,7 @@ def _without_quotes(description: str) -> str:
 
 
 def _source() -> dict[str, Any]:
-    """Return the line and file name of the innermost caller outside of this module: the `.cfg` file."""
+    """Return the line and file name of the innermost caller outside this module: the `.cfg` file."""
     frame = sys._getframe()
     while frame.f_back is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back

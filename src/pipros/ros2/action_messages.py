@@ -1,6 +1,7 @@
 """Encode and decode the ROS 2 messages that all actions share.
 
-A goal ID precedes each goal and feedback. Its 16 bytes do not change the alignment of the fields after it.
+A goal ID precedes each goal and each feedback message. Its 16 bytes do not change the alignment of the
+fields after it.
 """
 
 from __future__ import annotations

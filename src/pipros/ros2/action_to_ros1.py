@@ -68,8 +68,8 @@ class ActionToRos1:
     """Offers a ROS 1 action in ROS 2, so that ROS 2 nodes can send goals to it. Thread-safe.
 
     Attributes:
-        counts: the goals received from ROS 2, and the failures: goals that did not reach the server, and
-            results, feedback and statuses that could not be forwarded.
+        counts: the goals received from ROS 2, and the failures (goals that did not reach the server, and
+            results, feedback and statuses that could not be forwarded).
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:

@@ -76,8 +76,8 @@ class ActionToRos2:
     are queued, too; those beyond `Limits.goals` are dropped.
 
     Attributes:
-        counts: the goals received from ROS 1, and the failures: goals, feedback and statuses that could not
-            be forwarded.
+        counts: the goals received from ROS 1, and the failures (goals, feedback and statuses that could not
+            be forwarded).
     """
 
     def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:

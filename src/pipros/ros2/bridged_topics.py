@@ -1,7 +1,7 @@
 """Topics that a gateway passes between ROS 1 and ROS 2, with one class for each direction.
 
-The connection header of every topic that a gateway publishes in ROS 1 contains a mark. Gateways do not pass
-marked messages to ROS 2, so messages never loop, regardless of the number of gateways.
+The connection header of every topic that a gateway publishes in ROS 1 contains the field `MARK`. Gateways do
+not pass messages of such topics to ROS 2, so messages never loop, regardless of the number of gateways.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ class ToRos2:
         """
         self._count()
         now = frozenset(publishers)
-        self._forget(self._publishing - now)  # others may be new, and not listed yet
+        self._forget(self._publishing - now)  # a publisher that was never listed may be new
         self._publishing = now
         is_wanted = self._is_latched or any(
             each.subscriber_count for each in list(self._announcements.values())
@@ -213,7 +213,7 @@ class ToRos2:
             return found
 
     def _forget(self, callers: Iterable[str]) -> None:
-        """Withdraw the latched messages from nodes that no longer publish the topic."""
+        """Withdraw the latched messages of nodes that no longer publish the topic."""
         with self._lock:
             ended = [self._announcements.pop(each) for each in callers if each in self._announcements]
         for each in ended:
@@ -301,7 +301,7 @@ class ToRos1:
         durability_of = {each.key: each.qos.durability for each in publishers}
         with self._lock:
             absent = self._latched.keys() - durability_of.keys()
-            for key in absent & self._absent:  # those absent only once may be new
+            for key in absent & self._absent:  # a publisher absent only once may be new
                 self._forget(key)
             self._absent = absent
         desired: dict[Durability, TopicQos] = {}

@@ -103,7 +103,7 @@ GATEWAY_NODE = "ros1_gateway_"
 
 
 def gateway_of_node(node: str) -> str:
-    """Return the identity of the gateway with this node, or an empty string for other nodes.
+    """Return the identity of the gateway that owns a node, or an empty string for other nodes.
 
     >>> gateway_of_node("/ros1_gateway_ab_12")
     'ab_12'

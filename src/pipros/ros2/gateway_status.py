@@ -1,4 +1,7 @@
-"""Status reports of a gateway: topics, services and actions with their rates, and names left out. No I/O."""
+"""Status reports of a gateway: topics, services and actions with their rates, and names left out.
+
+This module performs no I/O.
+"""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pipros.basics.errors import InvalidName
 
 _NAME_LIMIT = 255
-"""Maximum length of a topic's name in DDS, in characters."""
+"""Maximum length of a DDS topic name, in characters."""
 
 _PART = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _DDS_TYPE = re.compile(r"([A-Za-z]\w*)::(msg|srv|action)::dds_::([A-Za-z]\w*)_", re.ASCII)
@@ -16,7 +16,7 @@ _DDS_TYPE = re.compile(r"([A-Za-z]\w*)::(msg|srv|action)::dds_::([A-Za-z]\w*)_",
 
 @dataclass(frozen=True, slots=True)
 class ServiceTopics:
-    """The topics of a service in DDS."""
+    """The DDS topics of a service."""
 
     request: str
     reply: str
@@ -54,7 +54,7 @@ def checked_name(name: str) -> str:
 
 
 def dds_topic(name: str) -> str:
-    """Return the name of a topic in DDS.
+    """Return the DDS name of a ROS 2 topic.
 
     Raises:
         InvalidName: the name breaks ROS 2's rules, or is too long.
@@ -66,13 +66,13 @@ def dds_topic(name: str) -> str:
 
 
 def dds_service(name: str) -> ServiceTopics:
-    """Return the topics of a service in DDS. Raises the same errors as `dds_topic`."""
+    """Return the DDS topics of a service. Raises the same errors as `dds_topic`."""
     checked_name(name)
     return ServiceTopics(_limited(f"rq{name}Request"), _limited(f"rr{name}Reply"))
 
 
 def action_names(name: str) -> ActionNames:
-    """Return the names of an action's services and topics in ROS 2.
+    """Return the ROS 2 names of an action's services and topics.
 
     Raises:
         InvalidName: see `checked_name`.
@@ -83,12 +83,12 @@ def action_names(name: str) -> ActionNames:
 
 
 def topic_of_dds(name: str) -> str | None:
-    """Return the ROS 2 topic for a name in DDS, or None if it is not a ROS 2 topic."""
+    """Return the ROS 2 topic for a DDS topic, or None if there is none."""
     return name[2:] if name.startswith("rt/") else None
 
 
 def service_of_dds(name: str) -> str | None:
-    """Return the service to which a topic in DDS belongs, or None if there is none."""
+    """Return the ROS 2 service to which a DDS topic belongs, or None if there is none."""
     for prefix, suffix in (("rq/", "Request"), ("rr/", "Reply")):
         if name.startswith(prefix) and name.endswith(suffix):
             return name[2 : -len(suffix)]
@@ -96,7 +96,7 @@ def service_of_dds(name: str) -> str | None:
 
 
 def dds_type(type_name: str) -> str:
-    """Return the name of a type in DDS and in Zenoh.
+    """Return the name of a ROS 2 type in DDS and Zenoh.
 
     >>> dds_type("std_msgs/msg/String")
     'std_msgs::msg::dds_::String_'
@@ -108,7 +108,7 @@ def dds_type(type_name: str) -> str:
 
 
 def type_of_dds(name: str) -> str | None:
-    """Return the ROS 2 type for a type name in DDS, or None if it is not a ROS 2 type."""
+    """Return the ROS 2 type for a DDS type name, or None if there is none."""
     match = _DDS_TYPE.fullmatch(name)
     return "/".join(match.groups()) if match else None
 
@@ -117,7 +117,7 @@ def zenoh_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
     """Return rmw_zenoh's key for a topic or a service.
 
     Args:
-        type_hash: the hash of the type, or `TypeHashNotSupported` for Humble.
+        type_hash: the type hash, or `TypeHashNotSupported` for Humble.
 
     Raises:
         InvalidName: the name breaks ROS 2's rules.

@@ -11,13 +11,13 @@ from typing import Any, Final
 from pipros.net.workers import Workers
 
 RETRY_S: Final = 10.0
-"""Minimum time between queries with the same key. The old answer is used until the new one arrives."""
+"""Minimum time between queries with the same key. The old result is used until the new one arrives."""
 _AT_ONCE: Final = 16
 _LOG = logging.getLogger("pipros.ros2")
 
 
 class NodeQueries:
-    """Runs queries, and keeps the last answer for each key. Thread-safe.
+    """Runs queries, and keeps the last result for each key. Thread-safe.
 
     A node that does not respond delays only its own key.
     """
@@ -61,7 +61,7 @@ class NodeQueries:
             return self._changed.wait_for(lambda: not self._running, timeout_s)
 
     def answer(self, key: Hashable) -> Any:
-        """Return the latest answer, or None."""
+        """Return the latest result for a key, or None."""
         return self._answers.get(key)
 
     def forget_all_but(self, keys: Collection[Hashable]) -> None:
@@ -71,6 +71,6 @@ class NodeQueries:
                     del table[key]
 
     def close(self) -> None:
-        """Stop starting threads. Failures of running queries are ignored."""
+        """End the idle threads, and ignore failures of running queries."""
         self._is_closed = True
         self._workers.close()

@@ -19,7 +19,7 @@ from pipros.node.service_client import OpenCalls
 from pipros.ros2.node_queries import NodeQueries
 
 _ANSWERS_S = 0.3
-"""Maximum time that `look` waits for the answers of nodes."""
+"""Maximum time that `look` waits for nodes to respond."""
 _Key = tuple[str, str, tuple[str, ...]]
 """Name, type (empty for services) and nodes of a topic or service."""
 _STATUSES = "actionlib_msgs/GoalStatusArray"

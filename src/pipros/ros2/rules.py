@@ -142,7 +142,7 @@ class GatewayRules:
         return name in self.filters.get((kind, direction), NameFilter()).allow
 
     def from_the_start(self, direction: Direction) -> list[str]:
-        """Return the names, on the publishing side, of topics that pass even before a node publishes them."""
+        """Return the publishing-side names of topics that pass even before a node publishes them."""
         return [
             rule.ros1 if direction is Direction.TO_ROS2 else rule.ros2
             for rule in self.static
@@ -150,7 +150,7 @@ class GatewayRules:
         ]
 
     def renamed(self, direction: Direction, name: str) -> StaticRule | None:
-        """Return the static rule for a topic, by its name on the publishing side."""
+        """Return the static rule for a topic's name on the publishing side, or None if there is none."""
         for rule in self.static:
             source = rule.ros1 if direction is Direction.TO_ROS2 else rule.ros2
             if source == name and direction in rule.directions:
@@ -198,7 +198,7 @@ def _static(values: Any, where: str) -> StaticRule:
     ros1 = str(rule.get("ros1") or rule.get("ros2") or "")
     ros2 = str(rule.get("ros2") or ros1)
     if not ros1.startswith("/") or not is_legal_topic(ros1):
-        raise InvalidRules(f"{where}: ros1 must be the full name of a topic, got [{ros1}]")
+        raise InvalidRules(f"{where}: ros1 must be a full topic name, got [{ros1}]")
     try:
         checked_name(ros2)
     except ValueError as error:

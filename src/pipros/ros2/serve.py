@@ -64,7 +64,7 @@ class GatewayOptions:
 
 
 def gateway_node_name(domain: int, *, is_zenoh: bool) -> str:
-    """Return the name of a gateway's node in ROS 1."""
+    """Return the name of a gateway's ROS 1 node."""
     return f"{ROS2_GATEWAY_PREFIX[1:]}{domain}{'_zenoh' if is_zenoh else ''}"
 
 

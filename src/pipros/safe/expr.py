@@ -336,7 +336,7 @@ class _Walk:
             return None
         name = _name_of(node)
         if name in _TAKE_A_FUNCTION or name not in self._functions:
-            raise self._error(node, "this must be the name of a function")
+            raise self._error(node, "this must be a function name")
         function = self._functions[name]
 
         def charged(*arguments: Any) -> Any:
@@ -402,7 +402,7 @@ class _Walk:
             for part, item in zip(target.elts, list(value), strict=True):
                 self._assign(part, item, names)
         else:
-            raise self._error(target, "only plain names can be the variables of a loop")
+            raise self._error(target, "loop variables must be plain names")
 
     # ---- strings
 

@@ -81,7 +81,7 @@ class _Format(string.Formatter):
 
     def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
         if "." in field_name.partition("[")[0] or "]." in field_name:
-            raise ValueError(f"attributes such as in {{{field_name}}} are not allowed here")
+            raise ValueError(f"attributes, as in {{{field_name}}}, are not allowed here")
         return super().get_field(field_name, args, kwargs)
 
     def format_field(self, value: Any, format_spec: str) -> str:

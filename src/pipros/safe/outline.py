@@ -65,7 +65,7 @@ def check_outline(loader_class: Any, text: str | bytes, limits: Limits) -> None:
 
 @dataclass(slots=True)
 class _Open:
-    """A list or mapping that has not ended yet. Its height is 1 more than that of its highest element."""
+    """A list or mapping that has not ended yet. Its height is 1 more than that of its tallest element."""
 
     anchor: str | None
     values_before: int

@@ -1,4 +1,4 @@
-"""Run a test program that needs no ROS system as a unittest case."""
+"""Run a test program as a unittest case, without a ROS system."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ _KEPT_NAMESPACE = "/roslaunch/"
 
 
 class NoMasterToReuse(PiprosError):
-    """No master answers, but `--reuse-master` requires one."""
+    """The master does not respond, but `--reuse-master` requires an existing one."""
 
 
 class RequiredNodeEnded(PiprosError):
@@ -40,7 +40,7 @@ class RequiredNodeEnded(PiprosError):
 
 
 class LaunchFixture:
-    """Fixture for the tests of a launch file; implements `pipros.testing.rostest.SystemFixture`."""
+    """Fixture for a launch file's tests; implements `pipros.testing.rostest.SystemFixture`."""
 
     def __init__(
         self,
@@ -80,7 +80,7 @@ class LaunchFixture:
         """Start or find the master, and print the launch summary.
 
         Raises:
-            NoMasterToReuse: the existing master does not answer.
+            NoMasterToReuse: the existing master does not respond.
             OSError: no port is available for a new master.
         """
         if self._reuse_master:
@@ -125,7 +125,7 @@ class LaunchFixture:
         if run.watch(process, test.time_limit_s):
             return True
         if time.monotonic() < deadline:
-            raise RequiredNodeEnded(f"a required node exited before the test [{test.test_name}]")
+            raise RequiredNodeEnded(f"a required node exited before the test [{test.test_name}] ended")
         raise TestProgramTimedOut(
             f"max time [{test.time_limit_s}s] allotted for test [{test.test_name}] "
             f"of type [{node.package}/{node.type}]"

@@ -12,7 +12,7 @@ def is_publisher(topic: str, node: str, tool: str) -> bool:
     `tool` is the caller's name without a namespace; names are resolved relative to it.
 
     Raises:
-        Unreachable: no master answers.
+        Unreachable: the master does not respond.
     """
     with GraphClient(tool) as graph:
         publishers = SystemState.from_state(graph.master.get_system_state()).publishers

@@ -26,13 +26,13 @@ class NodesDidNotStart(PiprosError):
 
 
 class Launched:
-    """The nodes of a launch file while a test runs.
+    """The running nodes of a launch file, for use in a test.
 
     A thread monitors the nodes and restarts nodes with `respawn`, but stops doing so when a `required` node
     exits. The other nodes keep running until `stop` is called.
 
     Attributes:
-        exit_codes: exit codes of the nodes that have exited, by name.
+        exit_codes: the exit code of each node that has exited, by node name.
     """
 
     def __init__(

@@ -120,7 +120,7 @@ def _report(case: Case) -> str:
 
 @contextmanager
 def _launcher_log(environment: Environment) -> Iterator[None]:
-    """Set a unique log file name, which identifies the nodes that are left running if pytest is killed."""
+    """Set a unique log file name, which identifies any nodes left running if pytest is killed."""
     folder = LogFolder(environment.log_dir.absolute())
     before = os.environ.get("ROS_LOG_FILENAME")
     os.environ["ROS_LOG_FILENAME"] = str(folder.file_of_launcher(f"pytest-{new_run_id()}"))

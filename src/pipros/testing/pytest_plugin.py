@@ -1,7 +1,7 @@
-"""pipros's pytest plugin: a ROS system for a test, and launch files with tests.
+"""pipros's pytest plugin: fixtures that provide a ROS system, and the collection of launch files with tests.
 
-Every pytest in the environment loads this plugin (entry point `pipros`, disabled by `-p no:pipros`), so it
-does not import other modules of pipros before a test needs them.
+Every pytest run in the environment loads this plugin (entry point `pipros`, disabled by `-p no:pipros`), so
+it does not import other modules of pipros before a test needs them.
 """
 
 from __future__ import annotations
@@ -149,8 +149,8 @@ def ros_history() -> History:
     """A history that numbers messages and checks for duplicates, reordering, corruption and loss.
 
     A publisher sends `ros_history.next_text("talker")`, subscribers pass received texts to
-    `ros_history.receive(text)`, and `ros_history.problems()` lists the duplicated, reordered, torn and lost
-    messages.
+    `ros_history.receive(text)`, and `ros_history.problems()` lists the duplicated, reordered, corrupted and
+    lost messages.
     """
     from pipros.testing.faults.history import History
 

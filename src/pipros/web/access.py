@@ -52,7 +52,7 @@ class Access:
         port = (found["port"] if found else None) or ("443" if self.is_secure else "80")
         is_own = name in self.hosts or (self.takes_addresses and _is_address(name))
         if not is_own or int(port) != self.port:
-            raise Denied(f"This server is not {host or 'without a name'}. Open the address that it printed.")
+            raise Denied(f"This server is not {host or 'the one requested'}. Open the address it printed.")
 
     def check_origin(self, origin: str | None) -> None:
         """Raise `Denied` unless an `Origin` header has this server's scheme, and passes `check_host`."""

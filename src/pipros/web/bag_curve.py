@@ -27,7 +27,7 @@ class BagSamples:
     If there are more than `MOST_SAMPLES` messages, only evenly spaced ones are decoded.
 
     Args:
-        limit_s: maximum processor time (s) of `take` for one message.
+        limit_s: maximum processor time (s) that `take` may use for one message.
 
     Attributes:
         left_out: number of messages that are not decoded.
@@ -50,7 +50,7 @@ class BagSamples:
         self._messages = enumerate(reader.stored_messages(connections))
 
     def next_piece(self) -> tuple[list[Any], str] | None:
-        """Return the next samples and the last error's text (empty for none), or None at the bag's end.
+        """Return the next samples and the last error's text (empty if none), or None at the end of the bag.
 
         Raises:
             BagError: a sample takes too long, or the bag is damaged.

@@ -48,7 +48,7 @@ def export(
 
     Args:
         form: one of `FORMATS`. Bags begin with the latched messages published before the range. Tables have
-            the rows of `rostopic echo -p`, with the times in the bag. With `images`, topics of other types
+            the rows that `rostopic echo -p` prints, with recorded times. With `images`, topics of other types
             are skipped.
         limit_bytes: maximum total size of the messages; for tables, of the rows.
 
@@ -92,8 +92,8 @@ def _bag(
 def _latched_before(
     reader: BagReader, connections: Collection[Connection], begin_ns: int
 ) -> Iterator[StoredMessage]:
-    """Yield the latched messages published before `begin_ns`: all static transforms, and the newest message
-    of each other connection.
+    """Yield the latched messages published before `begin_ns`: all static transforms, and every other
+    connection's newest message.
     """
     for connection in connections:
         if connection.header.get("latching") != b"1":

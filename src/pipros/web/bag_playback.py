@@ -34,7 +34,7 @@ from pipros.web.topic_watch import TopicWatch, TopicWatches
 from pipros.web.watched_system import LOOK_INTERVAL_S, WatchedSystem
 
 FIRST_WINDOW_NS: Final = NS_PER_S // 10
-"""Length of the first time window in which the newest message before a moment is searched for."""
+"""Length of the first time window that is searched for the newest message before a moment."""
 WINDOW_GROWTH: Final = 4
 LEAD_S: Final[Mapping[str, float | None]] = {
     "/tf": 2.0,
@@ -44,9 +44,9 @@ LEAD_S: Final[Mapping[str, float | None]] = {
     "/rosout": 5.0,
     "/rosout_agg": 5.0,
 }
-"""Time span (s) before the moment, by topic, of which tabs need all messages; None for all earlier messages.
+"""Time span (s) before the moment, by topic, for which tabs need all messages; None for no limit.
 
-Of other topics, tabs need only the newest message.
+For other topics, tabs need only the newest message.
 """
 LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
     (
@@ -59,7 +59,7 @@ LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
 )
 """Like `LEAD_S`, for types whose messages modify what earlier messages displayed."""
 LEADING_MESSAGES: Final = 2000
-"""Maximum number of messages from before the moment, for one topic.
+"""Maximum number of messages per topic from before the moment.
 
 Their total size is limited to `Limits.page_view_bytes`.
 """
@@ -70,7 +70,7 @@ LOWEST_SPEED: Final = 0.01
 HIGHEST_SPEED: Final = 100.0
 
 IsOver = Callable[[], bool]
-"""Returns whether messages that are still being read are no longer needed."""
+"""Returns whether the messages being read are no longer needed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +93,7 @@ class PlaybackState:
 
 
 class BagSystem(WatchedSystem):
-    """Stands in for the running system: provides the topics of a bag at the playback's moment."""
+    """Stand-in for the running system that provides a bag's topics at the playback's moment."""
 
     def __init__(self, live: WatchedSystem, topics: TopicWatches, now_s: Callable[[], float]) -> None:
         super().__init__(live.graph, live.node)
@@ -164,7 +164,7 @@ class BagPlayback:
 
     @property
     def layout(self) -> BagLayout | None:
-        """The bag's index, which other readers use instead of reading it again; None for MCAP."""
+        """The bag's index, so that other readers need not read it again; None for MCAP."""
         return self._reader.layout if self._reader.layout.chunks else None
 
     @property
@@ -252,7 +252,7 @@ class BagPlayback:
             self._reader.close()
 
     def _turn(self) -> bool:
-        """Execute the next step, or wait for one. Return False once the playback is closed."""
+        """Do the pending work, or wait until there is some. Return False once the playback is closed."""
         with self._changed:
             version, moment_ns = self._version, self._moment_ns
             is_over = functools.partial(self._is_over, self._epoch)
@@ -371,7 +371,7 @@ class BagPlayback:
                 if version != self._version:
                     return False
                 moment_ns = max(self._moment_ns, min(time_ns, clock.bag_time(now_ns)))
-                # The message at `time_ns` itself is read again if the playback is interrupted before it.
+                # Until the message is due, stay before it: an interrupted playback must read it again.
                 self._moment_ns = time_ns if left_s <= 0 else min(moment_ns, time_ns - 1)
                 if left_s > 0:
                     self._changed.wait(min(left_s, TICK_S))
@@ -427,7 +427,7 @@ def newest_before(
 ) -> StoredMessage | None:
     """Return the newest message at or before a time, or None if there is none or `is_over` returns True.
 
-    Reads backwards in growing windows of time.
+    Reads backwards, in time windows of increasing length.
     """
     try:
         begin_ns = reader.range_ns[0]

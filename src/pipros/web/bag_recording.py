@@ -1,4 +1,4 @@
-"""Record topics into the page's bag folder: one recording at a time, which all browsers see."""
+"""Record topics into the page's bag folder: one recording at a time, shown in all browsers."""
 
 from __future__ import annotations
 
@@ -180,5 +180,5 @@ class BagRecording:
         path = self._folder.path / (name if name.endswith(ENDINGS) else f"{name}.bag")
         for taken in (path, path.with_name(f"{path.name}.active")):
             if taken.exists() or taken.is_symlink():
-                raise RecordingRefused(f"{taken.name} exists already; choose another name")
+                raise RecordingRefused(f"{taken.name} already exists; choose another name")
         return path

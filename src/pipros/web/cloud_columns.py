@@ -90,7 +90,7 @@ def cloud_columns(cloud: Any, wanted: Sequence[str], limit: int, turn: int = 0) 
         width = SIZES.get(field.datatype, 0) if field is not None else 0
         if field is None or not width or field.offset + width > size:
             if name in POSITION:
-                return Columns(count, 1, (), f"the field {name} lies outside of its point")
+                return Columns(count, 1, (), f"the field {name} lies outside its point")
             continue
         data = strided(cloud.data, first * size + field.offset, step * size, width)
         columns.append(Column(name, field.datatype, data))

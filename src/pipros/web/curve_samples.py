@@ -1,4 +1,4 @@
-"""Samples of curves: numbers in messages, or values of expressions over messages, with their times."""
+"""Samples for plots: numeric message fields, or values of expressions over messages, with their times."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST_FIELDS = 100
 MOST_ELEMENTS = 10
 """Maximum number of elements of one array among the suggested fields."""
 LOWEST_MARKED_LEVEL: Final = 4
-"""Lowest level of the log entries that a plot marks: warnings."""
+"""Lowest level of the log entries that get a marker in plots: warnings."""
 _LONGEST_MARK: Final = 200
 
 
@@ -65,7 +65,7 @@ def expand(text: str) -> Iterator[str]:
 def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
     """Return the field that `text` denotes, or None if `text` does not begin with the name of a topic.
 
-    If it begins with several names, the longest one is chosen.
+    If several topic names match, the longest one is chosen.
 
     `/cmd_vel=hypot(m.linear.x, m.linear.y)` is an expression over the message `m` of the topic before `=`.
 
@@ -88,7 +88,7 @@ class NotANumber(ValueError):
     """The field is not a number.
 
     Attributes:
-        fields: paths of the numbers inside the field, relative to it.
+        fields: paths of the numeric fields inside it, relative to it.
     """
 
     def __init__(self, text: str, fields: Sequence[str]) -> None:
@@ -100,7 +100,7 @@ def sample_of(message: Any, field: Field, axis: Axis, received_s: float, ros_s: 
     """Return the time and the value of a sample.
 
     Raises:
-        ValueError: the axis shows stamps, and the message has none; or `number_in` raised it.
+        ValueError: the axis shows stamps, and the message has none. See also `number_in`.
     """
     return [time_of(message, field.topic, axis, received_s, ros_s), number_in(message, field)]
 
@@ -114,13 +114,13 @@ def time_of(message: Any, topic: str, axis: Axis, received_s: float, ros_s: floa
     if axis is Axis.STAMP:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         if not isinstance(stamp, Time):
-            raise ValueError(f"the messages of {topic} have no header; choose another x axis")
+            raise ValueError(f"messages on {topic} have no header; choose another x axis")
         return round(stamp.to_sec(), 6)
     return round(ros_s if axis is Axis.ROS else received_s, 4)
 
 
 def mark_of(entry: Any, axis: Axis, received_s: float, ros_s: float) -> list[Any] | None:
-    """Return the time, level and text of a log entry's mark in a plot, or None if its level is too low."""
+    """Return the time, level and text of a log entry's marker in a plot, or None if its level is too low."""
     if entry.level < LOWEST_MARKED_LEVEL:
         return None
     time_s = time_of(entry, "/rosout", axis, received_s, ros_s)
@@ -139,7 +139,7 @@ def _number_of(expression: MessageExpression, message: Any, field: Field) -> flo
 
 
 def number_in(message: Any, field: Field) -> float | None:
-    """Return the value of a field, or None for NaN and infinity, which interrupt the curve.
+    """Return the value of a field, or None for NaN and infinity, which leave a gap in the plot.
 
     Raises:
         NotANumber: the field is not a number.

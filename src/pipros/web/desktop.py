@@ -1,4 +1,4 @@
-"""Opens a page in the desktop's browser, if there is a desktop."""
+"""Open a page in the desktop's browser, if there is a desktop."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Accept connections from browsers, and limit connections that have not been authenticated yet.
 
-Theory of operation. The listening socket counts each connection when it is accepted, before the TLS
-handshake, in a `ConnectionTable`, like the servers of nodes. Until `Visitor.admit` is called, a connection is
-closed after `login_s` without a request. If there are too many connections, a new one replaces the one that
-has been silent for longest among those that have not been admitted.
+Theory of operation. Like a node's servers, the listening socket counts each connection in a `ConnectionTable`
+when it is accepted, before the TLS handshake. Until `Visitor.admit` is called, a connection is closed after
+`login_s` without a request. If there are too many connections, a new one replaces the connection that has
+been silent longest, among those that have not been admitted.
 """
 
 from __future__ import annotations

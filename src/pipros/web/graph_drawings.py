@@ -28,7 +28,7 @@ class GraphDrawings:
     """Cache of drawings. For use in one event loop."""
 
     def __init__(self, draw: Draw) -> None:
-        """`draw` computes the drawing of a graph; it is called once per graph."""
+        """Create an empty cache. `draw` is called once per graph, and computes its drawing."""
         self._draw = draw
         self._drawings: dict[tuple[GraphOptions, Grouping], _Drawing] = {}
 

@@ -78,7 +78,7 @@ def _compressed(message: Any) -> tuple[Mapping[str, Any], bytes]:
 
 
 def _step(encoding: str, size: int, largest_bytes: int) -> int:
-    if encoding.startswith(("bayer", "yuv")):  # neighbouring pixels share colours: keep them together
+    if encoding.startswith(("bayer", "yuv")):  # neighbouring pixels share colour data, so none can be skipped
         return 1
     every = 1
     while size // every**2 > largest_bytes:

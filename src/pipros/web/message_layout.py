@@ -8,7 +8,7 @@ from pipros.basics.errors import PiprosError
 from pipros.msg.language.full_text import specs_from_text
 
 Layout = dict[str, list[list[Any]]]
-"""Fields by type: `[name, base type, array]`; array is -1 (none), 0 (any length) or a fixed length + 1."""
+"""Fields of each type, as `[name, base type, array]`; array is -1 (none), 0 (any length) or length + 1."""
 
 SCALAR, ANY_LENGTH = -1, 0
 

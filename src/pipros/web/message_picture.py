@@ -25,7 +25,7 @@ Picture = Mapping[str, Any]
 
 
 def message_picture(message: Any) -> Picture | None:
-    """Return a picture of a message as JSON values, or None if the message has none.
+    """Return a picture of a message as JSON values, or None if it cannot be drawn.
 
     There are three kinds: `points` (x and y of each point in metres, and `joined`, which is true if they form
     a line), `grid` (cells from 0 to 100 or `UNKNOWN`, in base64, starting at the lower left corner), and

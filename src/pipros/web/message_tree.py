@@ -1,4 +1,4 @@
-"""Convert messages to JSON values within a budget: fields by name, large arrays and strings shortened."""
+"""Convert messages to JSON values of limited size; large arrays and long strings are shortened."""
 
 from __future__ import annotations
 

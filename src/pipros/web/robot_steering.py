@@ -72,7 +72,7 @@ class Steering:
             self._speeds.update({LINEAR: 0.0, ANGULAR: 0.0})
 
     def publish(self) -> None:
-        """Publish the velocities, unless both are 0 and this has already been published."""
+        """Publish the velocities, unless both are 0 and zeros have already been published."""
         with self._lock:
             linear, angular = self._speeds[LINEAR], self._speeds[ANGULAR]
             is_moving = bool(linear or angular)

@@ -1,7 +1,7 @@
 """Read and write rviz's configuration files (`.rviz`).
 
-Scalars are kept as strings, as in rviz itself. So unknown keys, the order of keys, and numbers such as
-`0.0299999993` survive when another property is changed.
+Scalars are kept as strings, as in rviz itself. Therefore, unknown keys, the order of keys, and numbers
+such as `0.0299999993` are preserved when another property is changed.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def read_rviz(content: bytes | str, file: str = "<string>") -> dict[str, Any]:
     if not isinstance(found, dict) or not isinstance(found.get(MANAGER), dict):
         reason = "an rviz configuration must have the key 'Visualization Manager'"
         if file.endswith(".vcg"):
-            reason += "; files of rviz before Groovy (.vcg) cannot be read"
+            reason += "; .vcg files from rviz before Groovy cannot be read"
         raise RvizFileError(f"{file}: {reason}")
     return found
 

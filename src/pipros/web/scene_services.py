@@ -21,7 +21,7 @@ def serve_scene_file(node: Node, file: SceneFile, *, may_save: bool) -> None:
     """Offer `~load_config`, `~load_config_discarding_changes` and `~save_config`.
 
     The services accept only the file given with `-d` and `.rviz` files below `~/.rviz`, and save only if
-    `may_save` is true. All other requests are logged and get the response False.
+    `may_save` is true. Any other request is logged, and the response is False.
     """
     kind = load_service_class("rviz/SendFilePath")
     first = file.path

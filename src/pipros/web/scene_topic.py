@@ -1,4 +1,4 @@
-"""Serialized messages of a topic for the browsers that draw it: kept, queued, and joined into batches."""
+"""Keep, queue and batch a topic's serialized messages for the browsers that draw them."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Secret:
         self._tokens = tuple(tokens) or (secrets.token_urlsafe(24),)
         self.token: Final = self._tokens[0]
         self._clock = clock
-        self._codes: dict[str, float] = {}  # code to expiry time, oldest first
+        self._codes: dict[str, float] = {}  # expiry time of each code, oldest first
 
     def __repr__(self) -> str:
         return "Secret()"  # omit the token, because representations end up in logs
@@ -70,7 +70,7 @@ class Secret:
             )
 
     def new_code(self) -> str:
-        """Return a code that is valid once, for `CODE_S` seconds. Only for clients that have the token."""
+        """Return a code that is valid once, for `CODE_S` seconds. Give it only to trusted clients."""
         while len(self._codes) >= CODES:
             del self._codes[next(iter(self._codes))]
         code = secrets.token_urlsafe(24)

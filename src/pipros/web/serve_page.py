@@ -199,7 +199,7 @@ def services(
 ) -> Services:
     """Return all views and actions of the page.
 
-    For `permitted`, `saves_layouts` and `bags`, see `PageOptions`. `recording` makes recordings in `bags`.
+    For `permitted`, `saves_layouts` and `bags`, see `PageOptions`. `recording` writes to `bags`.
     """
     scene = SceneViews(system, scene_file)
     frames = FrameViews(system)
@@ -239,7 +239,7 @@ def services(
         "recording": recordings.recording,
         "reconfigurable": servers.reconfigurable,
         "reconfigure": servers.reconfigure,
-        "running_topics": topics.topics,  # also while the browser shows a bag
+        "running_topics": topics.topics,  # the running system's, even while the browser shows a bag
         "scene_cloud": scene.cloud,
         "scene_config": scene.config,
         "scene_messages": scene.messages,

@@ -66,10 +66,10 @@ _EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)
 View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
 """Called with the arguments of a request. Yields values for the browser: JSON values or bytes."""
 Action = Callable[[Mapping[str, Any]], Awaitable[Any]]
-"""Called with the arguments of a request. Returns the answer."""
+"""Called with the arguments of a request. Returns the data for the response."""
 
 IMPORT_MAP_HASH: Final = "'sha256-UmR2ynK9En+2P57+Dk4hFTbWgpkKslo2yB4soZvGlnI='"
-"""Hash of the import map in index.html, which names third-party modules: the only inline script."""
+"""Hash of the only inline script in index.html: the import map, which names third-party modules."""
 
 SECURITY_HEADERS = {
     "Content-Security-Policy": f"default-src 'none'; script-src 'self' {IMPORT_MAP_HASH}; style-src 'self'; "

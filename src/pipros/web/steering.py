@@ -24,7 +24,7 @@ class VelocityCommands:
     """Selects the velocity to publish: the last command or, once that is zero or too old, a single zero."""
 
     def __init__(self, most: Velocity) -> None:
-        """`most` is the maximum absolute value of each component."""
+        """Limit the absolute value of each component to `most`."""
         self._most = most
         self._wanted = ZERO
         self._last_s = -math.inf

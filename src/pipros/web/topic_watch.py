@@ -59,7 +59,7 @@ class TopicWatch:
         limits: Limits | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`clock` returns the time (s) used to measure rates."""
+        """Create empty statistics. `clock` returns the time (s) used to measure rates."""
         self.topic = topic
         self._most_bytes = (limits or process_limits()).page_message_bytes
         self.queue_size = queue_size
@@ -97,7 +97,7 @@ class TopicWatch:
             listener(message, wall_s)
 
     def figures(self) -> Mapping[str, float | int | None]:
-        """Return messages and bytes per second, mean size in bytes, and total number of messages.
+        """Return the messages and bytes per second, the mean size in bytes, and the total number of messages.
 
         The rates are None if the topic is quiet, or too few messages have arrived. The size is None before
         the second message.
@@ -117,7 +117,7 @@ class TopicWatch:
 
     @contextlib.contextmanager
     def listening(self, listener: Listener, *, from_newest: bool = False) -> Iterator[None]:
-        """Call `listener` with each message within the context.
+        """Call `listener` with each message received within the context.
 
         If `from_newest` is true, begin with the newest message received so far.
         """
@@ -172,7 +172,7 @@ class TopicWatches:
         self._is_closed = False
 
     def close(self) -> None:
-        """Stop changing subscriptions. The node ends them at shutdown, with a single wait for the master."""
+        """Stop changing subscriptions. The node unsubscribes from all topics at once when it is shut down."""
         with self._lock:
             self._is_closed = True
 

@@ -82,7 +82,7 @@ class WatchedSystem:
         return True
 
     def now_s(self) -> float:
-        """Return the current time (s), to compare with the arrival times of messages."""
+        """Return the current time (s), for comparison with the arrival times of messages."""
         return time.time()
 
     async def observations(self) -> AsyncIterator[Observation]:

@@ -153,7 +153,7 @@ class _Reader:
 
     @property
     def held_bytes(self) -> int:
-        """The number of bytes of an incomplete message that have arrived."""
+        """The number of bytes received so far of an incomplete message."""
         return len(self._buffer) + self._chunks.held_bytes
 
     def _read_head(self) -> bool:
@@ -167,7 +167,7 @@ class _Reader:
         end = _END_OF_HEAD.search(buffer, max(0, self._searched - 3))
         # the last three bytes may be the start of the marker that ends the head
         if (end.start() if end else len(buffer) - 3) > self._head_limit:
-            raise HttpLimitExceeded(431, f"an HTTP head must have <= {self._head_limit} bytes")
+            raise HttpLimitExceeded(431, f"an HTTP head must have at most {self._head_limit} bytes")
         if end is None:
             self._searched = len(buffer)
             return False
@@ -300,7 +300,7 @@ class RequestReader(_Reader):
             raise HttpError(505, f"HTTP/{match[3]} is not supported, only HTTP/1")
         if match[1] != "POST":
             raise HttpError(
-                405, f"requests to an XML-RPC server must be POST, got {match[1]} of {match[2][:80]}"
+                405, f"requests to an XML-RPC server must use POST, got {match[1]} {match[2][:80]}"
             )
         return match
 

@@ -76,7 +76,7 @@ class ChunkedBody:
                 return None
             self._chunk_count += 1
             if self._chunk_count > CHUNKS_LIMIT:
-                raise HttpLimitExceeded(413, f"an HTTP body must have <= {CHUNKS_LIMIT} chunks")
+                raise HttpLimitExceeded(413, f"an HTTP body must have at most {CHUNKS_LIMIT} chunks")
         if len(buffer) >= _LINE_LIMIT:
             raise HttpError(400, "an HTTP chunk must begin with a size")
         return None

@@ -7,8 +7,8 @@ A property test checks that both readers agree on every document that the fast r
 
 The fast reader reads a nested dictionary with 1,000 keys in 0.9 ms instead of 4.6 ms (`xmlrpc.client`:
 3.3 ms), and a `getParam` call in 2 us instead of 9 us. Compiling its patterns takes 4 ms, longer
-than all calls of a typical command to the master, so Expat reads short responses until something else needs
-the fast reader.
+than all the calls that a typical command makes to the master, so Expat reads short responses until something
+else needs the fast reader.
 """
 
 from __future__ import annotations

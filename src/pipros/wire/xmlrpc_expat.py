@@ -5,10 +5,10 @@ may contain; any other is an error. Complete values are collected in the enclosi
 it closes. Attributes, comments and CDATA are handled as specified by XML. A DTD is refused at its first byte,
 so only the five predefined entities exist.
 
-Expat gets the document in slices, because it holds the interpreter lock while it reads a slice, and a server
-reads large documents in a thread while it answers other requests. A tag or comment longer than a few slices
-is refused, because Expat would rescan it from its start with each slice, and would process a tag with a
-million attributes in one go.
+The document is passed to Expat in slices, because Expat holds the interpreter lock while it reads a slice,
+and a server reads large documents in a thread while it responds to other requests. A tag or comment longer
+than a few slices is refused, because Expat would rescan it from its start with each slice, and would process
+a tag with a million attributes in one go.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
         if tag in ("array", "struct"):
             containers += 1
             if containers > nesting_limit:
-                raise LimitExceeded(f"XML-RPC values must be nested <= {nesting_limit} deep")
+                raise LimitExceeded(f"XML-RPC values must be nested at most {nesting_limit} levels deep")
         open_elements.append(_Element(tag))
 
     def characters(text: str) -> None:
@@ -139,7 +139,7 @@ def _read(body: bytes | bytearray, nesting_limit: int) -> tuple[str, list[Any]]:
         for fed in range(SLICE_BYTES, len(body), SLICE_BYTES):
             parser.Parse(body[fed - SLICE_BYTES : fed], False)
             if fed - parser.CurrentByteIndex > TAG_LIMIT_BYTES:
-                raise LimitExceeded(f"a tag in an XML-RPC document must have <= {TAG_LIMIT_BYTES} bytes")
+                raise LimitExceeded(f"a tag in an XML-RPC document must have at most {TAG_LIMIT_BYTES} bytes")
         parser.Parse(body[(max(len(body), 1) - 1) // SLICE_BYTES * SLICE_BYTES :], True)
     except expat.ExpatError as error:
         raise ProtocolError(f"the XML-RPC document is not well-formed XML: {error}") from None

@@ -176,7 +176,7 @@ class DryManifest:
 
 
 def read_into(manifest: DryManifest, text: str, file: str) -> None:
-    """Fill a manifest from the content of a file.
+    """Fill a manifest with the content of a file.
 
     Raises:
         MalformedManifest: the text is not a manifest.

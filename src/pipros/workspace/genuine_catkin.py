@@ -20,8 +20,8 @@ _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
 _PYTHON = "/usr/bin/python3"
 
-# If ROS_DISTRO differs, an environment hook of Debian's packages prints a line, which catkin would evaluate
-# as Python.
+# The ROS_DISTRO of Debian's packages. If the variable has another value, one of their environment hooks
+# prints a line, which catkin would evaluate as Python.
 _DEBIAN = "Debian"
 
 

@@ -85,7 +85,7 @@ def build_isolated(
             raise genuine_catkin.MissingTools(
                 f"the package [{name}] must be built by genuine catkin, but {error}"
             ) from None
-        say(f"==> The package '{name}' needs CMake: genuine catkin builds it and what it needs")
+        say(f"==> The package '{name}' needs CMake: genuine catkin builds it and its dependencies")
         genuine |= closure(packages, {name})
 
 

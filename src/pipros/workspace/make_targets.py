@@ -18,7 +18,7 @@ def names(projects: Mapping[str, Project]) -> Iterator[str]:
     """Yield all targets of a workspace."""
     yield from _ALWAYS
     for name, project in projects.items():
-        # make accepts a package's name: a folder of that name exists and counts as up to date
+        # make accepts a package name, because a folder of that name exists and counts as up to date
         yield from (name, f"run_tests_{name}", f"clean_test_results_{name}")
         yield from project.targets
         for test in project.tests:

@@ -38,7 +38,7 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
 def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -> list[str]:
     """Return the command line that runs a program, with a prefix such as `gdb -ex run --args`.
 
-    The prefix is split into words as by a shell; no shell is run.
+    The prefix is split into words as in a shell; no shell is run.
 
     Raises:
         ValueError: the prefix has an unclosed quote.

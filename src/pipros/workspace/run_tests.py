@@ -35,7 +35,7 @@ def run_tests(
     leave_error: LeaveError,
     script_runner: Sequence[str],
 ) -> None:
-    """Run tests one after another. Failures are not reported: as in Noetic, run `catkin_test_results` later.
+    """Run tests one after another. As in Noetic, call `catkin_test_results` later to check for failures.
 
     Args:
         targets: the `catkin_make` targets, such as `run_tests`.

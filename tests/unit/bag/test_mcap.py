@@ -206,7 +206,7 @@ def test_a_chunk_is_not_decompressed_beyond_its_claimed_size(bag: Path) -> None:
             size = reader.chunk_header(0).size.to_bytes(8, "little")
         for wrong in (10, 1 << 40):
             Path("bad.mcap").write_bytes(whole.replace(size, wrong.to_bytes(8, "little")))
-            with pytest.raises(BagError, match=r"must have|damaged|must be at most"):
+            with pytest.raises(BagError, match=r"must be|damaged"):
                 contents("bad.mcap")
 
 

@@ -237,7 +237,7 @@ def test_decompression_stops_at_the_claimed_size_of_the_chunk(compression: str) 
     at = data.index(b"size=") + 5
     data[at : at + 4] = (1000).to_bytes(4, "little")
 
-    with pytest.raises(BagFormatError, match="the chunk must have 1000 bytes, got 1001"):
+    with pytest.raises(BagFormatError, match="the chunk must be 1000 bytes long, got 1001"):
         list(read(bytes(data)).raw_messages())
 
 

@@ -40,7 +40,7 @@ def test_other_first_lines_have_no_version(line: bytes) -> None:
 
 
 def test_numbers_must_have_their_size() -> None:
-    with pytest.raises(BagFormatError, match=r"x: the field \[conn\] must have 4 bytes, got 2"):
+    with pytest.raises(BagFormatError, match=r"x: the field \[conn\] must be 4 bytes long, got 2"):
         number({"conn": b"ab"}, "conn", 4, "x")
     with pytest.raises(BagFormatError, match=r"x: the field \[conn\] is missing"):
         number({}, "conn", 4, "x")
@@ -52,12 +52,12 @@ def test_chunk_infos_and_indexes_survive_a_round_trip() -> None:
     size = int.from_bytes(record[:4], "little")
     fields, data = parse_fields(record[4 : 4 + size], "x"), record[8 + size :]
     assert parse_chunk_info(fields, data, "x") == info
-    with pytest.raises(BagFormatError, match="2 connections must be 16 bytes, got 15"):
+    with pytest.raises(BagFormatError, match="2 connections need 16 bytes, got 15"):
         parse_chunk_info(fields, data[:-1], "x")
 
     record = index_record(3, bytes(24))
     size = int.from_bytes(record[:4], "little")
     fields = parse_fields(record[4 : 4 + size], "x")
     assert parse_index(fields, bytes(24), "x") == (3, bytes(24))
-    with pytest.raises(BagFormatError, match="2 entries must be 24 bytes, got 12"):
+    with pytest.raises(BagFormatError, match="2 entries need 24 bytes, got 12"):
         parse_index(fields, bytes(12), "x")

@@ -126,7 +126,7 @@ def test_compiled_code_and_what_it_needs_are_built_by_genuine_catkin(
     build = f"{workspace.base}/build_isolated"
     assert folders == [f"{build}/{name}/pipros/native/build" for name in ("zero", "cpp")]
     assert (
-        "==> The package 'cpp' needs CMake: genuine catkin builds it and what it needs"
+        "==> The package 'cpp' needs CMake: genuine catkin builds it and its dependencies"
         in capsys.readouterr().out
     )
 

@@ -22,7 +22,7 @@ class Run:
 
         def ask(api: str, _caller_id: str) -> object:
             if dead in api:
-                raise Unreachable(api, "no answer in time")
+                raise Unreachable(api, "no response in time")
             return 1
 
         clean_up(

@@ -51,7 +51,7 @@ def failing(cause: BaseException) -> Callable[[str, str], object]:
         try:
             raise cause
         except OSError:
-            raise Unreachable(API, "no answer in time")  # noqa: B904  # as RpcClient raises it
+            raise Unreachable(API, "no response in time")  # noqa: B904  # as RpcClient raises it
 
     return ask
 

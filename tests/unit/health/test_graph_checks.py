@@ -56,7 +56,7 @@ WITH_CLOCK = HEALTHY.state._replace(publishers={TOPIC: [TALKER], "/clock": [TALK
 FAULTS: dict[str, SystemReport] = {
     "ghost-node": with_node(LISTENER, failure=Failure("BusConnection refused", is_refused=True)),
     "unknown-host": with_node(LISTENER, failure=Failure("Name not known", is_unknown_host=True)),
-    "silent-node": with_node(LISTENER, failure=Failure("no answer in time")),
+    "silent-node": with_node(LISTENER, failure=Failure("no response in time")),
     "fleet-link": replace(HEALTHY, fleet_links={"/pipros_fleet_robot1": "no router is connected"}),
     "ros2-gateway": replace(HEALTHY, ros2_gateways={"/ros2_gateway_0": GatewayReport("no answer")}),
     "ros2-dropped": replace(
@@ -67,7 +67,7 @@ FAULTS: dict[str, SystemReport] = {
     ),
     "other-master": with_node(LISTENER, master_uri="http://10.0.0.1:11400/"),
     "no-publisher": with_publisher(address="", failure=Failure("Not a publisher of [/chatter]")),
-    "unreachable-publisher": with_publisher(failure=Failure("no answer in time")),
+    "unreachable-publisher": with_publisher(failure=Failure("no response in time")),
     "type-mismatch": with_node(LISTENER, subscriptions={TOPIC: "std_msgs/Int32"}),
     "one-sided-connection": with_node(LISTENER, connections=()),
     "not-connected": UNCONNECTED,

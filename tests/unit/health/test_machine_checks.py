@@ -45,7 +45,7 @@ FAULTS: dict[str, MachineReport] = {
     "master-uri": machine({"ROS_MASTER_URI": "robot:11311"}),
     "master-host-unknown": machine(resolved={"robot": (), "desk": ("10.0.0.2",)}),
     "no-master": machine(master_error="Connection refused"),
-    "stale-master-uri": machine(master_error="no answer in time", has_local_master=True),
+    "stale-master-uri": machine(master_error="no response in time", has_local_master=True),
     "hostname-unknown": machine(resolved={"robot": ("10.0.0.1",), "desk": ()}),
     "hostname-of-another": machine({"ROS_HOSTNAME": "lamp"}, resolved={"lamp": ("10.0.0.9",)}),
     "hostname-form": machine({"ROS_HOSTNAME": "http://desk:11311"}),

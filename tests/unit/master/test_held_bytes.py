@@ -127,7 +127,9 @@ def test_a_registration_beyond_the_limit_is_refused_and_changes_nothing() -> Non
         lambda: books.subscribe_param("/n", "/p" * 200, "http://a:1/"),
         lambda: books.register_publisher("/n", "/t" * 200, "x/Y", "http://elsewhere:1/"),
     ):
-        with pytest.raises(RegistryFull, match=r"bring the registrations .* bytes; the limit is 600"):
+        with pytest.raises(
+            RegistryFull, match=r"bring the master's registrations .* bytes; the limit is 600"
+        ):
             register()
     assert books.topic_types == {"/t": "x/Y"}
     assert books.api_of("/n") == "http://a:1/"

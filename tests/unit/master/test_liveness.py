@@ -25,7 +25,7 @@ def refused() -> Unreachable:
 
 
 def silent() -> Unreachable:
-    return Unreachable(API, "no answer in time")
+    return Unreachable(API, "no response in time")
 
 
 class Case:

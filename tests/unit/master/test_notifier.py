@@ -40,7 +40,7 @@ class FakeNode:
             delay_s = network.delays_s.get(self.api, 0.0)
             await asyncio.sleep(min(delay_s, timeout_s))
             if delay_s > timeout_s:
-                raise Unreachable(self.api, "no answer in time")
+                raise Unreachable(self.api, "no response in time")
             if error := network.errors.get(self.api):
                 raise error
             method, params = decode_call(document)

@@ -26,7 +26,7 @@ class Case:
 
     async def ask(self, api: str, _method: str, _timeout_s: float) -> Any:
         if api not in self.answers:
-            raise Unreachable(api, "no answer in time")
+            raise Unreachable(api, "no response in time")
         return self.answers[api]
 
 

@@ -224,7 +224,10 @@ def test_what_does_not_fit_is_left_out_with_a_reason(capsys: pytest.CaptureFixtu
     error = capsys.readouterr().err
     assert "messages on /solid are left out: shape_msgs/SolidPrimitive: a field has a length of 4" in error
     assert "/9 is left out: [/9] is not a full ROS 2 name" in error
-    assert "messages on /two are left out: a topic has one type in ROS 2: std_msgs/msg/String, not" in error
+    assert (
+        "messages on /two are left out: a topic can have only one type in ROS 2: std_msgs/msg/String, not"
+        in error
+    )
     assert "/broken is left out: " in error
     with Reader("out") as reader:
         assert {c.topic: c.msgcount for c in reader.connections} == {"/solid": 1, "/two": 1}

@@ -162,7 +162,7 @@ def test_a_body_in_very_many_chunks_is_refused() -> None:
     head = request("Transfer-Encoding: chunked")
     [found] = read(head + b"1\r\nx\r\n" * 1_999 + b"0\r\n\r\n")
     assert len(found.body) == 1_999
-    with pytest.raises(LimitExceeded, match="must have <= 2000 chunks"):
+    with pytest.raises(LimitExceeded, match="must have at most 2000 chunks"):
         read(head + b"1\r\nx\r\n" * 2_001)
 
 

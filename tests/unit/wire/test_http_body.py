@@ -58,7 +58,7 @@ def test_the_sum_of_the_chunks_is_limited_before_they_arrive() -> None:
 
 
 def test_chunks_are_limited_in_number() -> None:
-    with pytest.raises(HttpLimitExceeded, match=f"must have <= {CHUNKS_LIMIT} chunks"):
+    with pytest.raises(HttpLimitExceeded, match=f"must have at most {CHUNKS_LIMIT} chunks"):
         ChunkedBody(limit_bytes=1 << 20).feed(bytearray(b"1\r\nx\r\n" * (CHUNKS_LIMIT + 1)))
 
 

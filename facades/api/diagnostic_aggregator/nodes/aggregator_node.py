@@ -1,4 +1,4 @@
-"""`rosrun diagnostic_aggregator aggregator_node`: publish all diagnostics by path, and the overall level."""
+"""`rosrun diagnostic_aggregator aggregator_node`: publish diagnostics as a tree, and the overall level."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ _star_names(__name__, "threading")
 
 
 class ParamServerCache:
-    """A tree of values by parameter name. Thread-safe.
+    """A thread-safe tree of parameter values.
 
     Attributes:
         d: the tree.
@@ -43,7 +43,7 @@ class ParamServerCache:
             return value
 
     def set(self, key: str, value: Any) -> None:
-        """Set a parameter, creating the namespaces above it.
+        """Set a parameter, creating missing parent namespaces.
 
         Raises:
             TypeError: the root is set to something other than a dictionary.

@@ -4,4 +4,4 @@ from rospy.impl.transport import InternalOfRospy
 
 
 class Poller(InternalOfRospy):
-    """Detects closed connections in genuine rospy. pipros's links detect them themselves."""
+    """Genuine rospy's detector of closed connections. In pipros, links detect them themselves."""

@@ -25,9 +25,9 @@ from rospy.names import get_namespace as get_namespace
 
 
 class RegManager(InternalOfRospy, RegistrationListener):
-    """Keeps registrations with the master up to date in genuine rospy.
+    """Genuine rospy's class that keeps registrations with the master up to date.
 
-    In pipros, this is done by `pipros.node.registration`.
+    In pipros, `pipros.node.registration` does this.
     """
 
 

@@ -1,1 +1,1 @@
-"""Executables of the package tf."""
+"""Executables of the tf package."""

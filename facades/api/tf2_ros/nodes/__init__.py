@@ -1,1 +1,1 @@
-"""Executables of the package tf2_ros."""
+"""Executables of the tf2_ros package."""

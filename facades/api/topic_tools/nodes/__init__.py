@@ -1,1 +1,1 @@
-"""Executables of the package topic_tools."""
+"""Executables of the topic_tools package."""

@@ -18,7 +18,7 @@ FIRST_SUBSCRIBER_S = 0.5
 
 
 class Demux:
-    """Republishes messages on the selected topic. All topics have the type of the first message."""
+    """Republisher of messages on the selected topic. All topics have the type of the first message."""
 
     def __init__(self, selection: Selection) -> None:
         self.selection = selection

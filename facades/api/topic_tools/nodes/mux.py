@@ -15,7 +15,7 @@ USAGE = "\nusage: mux OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]\n"
 
 
 class Mux:
-    """Republishes messages from the selected topic.
+    """Republisher of messages from the selected topic.
 
     It subscribes to all inputs until the first message has determined the type. Afterwards, in lazy mode, it
     subscribes only to the selected topic, and only while the output has subscribers.

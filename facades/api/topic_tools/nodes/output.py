@@ -141,7 +141,7 @@ class Input:
         return subscriber is not None
 
     def is_idle(self, output: Output) -> bool:
-        """Return whether `output` has no subscribers. If so, unsubscribe.
+        """Unsubscribe if `output` has no subscribers. Return whether it has none.
 
         Atomic with respect to `subscribe`.
         """

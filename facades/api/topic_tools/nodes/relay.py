@@ -14,7 +14,7 @@ USAGE = "\nusage: relay IN_TOPIC [OUT_TOPIC]\n"
 
 
 class Relay:
-    """Republishes a topic. In lazy mode, it subscribes only while its output has subscribers.
+    """Republisher of a topic. In lazy mode, it subscribes only while its output has subscribers.
 
     In stealth mode, it subscribes only while another node subscribes to the topic that `look_at` monitors.
     """

@@ -31,7 +31,7 @@ _NUMBERS = {"messages": 1, "bytes": 2}
 
 
 class Throttle:
-    """Republishes the messages that a rule accepts."""
+    """Republisher of the messages that a rule accepts."""
 
     def __init__(self, source: str, target: str, rule: Rule, *, lazy: bool, latch: bool | None) -> None:
         """Set up the topics. If `latch` is None, latch the output if the input's publisher latches."""

@@ -32,7 +32,10 @@ class Edge:
 
 
 def edge_args(start: str, dest: str, direction: str, label: str) -> list[tuple[str, str, str]]:
-    """Return the edges of a connection. From `start`, it is "o" (outbound), "i" (inbound) or "b" (both)."""
+    """Return the edges of a connection as (start, end, label).
+
+    `direction` is "o" (outbound from `start`), "i" (inbound) or "b" (both).
+    """
     edges = []
     if direction in ("o", "b"):
         edges.append((start, dest, label))

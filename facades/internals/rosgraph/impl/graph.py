@@ -109,7 +109,7 @@ class Graph:
     def update(self) -> bool:
         """Query the master and all nodes, including bad nodes, unless their last responses are recent enough.
 
-        Return True on any change.
+        Return True if anything changed.
         """
         return self._live.update()
 

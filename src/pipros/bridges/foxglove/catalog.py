@@ -10,7 +10,7 @@ from typing import Generic, Protocol, TypeVar
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """Type of a topic.
+    """A topic type.
 
     Attributes:
         text: the definition, followed by the definitions of all embedded types.
@@ -23,7 +23,7 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class ServiceDefinition:
-    """Type of a service, with the definitions as in `Definition.text`."""
+    """A service type. The definitions have the same form as `Definition.text`."""
 
     type: str
     md5sum: str
@@ -33,7 +33,7 @@ class ServiceDefinition:
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A topic with a type. If the type changes, the topic gets a new channel. IDs are never reused."""
+    """A topic and its type. If the type changes, the topic gets a new channel. IDs are never reused."""
 
     id: int
     topic: str
@@ -66,7 +66,7 @@ class Change(Generic[AnyOffer]):
 
 
 class Catalog:
-    """The channels and services that are currently offered, by id."""
+    """The channels and services that are currently offered, keyed by id."""
 
     def __init__(self) -> None:
         self.channels: dict[int, Channel] = {}

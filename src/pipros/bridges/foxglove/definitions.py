@@ -37,7 +37,7 @@ class Definitions:
     """Finds definitions. Thread-safe. All methods except `correct` may block."""
 
     def __init__(self, node: Node, loop: BackgroundLoop, calls: OpenCalls) -> None:
-        """`loop` runs the queries to publishers; `calls` can interrupt the queries to services."""
+        """Create a finder. `loop` runs queries to publishers; `calls` can interrupt queries to services."""
         self._node = node
         self._loop = loop
         self._calls = calls
@@ -64,7 +64,7 @@ class Definitions:
         return bool(self._ask((topic, "latching", tuple(publishers)), self._latching))
 
     def of_service(self, name: str, providers: Sequence[str]) -> ServiceDefinition | None:
-        """Return a service's definition, or None if it does not respond or its type is not installed."""
+        """Return a service's definition, or None if no provider responds or its type is not installed."""
         found: ServiceDefinition | None = self._ask((name, "", tuple(providers)), self._service_of_provider)
         return found
 

@@ -84,7 +84,7 @@ def time(time_ns: int) -> Frame:
 
 
 def advertise_services(services: Iterable[Service]) -> Frame:
-    """Return the advertisement of services, with the schemas in the formats for new and for old clients."""
+    """Return a message that advertises services, with schemas in the formats for new and for old clients."""
     rows = [
         {
             "id": service.id,
@@ -132,7 +132,7 @@ def connection_graph(
     removed_topics: Sequence[str],
     removed_services: Sequence[str],
 ) -> Frame:
-    """Return an update of the graph: changed topics and services with their nodes, and removed names."""
+    """Return a graph update: changed topics and services with their nodes, and removed names."""
     return _op(
         "connectionGraphUpdate",
         publishedTopics=[{"name": name, "publisherIds": nodes} for name, nodes in published.items()],

@@ -29,9 +29,9 @@ def graph_update(before: SystemState, after: SystemState) -> Frame | None:
 
 
 def _changed(before: Registrations, after: Registrations, removed: list[str]) -> Registrations:
-    """Return the names whose nodes have changed, with their nodes.
+    """Return the current nodes of each name whose nodes have changed.
 
-    A name without nodes that still exists elsewhere in the graph has an empty list.
+    The list is empty for a name that has lost all nodes but still exists elsewhere in the graph.
     """
     changed = {
         name: sorted(nodes) for name, nodes in after.items() if sorted(before.get(name, ())) != sorted(nodes)

@@ -28,7 +28,7 @@ class Look:
 
     Attributes:
         state: registrations of all topics and services that are allowed.
-        topics, services: the definitions that are known.
+        topics, services: the known definitions.
     """
 
     state: SystemState
@@ -42,7 +42,7 @@ def is_allowed(name: str, patterns: Patterns) -> bool:
 
 
 class GraphWatch:
-    """Queries the graph in a thread, while clients need it."""
+    """Queries the graph in a thread while clients need it."""
 
     def __init__(
         self,
@@ -101,7 +101,7 @@ class GraphWatch:
                     return
             try:
                 look = self.look()
-            except (PiprosError, ValueError):  # the master does not answer, or violates the protocol
+            except (PiprosError, ValueError):  # the master does not respond, or violates the protocol
                 interval_s = min(2 * interval_s, self._longest_s)
                 continue
             if look == last:
@@ -114,8 +114,8 @@ class GraphWatch:
         """Query the master, and the peers whose definitions are unknown. Blocks.
 
         Raises:
-            PiprosError: the master does not answer.
-            ValueError: the master's answer is malformed.
+            PiprosError: the master does not respond.
+            ValueError: the master's response is malformed.
         """
         state = SystemState.from_state(self._master.get_system_state())
         kinds = {topic: kind for topic, kind in self._master.get_topic_types() if kind != "*"}

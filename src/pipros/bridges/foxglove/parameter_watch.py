@@ -22,7 +22,7 @@ class ParameterWatch:
     """Queries all parameters in a thread after each change, and reports the differences."""
 
     def __init__(self, node: Node, on_changes: Callable[[Changes], object]) -> None:
-        """`on_changes` is called in the watch's thread."""
+        """Create a watch that is not running. `on_changes` is called in the watch's thread."""
         self._node = node
         self._on_changes = on_changes
         self._is_dirty = threading.Event()
@@ -59,7 +59,7 @@ class ParameterWatch:
 
     def _query(self, known: dict[str, Any] | None) -> dict[str, Any]:
         try:
-            self._node.params.get_cached("/")  # the first call subscribes
+            self._node.params.get_cached("/")  # the first call subscribes to changes
             return flattened(self._node.params.get("/"))
         except (PiprosError, OSError):  # the master is not available
             return known or {}

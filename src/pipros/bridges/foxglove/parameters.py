@@ -19,7 +19,7 @@ class InvalidParameter(ValueError):
 
 
 def flattened(tree: object) -> dict[str, Any]:
-    """Return the individual parameters of a tree by their full names.
+    """Return the individual parameters in a tree, keyed by full name.
 
     Args:
         tree: the value of `/`.
@@ -28,7 +28,7 @@ def flattened(tree: object) -> dict[str, Any]:
 
 
 def selected(found: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:
-    """Yield the parameter with this name, or all parameters in the namespace of this name."""
+    """Yield the parameter `name` or, if there is none, all parameters in the namespace `name`."""
     if name in found:
         yield name, found[name]
         return
@@ -37,7 +37,7 @@ def selected(found: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:
 
 
 def to_client(name: str, value: Any) -> dict[str, Any]:
-    """Return a parameter as JSON. Bytes become base64. `type` marks bytes and floats, even whole ones."""
+    """Convert a parameter to JSON. Bytes become base64; `type` marks bytes and floats, even whole ones."""
     if isinstance(value, Binary | bytes):
         data = value.data if isinstance(value, Binary) else value
         return {"name": name, "value": base64.b64encode(data).decode(), "type": _BYTES}

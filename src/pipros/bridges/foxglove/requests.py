@@ -30,7 +30,7 @@ class Malformed(ProtocolError):
 
 @dataclass(frozen=True, slots=True)
 class Subscribe:
-    """`pairs`: the id of each new subscription, chosen by the client, and the id of its channel."""
+    """New subscriptions: pairs of a subscription id, chosen by the client, and a channel id."""
 
     pairs: Sequence[tuple[int, int]]
 
@@ -77,7 +77,10 @@ class CallService:
 
 @dataclass(frozen=True, slots=True)
 class GetParameters:
-    """`names`: names of parameters; empty for all. `id`: included in the response, if not None."""
+    """A request for the parameters in `names`, or for all if it is empty.
+
+    The response includes `id`, if given.
+    """
 
     names: Sequence[str]
     id: str | None
@@ -85,7 +88,7 @@ class GetParameters:
 
 @dataclass(frozen=True, slots=True)
 class SetParameters:
-    """`parameters`: objects with `name`, `value` and optionally `type`.
+    """New parameter values: objects with `name`, `value` and optionally `type`.
 
     A parameter without `value` is deleted.
     """
@@ -96,7 +99,7 @@ class SetParameters:
 
 @dataclass(frozen=True, slots=True)
 class SubscribeParameters:
-    """`names`: names of parameters; empty for all."""
+    """A subscription to the parameters in `names`, or to all if it is empty."""
 
     names: Sequence[str]
 

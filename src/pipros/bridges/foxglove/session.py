@@ -1,4 +1,4 @@
-"""Handle the requests of one Foxglove client, and forward its subscribed topics.
+"""Handle the requests of one Foxglove client, and forward the topics to which it subscribes.
 
 Work that may block runs in the threads of the bridge.
 """
@@ -94,7 +94,7 @@ class Bridge(Protocol):
 
 
 class Connection(Protocol):
-    """The client's connection: `pipros.bridges.client.Client`."""
+    """The client's connection, implemented by `pipros.bridges.client.Client`."""
 
     outbox: Outbox
 
@@ -127,7 +127,7 @@ class ClientSession:
             self._report(str(error))
 
     def takes(self) -> Mapping[Hashable, str]:
-        """Return the topics of the client's subscriptions."""
+        """Return the topics to which the client subscribes, keyed by subscription id."""
         return {number: channel.topic for number, (channel, _) in self._taken.items()}
 
     def sends(self) -> Sequence[str]:
@@ -161,7 +161,7 @@ class ClientSession:
             self._unsubscribe(number)
 
     def show_graph(self, state: SystemState) -> None:
-        """Send the changes of the graph, if the client is subscribed to it."""
+        """Send the graph's changes if the client subscribes to the graph."""
         if self._graph is not None:
             update = graph_update(self._graph, state)
             self._graph = state
@@ -182,7 +182,7 @@ class ClientSession:
 
     async def _handle(self, request: ClientRequest) -> None:
         capability = _CAPABILITIES.get(type(request))
-        if capability is not None and not isinstance(request, CallService):  # its response reports errors
+        if capability is not None and not isinstance(request, CallService):  # its response reports the error
             self._check_offered(capability)
         match request:
             case Publish():
@@ -223,7 +223,7 @@ class ClientSession:
             self._report(f"channel {channel_id} does not exist", Level.WARNING)
             return
         if number in self._taken:
-            self._report(f"subscription {number} exists already", Level.WARNING)
+            self._report(f"subscription {number} already exists", Level.WARNING)
             return
         self._check_limit(len(self._taken))
         outbox, md5sum = self._client.outbox, channel.definition.md5sum
@@ -257,7 +257,7 @@ class ClientSession:
         if not self._bridge.allows_topic(topic):
             raise PiprosError(f"the whitelist does not allow topic [{printable(topic)}]")
         if channel.id in self._publications:
-            raise PiprosError(f"channel {channel.id} is advertised already")
+            raise PiprosError(f"channel {channel.id} is already advertised")
         self._check_limit(len(self._publications))
         self._publications[channel.id] = await self._run(
             functools.partial(Publication, self._bridge.node, channel)

@@ -1,6 +1,6 @@
 """Effects of a client's operations, which the server carries out.
 
-Names are as the client wrote them.
+Names are unresolved, as the client wrote them.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ _PLAIN = json.JSONEncoder(separators=(",", ":"))
 
 
 class _Bson:
-    """The functions of `pymongo`'s package `bson`."""
+    """The functions used from `pymongo`'s package `bson`."""
 
     def __init__(self) -> None:
         try:
@@ -168,7 +168,7 @@ class Encoder:
         return self._classes.find(kind, header.get("md5sum", "*"), definition)._from_bytes(message.body)
 
     def values_of(self, message: Any) -> dict[str, Any]:
-        """Return a message, for example a response, as values for `operation_frame`.
+        """Convert a message, such as a response, to values for `operation_frame`.
 
         NaN and infinities become None, except for BSON. Raises `NotRepresentable`.
         """

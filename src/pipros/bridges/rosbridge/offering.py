@@ -39,7 +39,7 @@ class OfferedServices:
     """
 
     def __init__(self, node: Node, filler: Filler, answer_s: float) -> None:
-        """`answer_s` is the maximum time to wait for the response to a call, in seconds."""
+        """Start without services. `answer_s` is the maximum time (s) to wait for the response to a call."""
         self._node = node
         self._filler = filler
         self._answer_s = answer_s
@@ -67,11 +67,11 @@ class OfferedServices:
                 self._withdraw(self._offers.pop(service))
 
     def answer(self, client: Offerer, service: str, call: object, values: Any, *, is_success: bool) -> None:
-        """Pass the client's response to the caller. A response without an id belongs to the only open call.
+        """Pass the client's response to the caller. A response without an id is for the only open call.
 
         Raises:
-            PiprosError: the client has no such call, or the values do not fit the response. In the latter
-                case, the call fails.
+            PiprosError: the client does not offer the service, the call is not open, or the values do not fit
+                the response. In the last case, the call also fails.
         """
         found = self._offers.get(service)
         if found is None or found.client is not client:

@@ -56,7 +56,7 @@ class PlainValues:
         self._converters: WeakKeyDictionary[type[Message], Convert] = WeakKeyDictionary()
 
     def of(self, message: Message) -> dict[str, Any]:
-        """Return the fields of a message by name.
+        """Convert a message to a dictionary of its fields.
 
         Raises:
             NotRepresentable: the format cannot represent a value. The error names the field.

@@ -82,7 +82,7 @@ class Settings:
         has_control: whether clients may publish, call services and offer services. If False, they may only
             call services of `rosapi` that do not change the system.
         is_bson: whether binary frames are BSON.
-        fragment_timeout_s: how long an incomplete fragmented text is kept.
+        fragment_timeout_s: how long the fragments of an incomplete text are kept.
     """
 
     topics: Globs = field(default_factory=Globs)
@@ -95,7 +95,7 @@ class Settings:
 
 @dataclass(slots=True)
 class _Topic:
-    """The client's subscriptions to one topic, by id."""
+    """The client's subscriptions to one topic, keyed by id."""
 
     kind: str | None
     wishes: dict[str, Delivery] = field(default_factory=dict)
@@ -124,7 +124,7 @@ class ClientProtocol:
         limits: Limits | None = None,
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`resolve` returns the global form of a name, or raises `InvalidName` if the name is not legal."""
+        """Create the initial state. `resolve` returns a name's global form, or raises `InvalidName`."""
         limits = limits or process_limits()
         self._settings = settings
         self._resolve = resolve

@@ -38,7 +38,7 @@ class SharedPublishers:
     def __init__(
         self, node: Node, filler: Filler, type_of: TypeOf, call_later: CallLater, unregister_s: float
     ) -> None:
-        """`unregister_s` is how long a publisher without clients is kept, in seconds."""
+        """Start without publishers. `unregister_s` is how long (s) a publisher without clients is kept."""
         self._node = node
         self._filler = filler
         self._type_of = type_of
@@ -193,7 +193,7 @@ class _SharedPublisher:
             self._call_later(GATHERING_S, self._publish_early)
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """Do nothing."""
+        """Do nothing; only new subscribers matter."""
 
     def _publish_early(self) -> None:
         with self._lock:

@@ -47,7 +47,7 @@ class RosbridgeHandler:
         authenticator: Authenticator | None = None,
         on_change: Callable[[], object] = lambda: None,
     ) -> None:
-        """`on_change` is called in the event loop after a client has connected or disconnected."""
+        """Create a handler. `on_change` is called in the event loop when a client connects or disconnects."""
         self._bridge = bridge
         self._authenticator = authenticator
         self._on_change = on_change
@@ -157,7 +157,7 @@ class BridgeRuntime:
     def start(self, opening: Coroutine[Any, Any, T], close: Callable[[], object]) -> T:
         """Start the loop, open a server in it and return the result. May be called again after an error.
 
-        `close` is called when the node shuts down, in a thread, so that clients do not delay the shutdown.
+        When the node shuts down, `close` is called in a thread, so that clients do not delay the shutdown.
         """
         self.loop.start()
         try:

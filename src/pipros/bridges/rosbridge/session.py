@@ -73,7 +73,7 @@ class Bridge:
         timing: Timing | None = None,
         limits: Limits | None = None,
     ) -> None:
-        """`call_later` must not call the functions in the event loop, because they may block."""
+        """Create the state. `call_later` must not call functions in the event loop, as they may block."""
         timing = timing or Timing()
         self.node = node
         self.limits = limits or node.limits

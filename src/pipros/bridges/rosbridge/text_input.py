@@ -42,7 +42,7 @@ def json_object(text: str | bytes) -> dict[str, Any]:
 
 
 class JsonObjects:
-    """Splits a stream of text without delimiters into JSON objects, by their braces."""
+    """Splits a stream of JSON objects without delimiters, by matching their braces."""
 
     def __init__(self, limit_bytes: int) -> None:
         self._limit_bytes = limit_bytes

@@ -20,7 +20,7 @@ def add_link_options(parser: OptionParser) -> None:
     """Add the options for the router's address and for this member's certificates."""
     parser.add_option("--router", metavar="ADDRESS", help=f"tcp/HOST:PORT or tls/HOST:PORT ({ROUTER})")
     parser.add_option(
-        "--keys", metavar="FOLDER", help="the folder of `pipros fleet keys add`, for a router with TLS"
+        "--keys", metavar="FOLDER", help="folder made by `pipros fleet keys add`, for a router with TLS"
     )
 
 

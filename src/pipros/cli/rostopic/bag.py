@@ -43,7 +43,7 @@ def opened(path: str) -> Iterator[BagReader]:
 
 
 def echo_bag(path: str, topic: str, options: EchoOptions, *, shows_all: bool) -> None:
-    """Print the messages of a topic, or of all topics."""
+    """Print the messages on one topic, or on all topics."""
     from pipros.cli.rostopic.printing import MessagePrinter
 
     topic = topic if topic.startswith("/") else f"/{topic}"
@@ -82,7 +82,7 @@ def list_bag(path: str, topic: str | None) -> None:
             return
         seconds = [time[0] for time in bag.times(c for c in bag.connections if is_below(c.topic, topic))]
     if not seconds:
-        raise CommandError(f"no messages of [{topic}] in [{path}]")
+        raise CommandError(f"no messages on [{topic}] in [{path}]")
     print(f"{len(seconds)} message(s) from {_date(seconds[0])} to {_date(seconds[-1])}")
 
 

@@ -48,7 +48,7 @@ class MessagePrinter:
         self.show_message(self._decoder.decode(raw), None, self._source.topic)
 
     def show_message(self, message: Any, received_ns: int | None, topic: str) -> None:
-        """Print a message like `show`. In table rows, `received_ns`, if given, is the message's time."""
+        """Print a decoded message; see `show`. `received_ns`, if given, is its time in table rows."""
         if self._filter is not None and not self._filter(message, topic):
             return
         try:

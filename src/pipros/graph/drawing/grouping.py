@@ -1,4 +1,4 @@
-"""Make graphs smaller: draw topics that belong together, or a large graph's namespaces, as one box."""
+"""Make graphs smaller: draw related topics, or each namespace of a large graph, as one box."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Grouping:
 
 
 def grouped(graph: NodeGraph, topics: Collection[str], grouping: Grouping) -> NodeGraph:
-    """Return a graph with the groups of topics as boxes, and the namespaces of a large graph collapsed.
+    """Return a graph in which each topic group is one box. Namespaces are collapsed if the graph is large.
 
     Args:
         topics: all topics of the system, to distinguish actions from other topics named `goal`.

@@ -46,7 +46,7 @@ def to_png(scene: Scene) -> bytes:
     width, height = round(scene.width * scale), round(scene.height * scale)
     if width * height > _MAX_PIXELS * _SMOOTHING**2:
         raise PictureFailed(
-            f"a picture of {width // _SMOOTHING} x {height // _SMOOTHING} pixels is too large for PNG; "
+            f"the picture ({width // _SMOOTHING} x {height // _SMOOTHING} pixels) is too large for PNG; "
             "use --svg, or show less of the graph"
         )
     image = Image.new("RGB", (width, height), _PAPER)

@@ -1,4 +1,4 @@
-"""A drawing as values: the boxes, lines and labels that SVG, PNG, PDF and the page share."""
+"""A drawing as plain values: the boxes, lines and labels that SVG, PNG, PDF and the page share."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ MAY_BE_CANCELLED = frozenset(
     {State.WAITING_FOR_GOAL_ACK, State.PENDING, State.ACTIVE, State.WAITING_FOR_CANCEL_ACK}
 )
 MAY_BE_MISSING = frozenset({State.WAITING_FOR_GOAL_ACK, State.WAITING_FOR_RESULT, State.DONE})
-"""States in which the server may omit the goal: it has not received it yet, or has already removed it."""
+"""States in which the server may omit the goal: it has not arrived there yet, or has already been removed."""
 
 
 class ClientGoal:

@@ -1,4 +1,4 @@
-"""The output of the aggregator: all statuses by path, and their overall level."""
+"""The aggregator's output: all statuses by path, and their overall level."""
 
 from __future__ import annotations
 

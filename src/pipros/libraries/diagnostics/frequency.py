@@ -7,7 +7,7 @@ from math import inf
 
 
 class EventWindow:
-    """Frequency of events over the last `reports` intervals between reports.
+    """Frequency of events over the last `reports` reporting intervals.
 
     The caller increments `count` for each event.
     """

@@ -198,7 +198,7 @@ def _is_above(value: float, limit: float | None) -> bool:
 
 
 def ntp_report(offset_us: float, tolerance_us: float, error_us: float) -> Report:
-    """Return the report on the offset, in microseconds, of a server's clock from the local clock."""
+    """Return the report on the offset of a server's clock from the local clock. Times are in microseconds."""
     values = [
         ("Offset (us)", f"{offset_us:.0f}"),
         ("Offset tolerance (us)", f"{tolerance_us:g}"),

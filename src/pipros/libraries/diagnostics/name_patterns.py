@@ -28,7 +28,7 @@ NAME_CHARACTERS = 300
 """Maximum length of a name that can match a pattern."""
 
 SLOW_LIMIT = 20
-"""Maximum number of patterns that took too long. At this number, the process stops using patterns."""
+"""Number of slow patterns at which the process stops using patterns."""
 
 CACHED = 10_000
 """Maximum number of cached results."""

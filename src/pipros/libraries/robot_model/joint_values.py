@@ -110,7 +110,7 @@ class JointValues:
                     joint[what] = values[number]
 
     def sweep(self, delta: float) -> None:
-        """Move each free joint by `delta`: back and forth within its range, or in circles if continuous."""
+        """Move each free joint by `delta`: back and forth within its range, or only forward if continuous."""
         for joint in self.free.values():
             if "position" not in joint:
                 continue

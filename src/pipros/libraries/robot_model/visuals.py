@@ -32,7 +32,7 @@ class Shape:
         origin: the pose relative to the link.
         size: edge lengths of a box; (radius, radius, length) of a cylinder; (radius, radius, radius) of a
             sphere; scale factors of a mesh. Lengths are in metres.
-        uri: the file of a mesh.
+        uri: URI of the mesh file; empty for the other kinds.
         color: the material's colour; None if there is none, in which case a mesh keeps its own materials.
         texture: URI of the material's texture; empty if there is none.
     """
@@ -63,7 +63,7 @@ class _Material:
 def read_shapes(text: str) -> list[LinkShapes]:
     """Return the links of a URDF with their shapes, in file order.
 
-    A reference to a material by name refers to the first definition with that name, anywhere in the file.
+    A material name refers to the first definition with that name, anywhere in the file.
 
     Raises:
         UrdfError: the text is not XML or not a URDF, or a shape is invalid.

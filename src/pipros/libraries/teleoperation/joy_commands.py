@@ -17,10 +17,10 @@ class InvalidAxes(PiprosError, ValueError):
 
 
 def by_direction(value: Any, name: str, first: str, known: Sequence[str]) -> dict[str, float]:
-    """Return the numbers in a parameter by direction. A single number applies to the direction `first`.
+    """Convert a parameter to a mapping of directions to numbers. A single number applies to `first`.
 
     Raises:
-        InvalidAxes: the value is neither a number nor a mapping of directions to numbers.
+        InvalidAxes: the value is neither a number nor a mapping of directions in `known` to numbers.
     """
     given = value if isinstance(value, Mapping) else {first: value}
     for direction, number in given.items():
@@ -33,11 +33,11 @@ def by_direction(value: Any, name: str, first: str, known: Sequence[str]) -> dic
 
 @dataclass(frozen=True, slots=True)
 class AxisMap:
-    """The axes for the directions of a linear or angular velocity, and their scales.
+    """The joystick axes that control a linear or angular velocity, and their scales.
 
     Attributes:
-        axes: index of the joystick axis, by direction.
-        scales, turbo_scales: velocity at full deflection, by direction; 0 for directions that are not listed.
+        axes: index of the joystick axis for each direction.
+        scales, turbo_scales: velocity at full deflection for each direction; 0 for a missing direction.
     """
 
     axes: Mapping[str, float]
@@ -45,7 +45,7 @@ class AxisMap:
     turbo_scales: Mapping[str, float]
 
     def velocity(self, direction: str, axes: Sequence[float], *, is_turbo: bool) -> float:
-        """Return the velocity in a direction; 0 if the joystick does not have the axis."""
+        """Return the velocity in a direction, or 0 if the joystick lacks the axis."""
         index = int(self.axes.get(direction, -1))
         if not 0 <= index < len(axes):
             return 0.0
@@ -70,7 +70,7 @@ class JoyCommands:
     def command(
         self, axes: Sequence[float], buttons: Sequence[int]
     ) -> tuple[dict[str, float], dict[str, float]] | None:
-        """Return linear and angular velocities by direction; None if there is nothing to publish.
+        """Return the linear and angular velocities by direction, or None if there is nothing to publish.
 
         After the button is released, a single command with zero velocities stops the robot.
         """

@@ -21,11 +21,11 @@ from pipros.node.roscpp_program import roscpp_program
 
 RETRY_S: Final = 1.0
 POLL_S: Final = 0.1
-"""Interval of checks for the node's shutdown while the joystick is idle."""
+"""Interval between checks for node shutdown while the joystick is idle."""
 INITIAL_S: Final = 0.1
 """Time for collecting the events that describe the initial state, before publishing it."""
 _GET_NAME: Final = 0x80806A13
-"""JSIOCGNAME for 128 bytes."""
+"""The ioctl request `JSIOCGNAME(128)`, which returns the device's name."""
 
 
 @exits_after_ctrl_c()
@@ -69,7 +69,7 @@ class JoyPublisher:
         rate = number(node, "autorepeat_rate", 0.0)
         self._repeat_s = 1.0 / rate if rate > 0 else math.inf
         self._due_s = math.inf
-        """Time of the next publication, by `time.monotonic`."""
+        """Time of the next publication, on the clock `time.monotonic`."""
         self._coalesce_s = max(number(node, "coalesce_interval", 0.001), 0.0)
 
     def run(self, descriptor: int) -> None:

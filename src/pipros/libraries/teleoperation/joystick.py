@@ -16,8 +16,7 @@ EVENT: Final = struct.Struct("=IhBB")
 BUTTON, AXIS, INIT = 1, 2, 0x80
 FULL: Final = 32767
 TRIGGERS: Final = (2, 5)
-"""Axes of triggers. A released trigger is 1, but the driver reports 0 until it is moved for the first time.
-"""
+"""Indices of the trigger axes. A released trigger is 1, but the driver reports 0 until its first movement."""
 
 
 class Change(Enum):
@@ -31,13 +30,13 @@ class Change(Enum):
 
 @dataclass(slots=True)
 class Joystick:
-    """State of axes and buttons. Both lists grow, up to 256 elements, as events report higher numbers.
+    """State of axes and buttons. Both lists grow, up to 256 elements, as events report higher indices.
 
     Attributes:
-        deadzone: the part of each axis around its centre that is read as 0. The rest is scaled to the full
-            range.
+        deadzone: the deflection up to which an axis is read as 0, as a fraction of full deflection. The rest
+            is scaled to the full range.
         is_sticky: whether buttons toggle when pressed.
-        has_triggers: whether triggers are 1 until they are moved.
+        has_triggers: whether the axes in `TRIGGERS` are 1, instead of 0, until they are moved.
     """
 
     deadzone: float = 0.05
@@ -47,7 +46,7 @@ class Joystick:
     buttons: list[int] = field(default_factory=list)
 
     def apply(self, event: bytes) -> Change:
-        """Apply one event of `EVENT.size` bytes."""
+        """Apply one event (`EVENT.size` bytes), and return the kind of change that it caused."""
         _, value, kind, number = EVENT.unpack(event)
         is_initial, kind = bool(kind & INIT), kind & ~INIT
         if kind == BUTTON:

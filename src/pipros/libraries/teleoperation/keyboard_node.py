@@ -74,7 +74,10 @@ def _motion(node: Node) -> KeyedMotion:
 def _steer(
     node: Node, motion: KeyedMotion, publish: Callable[[], None], repeat_s: float, key_s: float
 ) -> None:
-    """Publish the motion after each key and every `repeat_s`; stop `key_s` after the last key."""
+    """Publish the motion after each key press and every `repeat_s` seconds.
+
+    The robot stops if no key is pressed for `key_s` seconds.
+    """
     changes = 0
     pressed_s = published_s = time.monotonic()
     for key in pressed_keys(node):

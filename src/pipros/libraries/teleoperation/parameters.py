@@ -11,7 +11,7 @@ from pipros.node import Node
 
 
 def private(node: Node, name: str, usual: Any) -> Any:
-    """Return a private parameter, or `usual` if it is not set or the master does not answer."""
+    """Return a private parameter, or `usual` if it is not set or the master does not respond."""
     try:
         return node.params.get(f"~{name}")
     except (LookupError, PiprosError):

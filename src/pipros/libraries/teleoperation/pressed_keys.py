@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pipros.node import Node
 
 POLL_S = 0.1
-"""Interval of checks for the node's shutdown while no key is pressed."""
+"""Interval between checks for node shutdown while no key is pressed."""
 
 
 def pressed_keys(node: Node) -> Iterator[str]:

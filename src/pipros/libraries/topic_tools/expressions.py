@@ -28,13 +28,13 @@ def part_of(value: Any, name: str) -> Any:
         return value.find(name)
     if type(value).__module__ == "numpy":
         if name not in ARRAY:
-            raise AttributeError(f"expressions cannot use .{name} of an array")
+            raise AttributeError(f"expressions cannot use the array attribute .{name}")
         return getattr(value, name)
     return field_of(value, name)
 
 
 class Transformation:
-    """An expression that computes the fields of a message from the message `m`, for `transform`.
+    """An expression for `transform` that computes an output message's fields from the input message `m`.
 
     >>> Transformation("(m * 2, 'x')", [], Time).arguments(4)
     (8, 'x')
@@ -74,7 +74,7 @@ class Transformation:
 
 
 class Template:
-    """Field values for `relay_field`, given as YAML whose strings may be expressions in the message `m`.
+    """Field values for `relay_field`, as YAML in which strings may be expressions that use the message `m`.
 
     A string is an expression if `m` and known functions are the only names in it. Other strings are literals.
     For example, `m.data`, `m.x * 2` and `len(m.data)` are evaluated, but `base_link` and `map` are not.

@@ -71,7 +71,7 @@ class MessagePackage(Names):
     def find(self, name: str) -> Any:
         if name == "msg":
             return MessageModule(f"{self.title}.msg")
-        raise AttributeError(f"{self.title}.{name} does not exist in expressions, only {self.title}.msg")
+        raise AttributeError(f"{self.title}.{name} does not exist in expressions; only {self.title}.msg does")
 
 
 class MessageModule(Names):

@@ -14,11 +14,11 @@ _SECOND = 1_000_000_000
 
 
 class Rule(Protocol):
-    """Decides whether the next message passes."""
+    """A rule that decides whether the next message passes."""
 
     @property
     def has_gone_back(self) -> bool:
-        """Whether the last call to `passes` detected that the clock had jumped back. Some rules never do."""
+        """Whether the last call to `passes` detected a backward clock jump. Some rules never detect one."""
 
     def passes(self, now_ns: int, size_bytes: int) -> bool: ...
 

@@ -10,16 +10,16 @@ from pipros.node.any_msg import AnyMsg
 
 
 class UnknownType(PiprosError):
-    """A publisher's connection header does not contain the message type."""
+    """A publisher's connection header does not contain the message type or its MD5 sum."""
 
 
 def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
-    """Return a message class with the type, MD5 sum and definition in a publisher's connection header.
+    """Return a message class with the type, MD5 sum and definition from a publisher's connection header.
 
-    Its messages keep their bytes in `body` and are not decoded, so the type's package is not needed.
+    Its messages are not decoded but keep their bytes in `body`, so the type's package is not needed.
 
     Raises:
-        UnknownType: the header does not contain a type and an MD5 sum.
+        UnknownType: the header lacks the type or the MD5 sum.
 
     >>> class_like({"type": "a/B", "md5sum": "0" * 32})._type
     'a/B'

@@ -36,11 +36,11 @@ NORM_TOLERANCE = 10e-3
 class TransformBuffer:
     """Buffer for static transforms and for the transforms of the last `length` nanoseconds.
 
-    The limit for all transforms together is `Limits.transform_bytes`. If a new transform would exceed it, the
-    older half of its frame's transforms is dropped. A transform that would add a frame is rejected instead.
+    `Limits.transform_bytes` limits the total size of all transforms. If a new transform would exceed it, the
+    older half of its frame's transforms is dropped; if the transform would also add a frame, it is rejected.
 
     Attributes:
-        waiter: the threads that are waiting for transforms in this buffer.
+        waiter: lets threads wait for transforms in this buffer.
     """
 
     def __init__(self, length: int = DEFAULT_LENGTH, limits: Limits | None = None) -> None:
@@ -202,7 +202,8 @@ class TransformBuffer:
                     reasons.append(f"canTransform: target_frame {target} does not exist.")
                 if source in unknown:
                     reasons.append(f"canTransform: source_frame {source} does not exist.")
-                    reasons.append(f"fixed_frame: {fixed}does not exist.")  # as in tf2, even if it exists
+                    # As in tf2, this is reported even if the fixed frame exists.
+                    reasons.append(f"fixed_frame: {fixed}does not exist.")
                 return " ".join(reasons)
             try:
                 find_path(self._frames, target, fixed, target_time)

@@ -1,4 +1,4 @@
-"""Chains: the frames between two frames, found once and reused until the tree changes.
+"""Chains: paths between two frames, found once and reused until the tree changes.
 
 A chain replaces the search in `tree` for the usual case: every frame on the path has only one parent in its
 whole history, so the path is the same at all times. Its results are bit-for-bit identical to those of `tree`.
@@ -35,7 +35,7 @@ class Chain:
         self._up = [(frame.stamps, frame.poses) for frame in up]
         self._down = [(frame.stamps, frame.poses) for frame in down]
         self._moving = [frame.stamps for frame in up + down if frame.stamps]
-        # Frames above the first common ancestor are in both parts. As in tf2, they do not affect the latest
+        # Frames above the first common ancestor are in both lists. As in tf2, they do not affect the latest
         # common time.
         below = set(up) ^ set(down)
         self._common = [frame.stamps for frame in below if frame.stamps]

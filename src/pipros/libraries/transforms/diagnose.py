@@ -24,7 +24,7 @@ class ReceivedTransform:
     Attributes:
         parent, child: frame IDs.
         sender: publishing node.
-        ahead_s: timestamp minus time of arrival, in seconds.
+        ahead_s: timestamp minus arrival time, in seconds.
         rotation_length: norm of the quaternion; 1 for a valid rotation.
     """
 
@@ -53,9 +53,9 @@ def received_in(message: Any, now: Any) -> list[ReceivedTransform]:
 
 
 def of_other_times(received: Iterable[ReceivedTransform]) -> list[str]:
-    """Report each node whose timestamps differ from the times of arrival by more than `TIME_TOLERANCE_S`.
+    """Report each node with timestamps that differ from the arrival times by more than `TIME_TOLERANCE_S`.
 
-    The text contains the largest difference.
+    The line states the node's largest difference.
     """
     furthest: dict[str, float] = {}
     for each in received:

@@ -79,7 +79,10 @@ def edges(frames: Frames) -> list[tuple[str, str, str, float]]:
 
 
 def _rows(frames: Frames) -> Iterator[tuple[str, str, str, float, float, float]]:
-    """Yield name, parent, publishing node, rate (Hz), latest and oldest time (s) of frames with parents."""
+    """Yield a row for each frame with a parent.
+
+    A row contains the name, parent, publishing node, rate in Hz, and latest and oldest time in seconds.
+    """
     for name, frame in frames.items():
         if frame is None:
             continue

@@ -27,7 +27,7 @@ class FrameHistory(Protocol):
         parents, poses: the parent and the pose for each timestamp; one of each for a static frame.
         only_parent: the parent of all poses; None if there are no poses, or if they have several parents.
         authority: the node that published the last inserted pose.
-        size_bytes: estimated memory that the poses use.
+        size_bytes: estimated memory used by the poses.
     """
 
     stamps: list[int]
@@ -44,7 +44,7 @@ class FrameHistory(Protocol):
         """Return the index of the last pose at or before `time`, or -1 if `time` is out of range."""
 
     def pose(self, number: int, time: int) -> Pose:
-        """Return the pose at `time`. `number` is the result of `locate(time)`."""
+        """Return the pose at `time`. `number` is the result of `locate(time)`, which must not be -1."""
 
     def why_not(self, time: int) -> str:
         """Return why no pose is available at `time`."""
@@ -203,7 +203,7 @@ class StaticFrame:
         return (0, self.parents[0] if self.parents else None)
 
     def oldest_stamp(self) -> int:
-        """Return 0."""
+        """Return 0, because the pose has no timestamp."""
         return 0
 
     def drop_oldest(self) -> None:

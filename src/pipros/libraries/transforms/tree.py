@@ -63,7 +63,7 @@ class Path:
             return up
         if not up:
             return down[::-1]
-        # Both parts may extend beyond the first common ancestor.
+        # Both lists may extend beyond the first common ancestor.
         while len(up) > 1 and len(down) > 1 and up[-2] == down[-2]:
             up, down = up[:-1], down[:-1]
         return up + down[-2::-1]

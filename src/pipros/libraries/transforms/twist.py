@@ -12,7 +12,7 @@ _EARLIEST = 100_000
 
 
 def interval_around(time: int, latest: int, length: int) -> tuple[int, int]:
-    """Return the start and end of an interval around `time`, moved so that it does not end after `latest`."""
+    """Return the start and end of an interval around `time` that does not end after `latest`."""
     end = min(time + length // 2, latest)
     return max(_EARLIEST, end - length), end
 

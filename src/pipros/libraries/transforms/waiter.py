@@ -1,4 +1,4 @@
-"""Let threads wait for transforms, with a timeout measured by a clock that the caller passes."""
+"""Let threads wait for transforms, with a timeout measured by a clock passed by the caller."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class TransformWaiter:
     def wait(
         self, ask: Callable[[], Answer], timeout: int, clock: Callable[[], Clock], check: Callable[[], object]
     ) -> Answer:
-        """Call `ask` after each new transform, and at least every 0.1 s, until it succeeds or time is up.
+        """Call `ask` after each new transform, and at least every 0.1 s, until it succeeds or times out.
 
-        Return the last result of `ask`. `timeout` is in nanoseconds on the clock. `check` is called before
-        each pause; if it raises an exception, the wait ends.
+        Return the last result of `ask`. `timeout` is in nanoseconds as measured by `clock()`. `check` is
+        called before each pause; if it raises an exception, the wait ends.
         """
         end = clock().now_ns() + timeout
         with self._changed:

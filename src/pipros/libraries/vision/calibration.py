@@ -30,7 +30,7 @@ class Calibration:
     """A camera calibration, with the same values as `sensor_msgs/CameraInfo`.
 
     Attributes:
-        width, height: size of the image in pixels.
+        width, height: image size in pixels.
         model: name of the distortion model.
         k, r: 3x3 matrices, row by row.
         p: 3x4 matrix, row by row.
@@ -70,7 +70,7 @@ def _format(file: str) -> str:
     for ending, name in ((".yaml", "yaml"), (".yml", "yaml"), (".ini", "ini")):
         if file.endswith(ending):
             return name
-    raise CalibrationError(f"the name of a calibration file must end with .yaml, .yml or .ini, got {file}")
+    raise CalibrationError(f"a calibration file name must end with .yaml, .yml or .ini, got {file}")
 
 
 def parse_yaml(text: str, file: str = "<string>") -> Calibration:
@@ -99,7 +99,7 @@ def parse_yaml(text: str, file: str = "<string>") -> Calibration:
 
 
 class _Reading:
-    """Reads the values in a mapping. Errors name the key."""
+    """Reads the values in a mapping. Error texts name the key."""
 
     def __init__(self, file: str, values: dict[Any, Any]) -> None:
         self._file = file

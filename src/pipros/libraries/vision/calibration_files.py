@@ -48,9 +48,9 @@ def save(path: str, calibration: Calibration) -> None:
 
 
 def resolved(url: str, camera_name: str, environment: Mapping[str, str]) -> tuple[str, list[str]]:
-    """Substitute ${NAME} and ${ROS_HOME} in a URL. Return the URL and the unknown variables.
+    """Substitute ${NAME} and ${ROS_HOME} in a URL. Return the URL and the names of unknown variables.
 
-    ${ROS_HOME} defaults to `~/.ros`. Unknown variables are kept.
+    ${ROS_HOME} defaults to `~/.ros`. Unknown variables stay in the URL.
     """
     unknown = []
 

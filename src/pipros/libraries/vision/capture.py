@@ -21,7 +21,7 @@ PIXEL_FORMATS: Final = {
 
 
 class CameraError(PiprosError):
-    """A camera or a video file cannot be opened, or provides no images."""
+    """A camera or video file cannot be opened, or provides no images."""
 
 
 class Capture:
@@ -32,7 +32,7 @@ class Capture:
     """
 
     def __init__(self, device: str, width: int, height: int, rate_hz: float, pixel_format: str) -> None:
-        """Open a camera or a file, and request an image size, a rate and a format.
+        """Open a camera or video file, and request an image size, frame rate and pixel format.
 
         Video files and some cameras ignore the request.
 

@@ -83,7 +83,7 @@ def _arranged(parts: tuple[Any, Any, Any, Any], target: Color) -> Any:
 
 
 def _from_yuv(image: Any, target: Color) -> Any:
-    """Convert from YUV 4:2:2, with the bytes U, Y, V, Y for every two pixels."""
+    """Convert from YUV 4:2:2, in which every two pixels are stored as the bytes U, Y, V, Y."""
     luma = np.maximum(image[:, :, 1].astype(np.int32) - 16, 0) * _LUMA
     half = 1 << (_YUV_SHIFT - 1)
     u, v = (np.repeat(image[:, start::2, 0].astype(np.int32) - 128, 2, axis=1) for start in (0, 1))

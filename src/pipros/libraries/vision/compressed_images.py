@@ -65,7 +65,7 @@ def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec)
     try:
         bits = encoding(encoding_name).bits
         if bits not in (8, 16):
-            raise CompressionError(f"{settings.kind} requires values of 8 or 16 bits, got [{encoding_name}]")
+            raise CompressionError(f"{settings.kind} requires 8-bit or 16-bit values, got [{encoding_name}]")
         target = ""
         if encoding_name in COLORS and COLORS[encoding_name].color in _HAS_COLORS:
             target = "bgr8" if settings.kind == "jpeg" else f"bgr{bits}"

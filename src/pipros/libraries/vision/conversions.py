@@ -28,9 +28,7 @@ def convert(image: Any, encoding_in: str, encoding_out: str) -> Any:
             `encoding_in`.
     """
     if not _is_image(image):
-        raise ConversionError(
-            f"the image must be an array of two or three dimensions, got {_describe(image)}"
-        )
+        raise ConversionError(f"the image must be a two- or three-dimensional array, got {_describe(image)}")
     if encoding_out in ("", encoding_in):
         return image.copy()
     source, target = _named(encoding_in), _named(encoding_out)
@@ -86,25 +84,23 @@ def _is_image(image: Any) -> bool:
 
 def _check(image: Any, expected: Encoding) -> None:
     if not _is_image(image):
-        raise ConversionError(
-            f"the image must be an array of two or three dimensions, got {_describe(image)}"
-        )
+        raise ConversionError(f"the image must be a two- or three-dimensional array, got {_describe(image)}")
     channels = image.shape[2] if image.ndim == 3 else 1
     if channels != expected.channels or image.dtype != expected.dtype or image.size == 0:
         raise ConversionError(
-            f"an image of [{expected.name}] must have pixels of {expected.channels} {expected.dtype}, "
+            f"an image in [{expected.name}] must have {expected.channels} {expected.dtype} per pixel, "
             f"got {_describe(image)}"
         )
     if expected.color is Color.YUV422 and image.shape[1] % 2:
         raise ConversionError(
-            f"an image of [{expected.name}] must have an even width, got {_describe(image)}"
+            f"an image in [{expected.name}] must have an even width, got {_describe(image)}"
         )
 
 
 def _describe(image: Any) -> str:
     if not isinstance(image, np.ndarray):
         return f"a {type(image).__name__}"
-    return f"an array of {image.dtype} of shape {image.shape}"
+    return f"an array of {image.dtype} with shape {image.shape}"
 
 
 def convert_for_display(

@@ -13,7 +13,8 @@ _INT32 = np.iinfo(np.int32)
 def saturated(values: Any, dtype: str) -> Any:
     """Convert `values` to `dtype`, rounding half to even and saturating to the range of the type.
 
-    As in OpenCV, NaN and values outside the range of int32 are first replaced by the minimum of int32.
+    As in OpenCV, if floats are converted to integers, NaN and values outside the range of int32 are first
+    replaced by the minimum of int32.
     """
     target = np.dtype(dtype)
     if target.kind == "f":
@@ -33,7 +34,7 @@ def saturated(values: Any, dtype: str) -> Any:
 def scaled(values: Any, dtype: str, factor: float) -> Any:
     """Return `saturated(values * factor, dtype)`.
 
-    As in OpenCV, the product is in double precision only if one of the types is int32 or float64.
+    As in OpenCV, the product is computed in double precision only if one of the types is int32 or float64.
     """
     wide = values.dtype in (np.int32, np.float64) or dtype in ("int32", "float64")
     real = np.float64 if wide else np.float32
@@ -41,7 +42,7 @@ def scaled(values: Any, dtype: str, factor: float) -> Any:
 
 
 def with_depth(image: Any, bits: int, target_bits: int, dtype: str) -> Any:
-    """Convert an image to `target_bits` per value and `dtype`. Between 8 and 16 bits, white stays white."""
+    """Convert an image to `dtype` with `target_bits` per value. Between 8 and 16 bits, white stays white."""
     # For the common types, integer arithmetic is faster and exact.
     if image.dtype == np.uint8 and dtype == "uint16":
         return image.astype(np.uint16) * np.uint16(_WHITE_RATIO)

@@ -10,7 +10,8 @@ from pipros.libraries.vision.extras import numpy as np
 COUNTS = (4, 5, 8, 12, 14)
 """Valid numbers of coefficients.
 
-Plumb bob has 4 or 5. Rational polynomial has 8, or 12 with thin prisms, or 14 with a tilted sensor as well.
+The plumb-bob model has 4 or 5. The rational polynomial model has 8, 12 with thin-prism terms, or 14 with
+a tilted sensor as well.
 """
 
 _ITERATIONS = 5  # OpenCV's undistortPoints uses the same number of iterations
@@ -23,7 +24,7 @@ def undistorted(
 
     Args:
         camera: 3x3 camera matrix (K).
-        coefficients: distortion coefficients (see `COUNTS` for how many); None if there is no distortion.
+        coefficients: distortion coefficients, whose number is in `COUNTS`; None if there is no distortion.
         rotation: 3x3 rectification matrix (R).
         projection: 3x4 projection matrix of the rectified camera (P).
 

@@ -1,4 +1,4 @@
-"""Colours for the display of label images."""
+"""Colours for displaying label images."""
 
 from __future__ import annotations
 

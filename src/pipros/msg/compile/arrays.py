@@ -11,7 +11,7 @@ import struct
 import sys
 from itertools import islice
 
-# Type checkers treat this as True. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of the first message import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -80,7 +80,7 @@ def numpy_numbers(numpy: Any, code: str, data: bytes | memoryview, offset: int, 
 
 
 def _memory(code: str, value: Any) -> memoryview | None:
-    """Return the memory of `value` as octets; None if its elements are not in wire format."""
+    """Return the elements of `value` in wire format, or None if they must be converted one by one."""
     try:
         view = memoryview(value)
     except TypeError:
@@ -95,7 +95,7 @@ def _memory(code: str, value: Any) -> memoryview | None:
 def _converted(code: str, value: Any) -> memoryview | None:
     """Convert a numpy array with another element type as a whole.
 
-    Return None if the conversion could change values other than by rounding them to a float type.
+    Return None for other objects, and if the conversion could do more than round values to a float type.
     """
     numpy = sys.modules.get("numpy")
     if numpy is None or not isinstance(value, numpy.ndarray):

@@ -58,7 +58,7 @@ class CompiledTypes:
         self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in _COMPILER)
 
     def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
-        """Return a type's code and its names for embedded types, or None if there is no valid entry."""
+        """Return a type's code and the names that it uses for embedded types; None if no entry is valid."""
         try:
             data = self._folder.read(self._entry(kind, type_name))
         except OSError:  # the path is relative, and the working directory no longer exists
@@ -77,7 +77,7 @@ class CompiledTypes:
         return code, embedded
 
     def put(self, kind: str, type_name: str, code: CodeType, embedded: Mapping[str, str]) -> None:
-        """Store a type's code and its names for embedded types, if possible."""
+        """Store a type's code and the names that it uses for embedded types, if possible."""
         try:
             entry = self._entry(kind, type_name)
             stamps = [self._stamp(kind, type_name), *(self._stamp("msg", inner) for inner in embedded)]

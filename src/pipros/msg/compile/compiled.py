@@ -10,7 +10,7 @@ import struct
 from pipros.msg.base import Buffer, Message
 from pipros.msg.errors import DeserializationError
 
-# Type checkers treat this as True. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of the first message import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,7 +50,7 @@ class CompiledMessage(Message):
 
 
 def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
-    """Compile a reader that replaces invalid UTF-8 in strings, and creates numpy arrays if `is_numpy`."""
+    """Compile a reader that replaces invalid UTF-8 in strings; if `is_numpy`, it creates numpy arrays."""
     from pipros.msg.compile.compiler import reader_source
     from pipros.msg.compile.run import run
     from pipros.msg.language.full_text import specs_from_text

@@ -225,7 +225,7 @@ def _slots(spec: MessageSpec) -> list[str]:
 
 def _class_name(spec: MessageSpec, name: str) -> str:
     if python_name(name) != name:
-        raise DefinitionError(f"[{name}] cannot be the name of a Python class", file=spec.file)
+        raise DefinitionError(f"[{name}] cannot be a Python class name", file=spec.file)
     return name
 
 

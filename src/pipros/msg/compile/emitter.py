@@ -1,4 +1,4 @@
-"""Python source under construction, for the compiler of message classes."""
+"""Python source under construction, for the message class compiler."""
 
 from __future__ import annotations
 

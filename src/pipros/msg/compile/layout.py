@@ -26,7 +26,7 @@ class TypeLayout:
 
     Attributes:
         spec: the definition of the type.
-        members: the layouts of the fields' message types, by name.
+        members: the layouts of the fields' message types, by type name.
         has_octets: whether the type contains a variable array of octets at any depth.
         takes_bytes: whether serialized messages have any bytes. If not, an array of such messages can have
             any length.
@@ -78,7 +78,7 @@ class TypeLayouts:
         self._known: dict[str, TypeLayout] = {}
 
     def of(self, spec: MessageSpec) -> TypeLayout:
-        """Return the layout of a type. `lookup` must know all embedded types, but not the type itself."""
+        """Return the layout of a type. `lookup` must know all embedded types, but need not know this type."""
         members: dict[str, TypeLayout] = {}
         for field in spec.fields:
             base = field.type.base

@@ -22,7 +22,7 @@ from pipros.msg.errors import SerializationError
 from pipros.msg.time import Duration as _Duration
 from pipros.msg.time import Time as _Time
 
-# Type checkers treat this as True. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of the first message import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any, NoReturn
@@ -105,12 +105,12 @@ def _fixed_octets(value: Any, length: int) -> bytes:
 
 
 def _allowed(values: int) -> int:
-    """Return how many more extra values a message may contain if it already contains `values` of them.
+    """Return how many excess values are still allowed in a message that already contains `values`.
 
-    Extra values are those beyond the number that the message's size allows.
+    Excess values are those beyond the number that the message's size allows.
 
     Raises:
-        struct.error: `values` exceeds the limit.
+        struct.error: `values` exceeds the limit `empty_elements`.
     """
     from pipros.basics.limits import process_limits
 
@@ -120,5 +120,5 @@ def _allowed(values: int) -> int:
 def _still_allowed(allowed: int, values: int) -> int:
     """Return `allowed` minus `values`. Raises the same errors as `_allowed`."""
     if values > allowed:
-        raise _struct.error(f"its small elements contain {values - allowed} values more than its size allows")
+        raise _struct.error(f"its small elements contain {values - allowed} more values than its size allows")
     return allowed - values

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 
-# Type checkers treat this as True. Importing `typing` would double the time of a first import.
+# Type checkers treat this as True. Importing `typing` would double the time of the first message import.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pipros.msg.base import Buffer
@@ -74,7 +74,7 @@ class RepeatedStrings:
         self._kept: dict[bytes, tuple[int, bytes, tuple[str, ...]]] = {}
 
     def read(self, data: Buffer, offset: int, count: int) -> tuple[list[str], int]:
-        """Like `read_strings`."""
+        """Like `read_strings`, but take a repeated array from the cache."""
         key = bytes(data[offset : offset + _KEY_BYTES])
         kept = self._kept.get(key)
         if kept is not None:

@@ -82,8 +82,8 @@ class PackageFinder:
     replacement.
 
     Args:
-        find_module: called with a name and the folder of the ROS package of that name (or None). Returns the
-            path of a module or the folder of a Python package, or None.
+        find_module: function that takes a name and the folder of the ROS package with that name (None if
+            there is none), and returns the path of a module, the folder of a Python package, or None.
     """
 
     def __init__(
@@ -172,8 +172,8 @@ class InterfaceFinder:
     """Finder for `<package>.msg`, `<package>.srv` and the modules of individual types in them.
 
     Args:
-        cache_folder: called when the first type is requested. Returns the folder in which compiled types are
-            kept between processes, or None for no cache.
+        cache_folder: function that returns the folder in which compiled types are kept between processes,
+            called when the first type is requested; None for no cache.
     """
 
     def __init__(self, find_package: FindPackage, cache_folder: Callable[[], str] | None) -> None:

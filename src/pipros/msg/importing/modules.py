@@ -59,7 +59,7 @@ def type_spec(library: Library, package: str, kind: str, module: str) -> ModuleS
 
 
 class _InterfaceLoader(Loader):
-    """Loader that adds `__getattr__` and `__dir__` for a package's types to its module.
+    """Loader that gives a package's module `__getattr__` and `__dir__` functions for its types.
 
     `__all__` is computed when it is first read.
     """

@@ -26,9 +26,9 @@ def imported_name(name: str) -> object:
 
 
 def imported_names(classes: Iterable[object]) -> dict[str, object]:
-    """Return all names that the modules generated for these messages import.
+    """Return all names that the modules generated for these messages import, with their values.
 
-    These include the packages of all embedded messages, at any depth.
+    The names include the packages of all embedded messages, at any depth.
     """
     found = {name: imported_name(name) for name in (*MODULES, "python3")}
     seen, new = set[str](), list(classes)

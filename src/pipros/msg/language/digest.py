@@ -109,17 +109,20 @@ class _Search:
 
 
 def md5_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """Return `CompleteSpec.md5_text`. All functions here raise the same errors as `embedded_types`."""
+    """Return the text from which a message's MD5 sum is computed.
+
+    Raises the same errors as `embedded_types`.
+    """
     return complete(spec, lookup).md5_text()
 
 
 def message_md5(spec: MessageSpec, lookup: Lookup) -> str:
-    """Return `CompleteSpec.md5`."""
+    """Return the MD5 sum of a message. Raises the same errors as `embedded_types`."""
     return complete(spec, lookup).md5()
 
 
 def service_md5(spec: ServiceSpec, lookup: Lookup) -> str:
-    """Return the MD5 sum of a service."""
+    """Return the MD5 sum of a service. Raises the same errors as `embedded_types`."""
     return md5_of_halves(complete(spec.request, lookup), complete(spec.response, lookup))
 
 
@@ -129,7 +132,7 @@ def md5_of_halves(request: CompleteSpec, response: CompleteSpec) -> str:
 
 
 def full_text(spec: MessageSpec, lookup: Lookup) -> str:
-    """Return `CompleteSpec.full_text`."""
+    """Return the full text of a message. Raises the same errors as `embedded_types`."""
     return complete(spec, lookup).full_text()
 
 

@@ -86,7 +86,7 @@ class FieldType:
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A line `type name`. `line` and `column` locate the type."""
+    """A field declaration, `type name`. `line` and `column` give the position of the type."""
 
     type: FieldType
     name: str
@@ -96,7 +96,10 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """A line `type NAME=value`. `text` is the value as written, on which the MD5 sum depends."""
+    """A constant declaration, `type NAME=value`.
+
+    `text` is the value as written, on which the MD5 sum depends.
+    """
 
     type: str
     name: str

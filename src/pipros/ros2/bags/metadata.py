@@ -44,7 +44,7 @@ class BagMetadata:
     """The content of `metadata.yaml`.
 
     Attributes:
-        start_ns, duration_ns: time of the first message, and the time from it to the last.
+        start_ns, duration_ns: time of the first message, and the time from the first to the last message.
         distribution: the distribution that wrote the bag, or None if it is unknown.
         compression: the format in which files or messages are compressed, or empty.
     """

@@ -44,7 +44,7 @@ class Ros2BagReader(BagReader):
     A topic is left out if its type cannot be converted.
 
     Args:
-        path: the folder of a bag, or one of its files.
+        path: a bag folder, or one of its files.
         folders: folders with ROS 2 definitions; see `Catalog`.
 
     Raises:
@@ -171,7 +171,9 @@ class Ros2BagReader(BagReader):
                     try:
                         self._catalog.add(messages_from_text(type_name, text))
                     except PiprosError as error:
-                        raise BagFormatError(f"{self.name}: the definition of {type_name}: {error}") from None
+                        raise BagFormatError(
+                            f"{self.name}: invalid definition of {type_name}: {error}"
+                        ) from None
 
     def _connect(self, storage: StorageReader) -> dict[int, tuple[Connection, Plan]]:
         found: dict[int, tuple[Connection, Plan]] = {}
@@ -185,7 +187,9 @@ class Ros2BagReader(BagReader):
 
     def _connection(self, topic: StoredTopic) -> tuple[Connection, Plan]:
         if topic.encoding != "cdr" or not is_full_name(topic.type):
-            raise BagError(f"the messages must be CDR, got {topic.encoding} with the type [{topic.type}]")
+            raise BagError(
+                f"the messages must be encoded as CDR, got {topic.encoding} with the type [{topic.type}]"
+            )
         plan = self._plan(topic.type)
         plan.prepare()
         definition = complete(self._ros1.message(plan.ros1_type), self._ros1.message)
@@ -244,7 +248,7 @@ class _Ros1Types:
 def open_any_bag(
     path: str | os.PathLike[str], *, folders: Sequence[str | os.PathLike[str]] = ()
 ) -> BagReader:
-    """Open a ROS 1 or ROS 2 bag: a file, or the folder of a ROS 2 bag.
+    """Open a ROS 1 or ROS 2 bag: a file, or a ROS 2 bag folder.
 
     Raises:
         BagError: the path is not a bag, or the bag is damaged or needs a library that is not installed.
@@ -283,7 +287,7 @@ def _files(path: Path) -> tuple[BagMetadata | None, list[Path]]:
     # Old versions of rosbag2 include the folder name in the paths.
     paths = [path / Path(name).name for name in metadata.files]
     if not paths:
-        raise BagFormatError(f"{where} names no files")
+        raise BagFormatError(f"{where} lists no files")
     return metadata, paths
 
 

@@ -98,7 +98,7 @@ class SqliteReader:
         self._database.close()
 
     def _check_tables(self) -> None:
-        """Check that the tables exist. Reject views and computed columns, whose evaluation may never end."""
+        """Check that the tables exist. Reject views and computed columns: evaluating them may never end."""
         names = ("topics", "messages", "message_definitions")
         query = "SELECT type, sql FROM sqlite_master WHERE lower(name) IN (?, ?, ?)"
         found = self._database.execute(query, names).fetchall()
@@ -142,7 +142,7 @@ class SqliteWriter:
         with self._writing():
             self._database = sqlite3.connect(path, isolation_level=None)
         run = self._run
-        # The file becomes visible when it is complete, so a journal is not needed.
+        # The file becomes visible only when it is complete, so a journal is not needed.
         run("PRAGMA journal_mode = OFF")
         run("PRAGMA synchronous = OFF")
         run("BEGIN")

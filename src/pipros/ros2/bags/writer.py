@@ -46,7 +46,7 @@ class Ros2BagWriter:
 
     Attributes:
         skipped: maps each topic that was left out to the reason.
-        incomplete: maps each topic that lacks some messages to the first reason for leaving one out.
+        incomplete: maps each topic that lacks some messages to the reason for the first omission.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Ros2BagWriter:
             new = self._new_topic(name, plans, plan, is_latched=connection.is_latching)
             known = self._topics[name] = _Topic(new, self._storage.add_topic(new))
         elif known.new.type != plan.ros2_type:
-            raise BagError(f"a topic has one type in ROS 2: {known.new.type}, not {plan.ros2_type}")
+            raise BagError(f"a topic can have only one type in ROS 2: {known.new.type}, not {plan.ros2_type}")
         return known, plan
 
     def _new_topic(self, name: str, plans: Plans, plan: Plan, *, is_latched: bool) -> NewTopic:
@@ -121,7 +121,7 @@ class Ros2BagWriter:
         return self._plans[key]
 
     def write(self, connection: Connection, seconds: int, nanoseconds: int, data: bytes) -> None:
-        """Add a message. It is left out if its values do not fit the ROS 2 type."""
+        """Add a message, or leave it out if its values do not fit the ROS 2 type."""
         found = self._of_connection[connection.id]
         if found is None:
             return
@@ -138,7 +138,7 @@ class Ros2BagWriter:
         self._last_ns = max(self._last_ns, time_ns)
 
     def finish(self) -> None:
-        """Do nothing. Call `close_storage` instead, which needs the name of the file."""
+        """Do nothing. Call `close_storage` instead, which needs the file name."""
 
     def close_storage(self, storage: str, file: str) -> BagMetadata:
         """Write the end of the file, and return the content of `metadata.yaml`."""

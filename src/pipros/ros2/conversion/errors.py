@@ -23,7 +23,7 @@ class BoundExceeded(ConversionError):
 
 
 class NotConvertible(ConversionError):
-    """Two types cannot be converted. The text names the fields or the missing rule."""
+    """Two types cannot be converted into each other. The text names the fields or the missing rule."""
 
 
 class InvalidRules(PiprosError):

@@ -5,7 +5,7 @@ Theory of operation:
 - The function reads `data` once, from start to end, and adds parts to a list. It creates no message objects.
 - Numbers, times and fixed arrays are collected in a run (`runs.py`), which is converted by one
   `unpack_from` and one `pack`. If the offset in CDR is known modulo 8, the generator chooses the layout;
-  otherwise, the function chooses it.
+  otherwise, the function chooses it at run time.
 - Arrays of numbers, and arrays of messages without padding (for example, points), are copied as slices of
   `data`.
 - Only arrays of other elements become loops.
@@ -85,7 +85,7 @@ class _Converter(RunEmitter):
         self.emit("return parts")
 
     def _ordered(self, ros1: Value, ros2: Value) -> tuple[Value, Value]:
-        """Return the source and the target."""
+        """Return the values in the order source, target."""
         return (ros1, ros2) if self.to_cdr else (ros2, ros1)
 
     # Messages ---------------------------------------------------------------------------------------------
@@ -348,7 +348,7 @@ class _Converter(RunEmitter):
     def _may_be_flat(self, value: Value) -> bool:
         """Return False for a type that contains strings, times, or arrays other than fixed arrays of numbers.
 
-        For those types, the attempt in `_flat_element` always fails, and nested attempts would multiply.
+        For those types, `_flat_element` always fails, and its attempts would multiply with the nesting depth.
         """
         if value.kind is not Kind.MESSAGE or value.message is None:
             return value.kind in (Kind.INTEGER, Kind.FLOAT) and value.form is not Form.SEQUENCE
@@ -409,7 +409,7 @@ class _Converter(RunEmitter):
         self._count_field(self._outer)
         count = value.length if value.form is Form.ARRAY else 1
         if count * max(1, value.size) > self._limits.message_values:
-            raise NotConvertible(f"{pair.ros2.type}: a new message has too many values")
+            raise NotConvertible(f"{pair.ros2.type}: a default value has too many elements")
         for size, alignment, octets in default_bytes(value, self._values, to_cdr=self.to_cdr):
             self._count_field(pair.ros2.type)
             if not octets.strip(b"\0"):

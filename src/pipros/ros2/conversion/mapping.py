@@ -5,10 +5,11 @@ The rules are those of ros1_bridge, and its YAML files can be used unchanged
 
 - a package `X_msgs` corresponds to `X_msgs` or `X_interfaces`, and other packages to those of the same name;
 - types correspond to types of the same name, and fields to fields of the same name, ignoring case;
-- rules name other packages, types or fields that correspond. A rule that names fields must name all.
+- rules name further packages, types or fields that correspond. A rule that names fields must name
+  all of them.
 
-ros1_bridge has no actions; here, rules name them with the keys `ros1_action_name`, `ros2_action_name`,
-`goal_fields_1_to_2`, `result_fields_1_to_2` and `feedback_fields_1_to_2`.
+ros1_bridge does not support actions; here, rules name them with the keys `ros1_action_name`,
+`ros2_action_name`, `goal_fields_1_to_2`, `result_fields_1_to_2` and `feedback_fields_1_to_2`.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ class MappingRules:
         return next((each for each in self.actions if _fits(each, ros1, ros2)), None)
 
     def candidates_in_ros2(self, ros1: str, middle: str = "msg") -> Iterator[str]:
-        """Yield the ROS 2 types to try for a ROS 1 type without its own rule, the most likely first."""
+        """Yield the ROS 2 types to try for a ROS 1 type without its own rule, most likely first."""
         package, _, name = ros1.partition("/")
         for other in [second for first, second in self.packages if first == package]:
             yield f"{other}/{middle}/{name}"

@@ -114,7 +114,7 @@ class Pairing:
         return _pair(ros1, ros2, None if rule is None else rule.fields)
 
     def service(self, ros1: ServiceSpec, ros2_type: str) -> tuple[Pair, Pair]:
-        """Return the pairs of the requests and of the responses. Raises the same errors as `message`."""
+        """Return the request pair and the response pair. Raises the same errors as `message`."""
         ros2 = self.catalog.service(ros2_type)
         rule = self._rules.service(ros1.type, ros2_type)
         request = _pair(ros1.request, ros2.request, None if rule is None else rule.request)
@@ -138,10 +138,10 @@ class Pairing:
         )
 
     def action(self, ros1: str, ros2: Ros2Action) -> tuple[Pair, Pair, Pair]:
-        """Return the pairs of the goals, of the results and of the feedback.
+        """Return the goal, result and feedback pairs.
 
-        The messages of the second pair begin with the status of the goal (int8), which precedes the result
-        in ROS 2 and determines its alignment. Raises the same errors as `message`, and NotFound.
+        The messages of the result pair begin with the goal's status (int8), which precedes the result in
+        ROS 2 and determines its alignment. Raises the same errors as `message`, and NotFound.
         """
         rule = self._rules.action(ros1, ros2.type)
         goal, result, feedback = (self.lookup(f"{ros1}{part}") for part in ("Goal", "Result", "Feedback"))

@@ -55,7 +55,7 @@ class Plan:
         """Compile both directions.
 
         Raises:
-            NotConvertible: corresponding fields have types that do not correspond.
+            NotConvertible: corresponding fields have incompatible types.
             DefinitionError: the types exceed a limit.
         """
         self._function(to_cdr=True)
@@ -136,7 +136,7 @@ class ActionPlan:
 
 
 class Plans:
-    """Plans by type. Each is created once.
+    """Plans by type. Each plan is created once.
 
     Args:
         rules: see `mapping.merged`.
@@ -154,7 +154,7 @@ class Plans:
         """Return the plan for a ROS 1 message, whose counterpart the rules determine.
 
         Raises:
-            NotConvertible: no ROS 2 type corresponds, or its fields do not.
+            NotConvertible: no ROS 2 type corresponds, or the fields do not correspond.
             NotFound: the ROS 1 type, or an embedded type, is unknown.
             DefinitionError: a definition is invalid.
         """

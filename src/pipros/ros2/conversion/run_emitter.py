@@ -81,7 +81,7 @@ class RunEmitter(Emitter):
             self.target = self.target.plus(unit - rest)
 
     def align_elements(self, count: str) -> None:
-        """Emit code that aligns the elements after a length to 8 bytes. An empty sequence has no padding."""
+        """Emit code that aligns a sequence's elements to 8 bytes. An empty sequence has no padding."""
         cursor = self.target if self.to_cdr else self.source
         name = self.assign("w" if self.to_cdr else "o", str(cursor))
         with self.block(f"if {count} and {name} & 7:"):

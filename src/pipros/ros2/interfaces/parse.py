@@ -174,7 +174,7 @@ def _field(declaration: str, package: str) -> Ros2Field:
 
 
 def _without_comment(line: str) -> str:
-    """Return the line up to the first `#` outside of quotes."""
+    """Return the line up to the first `#` outside quotes."""
     if "#" not in line or not ('"' in line or "'" in line):
         return line.partition("#")[0]
     quote = ""

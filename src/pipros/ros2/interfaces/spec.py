@@ -99,7 +99,7 @@ class Ros2Message:
 
     Attributes:
         type: `package/msg/Name`.
-        fields: at least one. A definition without fields has the field `NO_FIELDS`.
+        fields: at least one; an empty definition has the single field `NO_FIELDS`.
         file: the source, for error messages.
     """
 
@@ -119,7 +119,7 @@ class Ros2Message:
 
 @dataclass(frozen=True, slots=True)
 class Ros2Service:
-    """A service definition. The halves have the types `package/srv/Name_Request` and `…_Response`."""
+    """A service definition. Its parts have the types `package/srv/Name_Request` and `…_Response`."""
 
     type: str
     request: Ros2Message

@@ -1,4 +1,4 @@
-"""ROS 2 type hashes (RIHS01, REP 2016): the SHA-256 of a description of the type in JSON.
+"""ROS 2 type hashes (RIHS01, REP 2016): the SHA-256 of a JSON description of the type.
 
 Since Iron, endpoints announce the hash of their type, and rmw_zenoh includes it in keys.
 """

@@ -45,7 +45,7 @@ class ParticipantData:
 
     Attributes:
         lease_s: time without a datagram after which the participant is considered gone.
-        discovery: addresses for announcements of endpoints.
+        discovery: addresses for endpoint announcements.
         data: addresses for samples, unless an endpoint has its own.
         user_data: entries such as `enclave=/;`.
     """

@@ -1,9 +1,9 @@
 """The topic `ros_discovery_info`, from which ROS 2 lists nodes, and the size of the GIDs in its messages.
 
-A GID has 24 bytes in Humble and 16 bytes since Iron, and a Humble node that reads 16-byte GIDs may exhaust
-its memory and crash (rmw_fastrtps#733). Therefore, nothing is published and no writer is announced until the
-size is known, either from other participants' messages or from the user. Once both sizes have been seen in a
-domain, nothing further is published.
+A GID is 24 bytes long in Humble and 16 bytes since Iron, and a Humble node that reads 16-byte GIDs may
+exhaust its memory and crash (rmw_fastrtps#733). Therefore, nothing is published and no writer is announced
+until the size is known, either from other participants' messages or from the user. Once both sizes have been
+seen in a domain, nothing further is published.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _MAX_NAME_BYTES: Final = 257
 
 
 class GidBytes(IntEnum):
-    """The sizes of GIDs."""
+    """Sizes of GIDs, by distribution."""
 
     HUMBLE = 24
     IRON_AND_LATER = 16
@@ -37,7 +37,7 @@ class GidBytes(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class NodeInfo:
-    """A node and the GUIDs of its endpoints. Encoded GUIDs are padded with zeros to the size of a GID."""
+    """A node and the GUIDs of its endpoints. Encoded GUIDs are padded with zeros to the GID size."""
 
     namespace: str
     name: str
@@ -133,7 +133,7 @@ def read_info(payload: bytes, size: GidBytes) -> ParticipantInfo | None:
 
 
 class Knowledge(Enum):
-    """Whether the size of GIDs in a domain is known; MIXED if both sizes were seen."""
+    """Whether the GID size in a domain is known; MIXED if both sizes were seen."""
 
     UNKNOWN = "unknown"
     KNOWN = "known"
@@ -162,7 +162,7 @@ class GraphInfo:
 
         Args:
             make_writer: function that creates the writer, called before the first publication.
-            size: the size of GIDs; None to learn it from the messages of other participants.
+            size: the GID size; None to learn it from the messages of other participants.
         """
         self.others: dict[bytes, ParticipantInfo] = {}
         self._own = ParticipantInfo(guid)
@@ -199,7 +199,7 @@ class GraphInfo:
             del self.others[guid]
 
     def announce(self, nodes: Sequence[NodeInfo]) -> None:
-        """Publish our own nodes, now or as soon as the size of GIDs is known."""
+        """Publish our own nodes, now or as soon as the GID size is known."""
         self._own = ParticipantInfo(self._own.guid, tuple(nodes))
         self._has_nodes = True
         self._publish()

@@ -31,7 +31,7 @@ class Nodes:
         """Subscribe to the topic. Nothing is published, and no writer announced, until the GID size is known.
 
         Args:
-            size: size of GIDs in this domain; None to learn it.
+            size: GID size in this domain; None to learn it.
             type_hash: an entry of USER_DATA such as `typehash=RIHS01_…;`.
         """
         self._participant = participant
@@ -49,11 +49,11 @@ class Nodes:
 
     @property
     def knowledge(self) -> Knowledge:
-        """Whether the size of GIDs in the domain is known."""
+        """Whether the GID size in the domain is known."""
         return self._info.knowledge
 
     def announce(self, nodes: Sequence[NodeInfo]) -> None:
-        """Publish our own nodes, now or as soon as the size of GIDs is known."""
+        """Publish our own nodes, now or as soon as the GID size is known."""
         with self._lock:
             self._info.announce(nodes)
 

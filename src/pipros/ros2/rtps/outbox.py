@@ -1,7 +1,8 @@
 """Datagrams to send, immediately or in bursts.
 
-A burst of large datagrams overflows the receive buffer of a peer, which usually has 208 KiB, room for three
-datagrams of 60 kB. So fragments, repeated samples and the history for late readers are sent in short bursts.
+A burst of large datagrams overflows a peer's receive buffer, which usually has 208 KiB: enough for three
+60 kB datagrams. Therefore, fragments, repeated samples and the history for late readers are sent in short
+bursts.
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class SampleIdentity(NamedTuple):
 
 
 def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: bool) -> tuple[Parameters, int]:
-    """Return the parameters from `position` and the position after them.
+    """Return the parameters that start at `position`, and the position after them.
 
     A truncated list ends after its last complete parameter.
     """
@@ -176,7 +176,7 @@ def read_locator(value: bytes, is_little: bool) -> Address | None:
 
 
 def related_sample(identity: SampleIdentity) -> bytes:
-    """Encode inline QoS that names a related sample, in the standard's parameter and in that of Fast DDS.
+    """Encode inline QoS that names a related sample, in both the standard's parameter and Fast DDS's.
 
     Fast DDS before 2.14 ignores the standard's parameter.
     """

@@ -2,7 +2,7 @@
 
 One thread reads the sockets and polls the engine. It runs no callbacks, except those of services, which only
 hand the sample to another thread. The other thread runs the callbacks, one at a time. `TopicWriter.write`
-sends in the thread of the caller.
+sends in the caller's thread.
 """
 
 from __future__ import annotations
@@ -60,10 +60,10 @@ class Participant:
         limits: Limits | None = None,
         sockets: RtpsSockets | None = None,
     ) -> None:
-        """Open sockets and start to look for other participants.
+        """Open sockets and start looking for other participants.
 
         Args:
-            on_event: called for all events except samples, in the thread of callbacks.
+            on_event: called for all events except samples, in the callback thread.
             sockets: a replacement for tests.
 
         Raises:

@@ -61,7 +61,7 @@ class Qos:
         deadline_s: maximum time between two samples.
         lease_s: maximum time between two signs of life from a writer.
         partitions: names or patterns; empty means the default partition, the only one that ROS 2 uses.
-        representations: data representations that a writer offers, the preferred one first, or that a reader
+        representations: data representations that a writer offers, in order of preference, or that a reader
             understands; empty means XCDR1.
     """
 

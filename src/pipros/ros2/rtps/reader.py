@@ -384,7 +384,7 @@ class Reader:
         return min((writer.due for writer in self._waiting.values()), default=math.inf)
 
     def poll(self, now: float, handled_until: float) -> None:
-        """Repeat the requests, and drop the abandoned fragments, that were due by `handled_until`.
+        """Repeat the requests and drop the abandoned fragments that were due by `handled_until`.
 
         All datagrams that arrived before `handled_until` must have been handled.
         """

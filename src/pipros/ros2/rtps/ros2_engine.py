@@ -57,7 +57,7 @@ class RtpsEngine:
     Args:
         node: full name of the node that owns all endpoints.
         gateway: identity of the gateway; empty if the participant is not a gateway.
-        gid_bytes: size of GIDs in this domain; None to learn it before the node is announced.
+        gid_bytes: GID size in this domain; None to learn it before the node is announced.
         limits: defaults to the process-wide limits.
 
     Raises:
@@ -166,7 +166,7 @@ class RtpsEngine:
         return self._participant.ask(read)
 
     def _node_names(self) -> dict[bytes, str]:
-        """Return the names of the nodes that own endpoints, by the endpoint's GUID."""
+        """Return the name of the node that owns each remote endpoint, by the endpoint's GUID."""
         return {
             guid: f"{node.namespace.rstrip('/')}/{node.name}"
             for info in (self._nodes.others() if self._nodes is not None else ())

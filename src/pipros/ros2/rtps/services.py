@@ -61,7 +61,7 @@ def style_at(engine: Engine, guid: bytes) -> Style | None:
 class Server:
     """A service server for clients of both styles (see `service_styles`).
 
-    Each reply is sent only to the client that called.
+    Each reply is sent only to the client that made the request.
 
     Attributes:
         refused: number of requests that were malformed, of unknown style, or beyond the limits.

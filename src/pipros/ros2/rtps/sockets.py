@@ -31,7 +31,7 @@ from pipros.ros2.rtps.parameters import Address
 _RECEIVE_BUFFER_BYTES: Final = 8 << 20
 """Requested size; the system often grants 208 KiB (net.core.rmem_max)."""
 _MAX_REQUEST_BYTES: Final = 256_000
-"""Cyclone DDS keeps no more than 200 fragments, of 1,344 bytes each, in its queue of repetitions."""
+"""Cyclone DDS keeps no more than 200 fragments, of 1,344 bytes each, in its retransmission queue."""
 _MAX_DATAGRAM: Final = 65_536
 _DATAGRAM_OVERHEAD_BYTES: Final = 200
 _SIOCGIFADDR: Final = 0x8915
@@ -130,7 +130,7 @@ def _send(through: socket.socket, parts: tuple[bytes | memoryview, ...], address
 
 
 class Backlog:
-    """Datagrams that were read and not yet handled.
+    """Datagrams that were read but not yet handled.
 
     Handling takes longer than reading, and the system's buffers are small: often 208 KiB, enough for only
     14 of the datagrams in which Cyclone DDS sends images. Therefore, the sockets are read repeatedly while

@@ -157,8 +157,8 @@ class Datagram(NamedTuple):
 def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
     """Return the submessages for a participant, or None if the datagram is not RTPS 2.
 
-    Submessages after INFO_SRC are left out. It names another participant as their source, and only relays
-    send it.
+    INFO_SRC, which only relays send, attributes the submessages after it to another participant. They are
+    left out.
     """
     if len(datagram) < HEADER_BYTES or datagram[:4] != MAGIC or datagram[4] != PROTOCOL_VERSION[0]:
         return None

@@ -169,7 +169,7 @@ class Writer:
         """
         if len(payload) + _OVERHEAD_BYTES > self.history_bytes:
             text = limit_text("ros2_history_bytes", self.history_bytes)
-            raise LimitExceeded(f"a message of {len(payload)} bytes for ROS 2 is too large: {text}")
+            raise LimitExceeded(f"a message for ROS 2 is too large ({len(payload)} bytes): {text}")
         self._last += 1
         change = Change(self._last, payload, inline, recipients, is_key)
         depth = self.qos.depth
@@ -187,7 +187,7 @@ class Writer:
     def _oldest(self) -> int:
         """Return the first sequence number in the history, or the next one if it is empty.
 
-        `next(iter(...))` would be slower: it passes over the gaps that removed samples leave in a dictionary.
+        `next(iter(...))` would be slower: it steps over the gaps that removed samples leave in a dictionary.
         """
         while self._first <= self._last and self._first not in self._history:
             self._first += 1

@@ -233,7 +233,7 @@ class ZenohEngine:
 
 
 def _config(zenoh: Any, routers: Sequence[str], timeout_s: float, limits: Limits) -> Any:
-    """Return the configuration of a session, with every value whose default changes between versions."""
+    """Return a session's configuration, which sets every value whose default varies between versions."""
     config = zenoh.Config()
     values: dict[str, Any] = {
         "mode": "client",

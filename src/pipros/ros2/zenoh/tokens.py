@@ -123,7 +123,7 @@ def endpoint_token(
     type_hash: str,
     qos: TopicQos,
 ) -> str:
-    """Return the token of an endpoint. `number` is unique in the session; 0 is the node."""
+    """Return the token of an endpoint. `number` is unique in the session; the node's own token has 0."""
     start = f"{_PREFIX}/{node.domain}/{node.session}/0/{number}/{_KINDS[kind]}"
     owner = f"%/{_mangled(node.namespace)}/{node.name}"
     return f"{start}/{owner}/{_mangled(name)}/{dds_type(type_name)}/{type_hash or NO_HASH}/{qos_text(qos)}"

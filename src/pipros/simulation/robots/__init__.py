@@ -1,6 +1,6 @@
 """A simulator of two-wheeled robots in a flat world. It needs numpy.
 
-Robots receive `cmd_vel`, and publish odometry, transforms, laser scans and the state of their battery.
+Robots receive `cmd_vel`, and publish odometry, transforms, laser scans and their battery's state.
 `simulation.py` performs no I/O; `robots_node.py` connects it to topics and services.
 """
 

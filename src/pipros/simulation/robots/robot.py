@@ -16,7 +16,7 @@ class Robot:
 
     Attributes:
         settings: the settings of the robot.
-        pose: the true pose in the frame of the map.
+        pose: the true pose in the map frame.
         odometry: the pose estimated from the wheels, (0, 0, 0) at the start.
         velocity: the motion per second during the last step.
         wheels: angles of the left and the right wheel, in radians.

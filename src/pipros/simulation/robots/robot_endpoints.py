@@ -118,7 +118,7 @@ class RobotEndpoints:
             self._bumper.publish(self._bumper_class(robot.is_bumped))
 
     def publish_battery(self, stamp: Time) -> None:
-        """Publish the state of the battery if the topic has subscribers."""
+        """Publish the battery state if the topic has subscribers."""
         if not self._battery.connection_count:
             return
         battery, message = self._robot.battery, self._battery_class()

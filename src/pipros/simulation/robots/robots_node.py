@@ -18,7 +18,7 @@ from pipros.simulation.robots.simulation import STEP_S, Simulation
 SCAN_STEPS: Final = 5
 """Steps between two scans: 10 Hz."""
 BATTERY_STEPS: Final = 50
-"""Steps between two messages of a battery: 1 Hz."""
+"""Steps between two battery messages: 1 Hz."""
 LATE_S: Final = 0.1
 """If the simulation is behind by more than this, it skips the missed steps."""
 

@@ -55,10 +55,12 @@ class Simulation:
             if settings.start is not None and not world.is_free(
                 settings.start.x, settings.start.y, settings.radius
             ):
-                raise InvalidSettings(f"robot [{settings.name}] cannot start in a wall, at {settings.start}")
+                raise InvalidSettings(
+                    f"robot [{settings.name}] cannot start at {settings.start}: too close to a wall"
+                )
         for settings, own in zip(robots, seeds, strict=True):
             if settings.name in self.robots:
-                raise InvalidSettings(f"names of robots must be unique, got [{settings.name}] twice")
+                raise InvalidSettings(f"robot names must be unique, got [{settings.name}] twice")
             start = settings.start or self._free_place(settings, robots, random)
             self.robots[settings.name] = Robot(settings, start, own)
 
@@ -75,9 +77,7 @@ class Simulation:
                 math.hypot(pose.x - x, pose.y - y) > radius + settings.radius for pose, radius in taken
             ):
                 return Pose(x, y, 0.0)
-        raise InvalidSettings(
-            f"no free place found for robot [{settings.name}] of radius {settings.radius} m"
-        )
+        raise InvalidSettings(f"no free place found for robot [{settings.name}] (radius {settings.radius} m)")
 
     @property
     def time_s(self) -> float:

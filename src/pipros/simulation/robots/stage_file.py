@@ -66,7 +66,7 @@ def read_stage(file: str) -> tuple[World, list[RobotSettings]]:
         )
     found = [model for model in models if model.kind == "position"]
     if not found:
-        raise InvalidSettings(f"{file} must contain a robot, which is a model of the kind position")
+        raise InvalidSettings(f"{file} must contain a robot (a model of the kind position)")
     names = [""] if len(found) == 1 else [f"robot_{index}" for index in range(len(found))]
     return _world(plan), [_robot(model, name) for model, name in zip(found, names, strict=True)]
 
@@ -205,7 +205,7 @@ def _robot(model: Model, name: str) -> RobotSettings:
     length, width, *_ = _numbers(model, "size", [0.4, 0.4, 0.4])
     radius = max(length, width) / 2
     if radius <= 0:
-        raise InvalidSettings(f"the size of a robot must be > 0, got {length} x {width}")
+        raise InvalidSettings(f"a robot's size must be > 0, got {length} x {width}")
     return RobotSettings(
         name,
         start=Pose(x, y, math.radians(math.remainder(turn, 360))),
@@ -229,8 +229,9 @@ def _laser(robot: Model) -> Laser | None:
         x, y, _, turn, *_ = _numbers(part, "pose", [0.0, 0.0, 0.0, 0.0])
         if not (0 < angle <= math.tau + 1e-6 and 0 < rays <= MAX_RAYS and 0 <= nearest < farthest):
             raise InvalidSettings(
-                f"a scanner needs a fov above 0 and at most 360, 1 to {MAX_RAYS} samples and a range, got "
-                f"fov {math.degrees(angle):g}, samples {rays}, range {nearest:g} to {farthest:g}"
+                f"a scanner needs a fov above 0 and at most 360, 1 to {MAX_RAYS} samples, and a range with "
+                f"0 <= min < max, got fov {math.degrees(angle):g}, samples {rays}, "
+                f"range {nearest:g} to {farthest:g}"
             )
         usual = Laser(rays, -angle / 2, angle, nearest, farthest, 0.0, no_echo=farthest)
         return replace(usual, x=x, y=y, yaw=math.radians(turn))

@@ -205,7 +205,7 @@ class Turtlesim:
 
     @contextlib.contextmanager
     def _failures(self) -> Iterator[None]:
-        """Log a request that the world rejected, and let the call fail."""
+        """Log the error if the world rejects a request, and make the service call fail."""
         try:
             yield
         except Rejected as error:

@@ -18,7 +18,7 @@ def numbered_text(source: str, number: int, size: int = 0) -> str:
     """Return a string with its origin and a checksum: `SOURCE NUMBER CHECKSUM FILLER`.
 
     Args:
-        source: a word without blanks. A restarted publisher needs a new word.
+        source: a name without spaces. A restarted publisher needs a new name.
         number: the position of the message among the source's messages: 1, 2, 3…
         size: the number of filler characters.
     """

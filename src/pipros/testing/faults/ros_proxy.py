@@ -3,7 +3,7 @@
 A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all other nodes through the
 proxy. Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
 results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
-port in the result of `requestTopic`) by the address of one of the proxy's ports. Therefore, each connection
+port in the result of `requestTopic`) with the address of one of the proxy's ports. Therefore, each connection
 leads to the proxy, whichever side opens it. Each port injects the faults for its kind of connection.
 """
 
@@ -172,7 +172,7 @@ class FaultProxy:
             await forwarder.stop()
 
     async def translate(self, value: Any) -> Any:
-        """Return the value with all addresses replaced by addresses of the proxy's ports."""
+        """Return the value with every address replaced with the address of one of the proxy's ports."""
         if isinstance(value, str):
             if value.startswith("http://"):
                 return await self._in_place_of(value, "nodes")

@@ -1,4 +1,4 @@
-"""A listening port that forwards its connections to another address, with faults."""
+"""A proxy that forwards TCP connections to another address and injects faults."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WRITE_LIMIT_BYTES = 64 * 1024
 _CONNECT_LIMIT_S = 10.0
 
 _RESET = struct.pack("ii", 1, 0)
-"""Value of SO_LINGER that resets the connection on close. The peer gets an error, not an orderly end."""
+"""`SO_LINGER` value that resets the connection on close, so that the peer gets an error."""
 
 Address = tuple[str, int]
 
@@ -40,7 +40,7 @@ class Counts:
 class Switch:
     """Shared state of a group of proxies: the faults, the counts, and whether forwarding is stalled.
 
-    Must be used in one event loop, but `is_refusing` may be set, and `counts` may be read, from any thread.
+    Use it in one event loop. Other threads may only set `is_refusing` and read `counts`.
     """
 
     def __init__(self) -> None:
@@ -86,7 +86,7 @@ class TcpProxy:
 
         Args:
             name: used to seed each connection's faults, together with the connection's number.
-            alive: if this address does not accept connections, connections to the proxy are reset.
+            alive: if given, new connections are reset unless this address accepts connections.
         """
         self.address: Address = (LOOPBACK, 0)
         self._name = name
@@ -108,7 +108,7 @@ class TcpProxy:
     def stop_accepting(self) -> None:
         """Stop accepting connections. Call this before `close`, and let the event loop run once in between.
 
-        Otherwise, up to Python 3.11, a connection that is being accepted would stay open.
+        Otherwise, in Python 3.11 and older, a connection that is being accepted would stay open.
         """
         if self._server is not None:
             for listener in self._server.sockets:
@@ -202,7 +202,7 @@ class Link:
     async def _pass(
         self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, stream: FaultyStream
     ) -> None:
-        """Forward one direction. Reading continues while earlier bytes are delayed."""
+        """Forward bytes in one direction. Reading continues while earlier bytes are delayed."""
         writer.transport.set_write_buffer_limits(high=_WRITE_LIMIT_BYTES)
         waiting: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue(_CHUNKS)
         reading = asyncio.ensure_future(self._read(reader, waiting))
@@ -252,7 +252,7 @@ class Link:
 
 
 async def _probe(address: Address) -> None:
-    """Connect and close the connection.
+    """Connect to the address, then close the connection.
 
     Raises:
         OSError: no process listens at the address.

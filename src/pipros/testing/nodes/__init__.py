@@ -1,5 +1,5 @@
 """rostest's test nodes: `<test pkg="rostest" type="hztest" …>` and others.
 
-Each node reads the expectations from its private parameters, checks them, and writes a result file like any
+Each node reads its expectations from private parameters, checks them, and writes a result file like any
 test script.
 """

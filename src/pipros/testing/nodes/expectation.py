@@ -113,7 +113,7 @@ class Watch:
 
 
 def follow(node: Node, watch: Watch, find: Find, clock: Clock | None = None) -> None:
-    """Poll until all expectations are decided. Time is measured with `clock`, or as wall time.
+    """Poll until all expectations are decided. Time is measured with `clock`; wall time by default.
 
     Raises:
         AssertionError: an expectation was not met. The message names the first such expectation.

@@ -1,8 +1,8 @@
-"""`hztest`: checks that messages arrive at a given rate, or do not arrive.
+"""`hztest`: checks that messages arrive at a given rate, or that none arrive.
 
 Private parameters: `topic`, `hz` (0 means that no message may arrive), `hzerror` (required unless `hz` is
-0), `test_duration` in seconds, `wait_time` (20 s) for the first message, `check_intervals` (each interval
-must also match the rate), and `wall_clock` (measure in wall time even if time is simulated).
+0), `test_duration` in seconds, `wait_time` (20 s) for the first message, `check_intervals` (whether each
+interval must also match the rate), and `wall_clock` (whether to use wall time even if time is simulated).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class AllowedRate:
     error: float
 
     def check(self, arrivals_ns: list[int], *, check_intervals: bool) -> None:
-        """Compare arrival times with the rate.
+        """Check arrival times against the allowed rate.
 
         Raises:
             AssertionError: the rate is too low, too high or too irregular, or messages arrived although none
@@ -45,7 +45,7 @@ class AllowedRate:
         lowest, highest = self.hz - self.error, self.hz + self.error
         if not lowest <= rate <= highest:
             raise AssertionError(
-                f"average rate {rate:.3f}Hz is not within {lowest:.3f}Hz and {highest:.3f}Hz"
+                f"average rate {rate:.3f}Hz is not between {lowest:.3f}Hz and {highest:.3f}Hz"
             )
         if check_intervals:
             self._check_gaps(arrivals_ns, lowest, highest)

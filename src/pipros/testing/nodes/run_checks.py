@@ -34,9 +34,9 @@ def run_checks(
 ) -> None:
     """Run checks as the test cases of a test script called `name`. Exit with code 1 if a check fails.
 
-    Unless `needs_time` returns False, simulated time must be running before the checks. A check fails with an
-    AssertionError that states the expectation. Classes and cases have Noetic's names, because dashboards
-    group results by these names.
+    If time is simulated, each check waits until the clock runs, unless `needs_time` returns False. A check
+    fails with an AssertionError that states the expectation. Classes and cases have Noetic's names, because
+    dashboards group results by these names.
     """
     cases = {f"test_{what}": _case(name, check, needs_time) for what, check in checks.items()}
     kind = type(class_name, (unittest.TestCase,), {**cases, "__module__": "__main__"})
@@ -76,7 +76,7 @@ def parameter(node: Node, name: str, default: Any = _REQUIRED) -> Any:
 
 
 def number(node: Node, name: str, default: Any = _REQUIRED) -> float:
-    """Return a parameter that must be a number, or a string that contains a number.
+    """Return a numeric parameter. A string that contains a number is accepted, too.
 
     Raises:
         AssertionError: the parameter is not a number.

@@ -127,7 +127,7 @@ class BagViews:
                 await asyncio.sleep(STATE_INTERVAL_S)
 
     async def bag_control(self, arguments: Mapping[str, Any]) -> Any:
-        """Play, pause, step, jump or change the speed of the bag that this browser has opened."""
+        """Control the playback of this browser's bag: play, pause, step, jump, or change the speed."""
         playback = self._playback()
         if isinstance(arguments.get("play"), bool):
             playback.play(arguments["play"])
@@ -156,7 +156,7 @@ class BagViews:
                 yield found
 
     async def bag_curve(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield, in pieces, the samples of a curve for the whole bag that this browser has opened."""
+        """Yield, in pieces, a plotted field's samples from the whole bag that this browser has opened."""
         text, axis = field_text(arguments), axis_of(arguments)
         field = find_field(text, self._playback().system.observation.types)
         if field is None:

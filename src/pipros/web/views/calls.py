@@ -110,7 +110,7 @@ class CallViews:
                 if not rate:
                     await asyncio.Event().wait()
                 await asyncio.sleep(max(0.0, begin_s + count / rate - time.monotonic()))
-        finally:  # The master may not have answered yet: do not wait, but unregister once it has.
+        finally:  # The master may not have responded yet: do not wait, but unregister once it has.
             advertising.add_done_callback(lambda done: withdraw(self._system, done))
 
 

@@ -80,7 +80,7 @@ class ConsoleViews:
             if not is_this_machine(split_uri(graph.master_uri)[0]):
                 return []
             run_id = graph.master.get_param("/run_id")
-        except (PiprosError, ValueError):  # the master does not answer, or has no /run_id
+        except (PiprosError, ValueError):  # the master does not respond, or has no /run_id
             return []
         return log_history(graph.environment.log_dir.expanduser(), run_id, LONGEST_TEXT, LONGEST_NAME)
 

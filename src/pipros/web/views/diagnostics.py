@@ -132,7 +132,7 @@ class DiagnosticViews:
         self._shared = {name: Shared(lambda name=name: self._open(name)) for name in TOPICS}  # type: ignore[misc]
 
     async def diagnostics(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield all components, then those that change; if there is an aggregator, only its statuses."""
+        """Yield all components, then those that change. If an aggregator exists, yield only its statuses."""
         observations = self._system.observations()
         observation = await anext(observations)
         names = [name for name in TOPICS if name in observation.state.publishers][:1] or list(TOPICS)

@@ -106,7 +106,7 @@ class GraphViews:
         """Yield the nodes and topics added and removed in the last ten minutes, newest first."""
         shown = None
         async for _observation in self._system.observations():
-            own = "node", self._system.node.name  # the page's own node, registered only when needed
+            own = "node", self._system.node.name  # omitted, because it is registered only when needed
             found = [event for event in self._system.changes.events(time.time()) if event.part != own]
             if found != shown:
                 shown = found
@@ -129,7 +129,7 @@ class GraphViews:
         return self._extended[1]
 
     async def master(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield why the master does not respond, or an empty string if it does, now and after each change."""
+        """Yield the reason why the master does not respond (empty if it does), now and after each change."""
         shown = None
         async for observation in self._system.observations():
             if observation.error != shown:

@@ -22,12 +22,12 @@ KEPT_SAMPLES = 5000
 """Maximum number of samples queued for a slow browser."""
 KEPT_MARKS = 500
 DECODED_A_SECOND = 2000
-"""Maximum number of messages per second decoded for one curve. Further messages count as lost."""
+"""Maximum number of messages per second decoded for one plotted field. Further messages count as lost."""
 COMPUTED_S = 0.2
-"""Maximum processor time per second spent on one curve. Further messages count as lost.
+"""Maximum processor time per second spent on one plotted field. Further messages count as lost.
 
-If a single sample of an expression takes longer, the curve ends, because browsers may send any expression.
-Curves of whole bags end then, too.
+If a single sample of an expression takes longer, its plot ends, because browsers may send any expression.
+This also applies to plots of whole bags.
 """
 CLOCK_TOPIC = "/clock"
 
@@ -56,7 +56,7 @@ class PlotViews:
         self._system = system
 
     async def plot(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Yield the samples of one curve, as times (s) and values, at most ten times per second."""
+        """Yield the samples of one plotted field, as times (s) and values, at most ten times per second."""
         text, axis = field_text(arguments), axis_of(arguments)
         field = None
         observations = self._system.observations()

@@ -50,11 +50,11 @@ LEAST_POINTS: Final = 500
 LONGEST_SEND_S: Final = 0.4
 """If sending a cloud takes longer than this (s), the next clouds have fewer points.
 
-So even a slow link shows about two clouds per second.
+Therefore, even a slow link shows about two clouds per second.
 """
 MOST_FIELDS: Final = 8
 MOST_PACKINGS: Final = 4
-"""Maximum number of selections of points of the newest cloud that are kept for further viewers."""
+"""Maximum number of packings of the newest cloud that are kept for further viewers."""
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
 LONGEST_DESCRIPTION: Final = 16_000_000
@@ -105,11 +105,11 @@ class SceneViews:
         """
         name, value = topic_name(arguments), arguments.get("feedback")
         if not isinstance(value, (dict, type(None))):
-            raise RequestRefused(f"feedback must be a message, got {value!r:.100}")
+            raise RequestRefused(f"feedback must be an object with the message's fields, got {value!r:.100}")
         message_class = load_message_class("visualization_msgs/InteractiveMarkerFeedback")
         if name not in self._feedback:
             if len(self._feedback) >= MOST_FEEDBACK_TOPICS:
-                raise RequestRefused(f"feedback can go to at most {MOST_FEEDBACK_TOPICS} topics")
+                raise RequestRefused(f"feedback can be published to at most {MOST_FEEDBACK_TOPICS} topics")
             self._feedback[name] = self._system.questions.start(
                 self._system.node.advertise, name, message_class, queue_size=FEEDBACK_QUEUE
             )
@@ -174,7 +174,7 @@ class SceneViews:
                     number = newest.number
                     packed = await clouds.packed(newest, fields, points)
                     begin_s = time.monotonic()
-                    yield packed  # resumes when the connection has accepted most of it
+                    yield packed  # execution resumes when the connection has accepted most of the cloud
                     points = fitting_points(points, limit, time.monotonic() - begin_s)
                 await asyncio.sleep(CLOUD_INTERVAL_S)
 
@@ -286,7 +286,7 @@ class SceneViews:
 
 
 class CloudTopic:
-    """A topic with clouds, each of which is packed once for all viewers that want the same points of it.
+    """A point cloud topic. Each cloud is packed once for all viewers that request the same points.
 
     For use in one event loop.
     """
@@ -298,7 +298,7 @@ class CloudTopic:
         self._packed: dict[tuple[tuple[str, ...], int], asyncio.Future[bytes]] = {}
 
     async def packed(self, newest: Newest, fields: tuple[str, ...], limit: int) -> bytes:
-        """Return at most `limit` points of a message, with some of their fields; see `SceneViews.cloud`."""
+        """Return at most `limit` points of a message, with the given fields; see `SceneViews.cloud`."""
         if newest.number != self._number:
             self._number = newest.number
             self._packed.clear()
@@ -316,7 +316,7 @@ class CloudTopic:
         return await asyncio.shield(self._packed[key])
 
     def _check(self, key: tuple[tuple[str, ...], int], packing: asyncio.Future[bytes]) -> None:
-        """Forget a packing that failed, so that the next viewer tries again."""
+        """Discard a failed packing, so that the next request tries again."""
         if (packing.cancelled() or packing.exception()) and self._packed.get(key) is packing:
             del self._packed[key]
 

@@ -24,7 +24,7 @@ from pipros.web.watched_system import WatchedSystem
 PERIOD_S = 0.1
 REPORT_INTERVAL_S = 0.25
 LONGEST_SESSION = 64
-"""Maximum length of the name of a session, in characters."""
+"""Maximum length of a session name, in characters."""
 
 
 class TeleopViews:

@@ -197,7 +197,7 @@ def percentage(message: object) -> float | None:
     """Return the percentage in a battery message, from 0 to 100, or None for other messages.
 
     `sensor_msgs/BatteryState.percentage` is defined as a fraction from 0 to 1. A message whose only field is
-    a string such as `%25` or `80 %` is a battery message, too.
+    a string such as `%25` or `80 %` counts as a battery message, too.
     """
     fraction = getattr(message, "percentage", None)
     if isinstance(fraction, float):

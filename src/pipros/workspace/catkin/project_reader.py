@@ -1,6 +1,6 @@
 """Read a package's `CMakeLists.txt`.
 
-The file is executed command by command, as by CMake. The commands that packages without compiled code need
+As in CMake, the file is executed command by command. The commands that packages without compiled code need
 have handlers, in the tables of `*_commands.py`. For other CMake commands, the file and line are recorded as a
 reason to build the package with genuine catkin.
 """

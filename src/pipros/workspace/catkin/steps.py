@@ -98,7 +98,7 @@ class BuildSteps:
 
 
 def _read(words: Sequence[str], scope: Scope, step: BuildStep) -> BuildStep:
-    """Return the step, extended by the given words."""
+    """Return a copy of the step, extended by the given words."""
     sections: dict[str, list[str]] = {name: [] for name in (*_LISTS, *_ONE_VALUE)}
     commands: list[list[str]] = []
     current: list[str] = []

@@ -184,7 +184,7 @@ def test_wrong_subscriptions_are_reported() -> None:
     async def body() -> None:
         talk = Conversation(limits=Limits(bridge_subscriptions=2))
         twice = [{"id": 1, "channelId": 1}] * 2
-        assert "exists already" in text_of(await talk.say("subscribe", subscriptions=twice))
+        assert "already exists" in text_of(await talk.say("subscribe", subscriptions=twice))
         assert "channel 9 does not exist" in text_of(
             await talk.say("subscribe", subscriptions=[{"id": 2, "channelId": 9}])
         )

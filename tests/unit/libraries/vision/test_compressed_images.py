@@ -119,7 +119,7 @@ def test_undecodable_images_are_refused(kind: str, data: bytes, text: str) -> No
 
 
 def test_unsupported_images_cannot_be_compressed() -> None:
-    with pytest.raises(CompressionError, match=r"jpeg requires values of 8 or 16 bits, got \[32FC1\]"):
+    with pytest.raises(CompressionError, match=r"jpeg requires 8-bit or 16-bit values, got \[32FC1\]"):
         compressed(np.zeros((2, 2), np.float32), "32FC1", Settings(), PILLOW)
     with pytest.raises(CompressionError, match=r"Pillow cannot write an array of uint16.*\[vision\]"):
         compressed(np.zeros((2, 2, 3), np.uint16), "rgb16", PNG, PILLOW)

@@ -177,11 +177,11 @@ def test_robots_without_a_start_get_different_free_places() -> None:
 
 
 def test_invalid_robots_raise() -> None:
-    with pytest.raises(InvalidSettings, match=r"names of robots must be unique, got \[a\] twice"):
+    with pytest.raises(InvalidSettings, match=r"robot names must be unique, got \[a\] twice"):
         simulation(RobotSettings("a"), RobotSettings("a"))
-    with pytest.raises(InvalidSettings, match=r"robot \[a\] cannot start in a wall"):
+    with pytest.raises(InvalidSettings, match=r"robot \[a\] cannot start at .*: too close to a wall"):
         simulation(RobotSettings("a", start=Pose(0.0, 0.0, 0.0)))
-    with pytest.raises(InvalidSettings, match=r"no free place found for robot \[a\] of radius 6 m"):
+    with pytest.raises(InvalidSettings, match=r"no free place found for robot \[a\] \(radius 6 m\)"):
         simulation(RobotSettings("a", radius=6))
 
 

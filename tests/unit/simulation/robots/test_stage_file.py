@@ -103,7 +103,7 @@ def test_several_robots_are_numbered(tmp_path: Path) -> None:
         (WORLD + "rover ( size 3 )", r"size of a position must be a list of numbers, got 3\.0"),
         (WORLD + 'position ( laser ( fov "wide" ) )', "fov of a laser must be a number, got 'wide'"),
         (WORLD + "position ( laser ( samples 0 ) )", "a scanner needs a fov"),
-        (WORLD + "position ( size [0 0 0] )", "the size of a robot must be > 0"),
+        (WORLD + "position ( size [0 0 0] )", "a robot's size must be > 0"),
         (WORLD.replace("20 0 0]", "20 0 30]") + ROBOT, "rotated by multiples of 90 degrees, got 30"),
         (WORLD.replace("[8 4 1]", "[8 8 1]") + ROBOT, "size must match the bitmap's aspect ratio"),
         ("a ( " * 30, "nested at most 20 deep"),

@@ -88,7 +88,7 @@ class Arcball:
             self._now = quaternion_multiply(turn, self._at_grab)
 
     def next(self, acceleration: float = 0.0) -> None:
-        """Continue the last rotation. An `acceleration` of 0 keeps its speed."""
+        """Continue the last rotation, at the same speed if `acceleration` is 0."""
         self._before, self._now = self._now, quaternion_slerp(self._before, self._now, 2.0 + acceleration)
 
     def matrix(self) -> Array:
@@ -99,7 +99,7 @@ class Arcball:
 def arcball_map_to_sphere(point: Sequence[float], center: Sequence[float], radius: float) -> Array:
     """Return the point on the unit sphere under a window point.
 
-    Outside the ball, return the nearest point on its rim.
+    If the window point is outside the ball, return the nearest point on the ball's rim.
     """
     x = (point[0] - center[0]) / radius
     y = (center[1] - point[1]) / radius

@@ -20,7 +20,8 @@ Parts = tuple[Array, list[float], list[float], Array, Array]
 def decompose_matrix(matrix: ArrayLike) -> Parts:
     """Decompose a matrix into scale, shear, angles, translation and perspective.
 
-    Scale and translation are (x, y, z), shear is (x-y, x-z, y-z), angles are about the static axes x, y, z.
+    Scale and translation are (x, y, z), shear is (x-y, x-z, y-z), and angles are about the static axes x, y
+    and z.
     `compose_matrix` is the inverse. Method: S. W. Thomas, "Decomposing a matrix into simple transformations",
     Graphics Gems II. Raises ValueError if the matrix cannot be decomposed.
     """
@@ -73,7 +74,7 @@ def compose_matrix(
 ) -> Array:
     """Return the matrix that scales, shears, rotates, translates and projects, in that order.
 
-    None omits a step. The arguments have the same format as the results of `decompose_matrix`.
+    A step is omitted if its argument is None. The arguments have the format that `decompose_matrix` returns.
     """
     matrix = np.identity(4)
     if perspective is not None:
@@ -93,10 +94,10 @@ def compose_matrix(
 
 
 def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
-    """Return the matrix from crystallographic to Cartesian coordinates.
+    """Return the matrix that converts crystallographic to Cartesian coordinates.
 
     Args:
-        lengths: sides (a, b, c) of the unit cell.
+        lengths: edge lengths (a, b, c) of the unit cell.
         angles: angles (alpha, beta, gamma) of the unit cell in degrees.
     """
     a, b, c = np.asarray(lengths, dtype=np.float64).tolist()
