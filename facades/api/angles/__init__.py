@@ -1,4 +1,4 @@
-"""Drop-in replacement for Noetic's angles: normalisation and differences of angles, in radians."""
+"""Drop-in replacement for Noetic's angles: normalization and differences of angles, in radians."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ _TURN = 2.0 * pi
 
 
 def normalize_angle_positive(angle: float) -> float:
-    """Normalise an angle to the range from 0 to 2 pi."""
+    """Normalize an angle to the range from 0 to 2 pi."""
     return angle % _TURN
 
 
 def normalize_angle(angle: float) -> float:
-    """Normalise an angle to (-pi, pi]."""
+    """Normalize an angle to (-pi, pi]."""
     positive = normalize_angle_positive(angle)
     return positive - _TURN if positive > pi else positive
 

@@ -25,7 +25,7 @@ def make_sparse_skip(csv_file: str, skip: int) -> str:
 def make_sparse_length(csv_file: str, length: int) -> str:
     """Write at least `length` evenly spaced rows to `NAME_sprs_len.csv`. Return its path.
 
-    If the input has fewer than twice as many rows, all rows are written.
+    All rows are written if the input has fewer than `2 * length - 1` rows.
 
     Raises:
         OSError: a file cannot be read or written.

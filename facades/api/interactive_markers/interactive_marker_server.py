@@ -145,7 +145,7 @@ class InteractiveMarkerServer:
     def processFeedback(self, feedback: InteractiveMarkerFeedback) -> None:
         """Handle viewer feedback: store a new pose as a pending change, and call the marker's callback.
 
-        Feedback is ignored if another viewer was active shortly before.
+        Feedback is ignored if another viewer has just sent feedback for the marker.
         """
         with self.mutex:
             is_move = feedback.event_type == InteractiveMarkerFeedback.POSE_UPDATE

@@ -16,7 +16,7 @@ class ROSInternalException(Exception):
 
 
 class ROSInitException(ROSException):
-    """The node was used before `init_node`, or could not be initialised."""
+    """The node was used before `init_node`, or could not be initialized."""
 
 
 class ROSInterruptException(ROSException, KeyboardInterrupt):

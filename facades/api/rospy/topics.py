@@ -164,7 +164,7 @@ class Publisher(Topic[AnyMessage]):
         If `queue_size` is None, this method blocks for at most `pipros.Limits.stall_s` (2 s) in total for all
         subscribers; otherwise it does not wait for slow subscribers.
 
-        If there are no subscribers, the message is not serialised, so invalid values are not detected. After
+        If there are no subscribers, the message is not serialized, so invalid values are not detected. After
         the node has shut down, do nothing.
 
         Raises:

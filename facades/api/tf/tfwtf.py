@@ -64,7 +64,7 @@ def is_tf_active() -> bool:
 
 
 def roswtf_plugin_online(ctx: Any) -> None:
-    """Apply the rules if /tf has a publisher. Blocks for one second. Requires an initialised node."""
+    """Apply the rules if /tf has a publisher. Blocks for one second. Requires an initialized node."""
     if not is_tf_active():
         return
     print("running tf checks, this will take a second...", flush=True)

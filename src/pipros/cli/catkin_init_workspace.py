@@ -24,7 +24,7 @@ include(${TOPLEVEL})
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    """Initialise the given folder or, by default, the working directory. Return the exit code."""
+    """Initialize the given folder or, by default, the working directory. Return the exit code."""
     parser = ArgumentParser(
         prog="catkin_init_workspace",
         description="Initializes a catkin workspace by creating a top-level CMakeLists.txt.",
@@ -39,11 +39,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     if file.exists() or file.is_symlink():
         print(f'File "{file}" already exists', file=sys.stderr)
         return 2
-    print(initialise(folder))
+    print(initialize(folder))
     return 0
 
 
-def initialise(source: Path) -> str:
+def initialize(source: Path) -> str:
     """Write a source folder's top-level `CMakeLists.txt`. Return a line that describes what was done."""
     file = source / "CMakeLists.txt"
     toplevel = find_toplevel()

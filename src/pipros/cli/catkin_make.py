@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.catkin_init_workspace import initialise
+from pipros.cli.catkin_init_workspace import initialize
 from pipros.cli.entry_point import command
 from pipros.cli.make_args import MakeArguments, read_make_arguments
 from pipros.workspace import genuine_catkin
@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     toplevel = layout.source / "CMakeLists.txt"
     try:
         if not toplevel.exists() and not toplevel.is_symlink():
-            print(initialise(layout.source))
+            print(initialize(layout.source))
         marker = layout.base / WORKSPACE_MARKER
         if not marker.exists():
             marker.write_text(_MARKER_TEXT)

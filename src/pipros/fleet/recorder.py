@@ -1,4 +1,4 @@
-"""Recorder of members' messages at a router, so that operators who join late can see what happened.
+"""Record members' messages at a router, so that operators who join late can see what happened.
 
 The recorder joins the fleet as the member `router`, which offers nothing. It records the messages that pass
 through the router to other members anyway, and messages on the topics that it requests itself.

@@ -30,7 +30,7 @@ def clean_up(
     ask: Callable[[str, str], object] = ask_pid,
     remove: Callable[[MasterClient, str], object] = unregister,
 ) -> None:
-    """Ping every node, ask the user, and unregister the nodes that did not answer.
+    """Ping every node and, if the user confirms, unregister the nodes that did not respond.
 
     Args:
         answers: lines typed by the user; defaults to standard input.

@@ -115,7 +115,7 @@ def missing_paths(machine: MachineReport) -> Findings:
 def missing_setup_files(machine: MachineReport) -> Findings:
     """Find shell startup files that source a missing ROS setup file.
 
-    Many courses tell students to add such lines.
+    Many courses tell students to add a line that sources one.
     """
     for start_file, setup_file in machine.missing_setup_files.items():
         yield warning(

@@ -121,7 +121,7 @@ class Notifier:
 
     @property
     def waiting_count(self) -> int:
-        """The number of unfinished notices."""
+        """The approximate number of unfinished notices: those not yet queued count as one per call."""
         queued = sum(len(queue.waiting) for queue in self._queues.values())
         return queued + len(self._tasks) + len(self._unqueued)
 

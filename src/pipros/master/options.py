@@ -40,8 +40,8 @@ class MasterOptions:
         known_as: host names and addresses under which programs on this machine look for the master, in
             addition to the host in the environment's master URI. A master that is reachable only from this
             machine also listens on these addresses.
-        allow: networks that may connect, besides this machine: `10.0.0.0/8`, `192.168.1.7`. If empty, all
-            networks may connect.
+        allow: networks and addresses, such as `10.0.0.0/8`, that may connect in addition to this machine.
+            If empty, all may connect.
         parameters: keys and values to set before the port is opened.
         limits: limits on the resources that peers can use; defaults to the process-wide limits.
         store: the file in which parameters and registrations are stored, to be restored on the next start.

@@ -103,7 +103,7 @@ class ParamTree:
         growth = self._weight_of(value) + sum(map(entry_weight, missing)) + VALUE_BYTES * len(missing[1:])
         if former is not _NOTHING:
             growth -= self._weight_of(former)
-            growth += VALUE_BYTES if missing else 0  # the value becomes a namespace
+            growth += VALUE_BYTES if missing else 0  # the former value becomes a namespace
         if growth > 0 and self.held_bytes + growth > self._limit_bytes:
             raise ParamsFull(
                 f"{key} would bring the parameters to {self.held_bytes + growth} bytes; "

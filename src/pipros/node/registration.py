@@ -1,7 +1,7 @@
 """A node's registrations with the master, which are repeated after the master has restarted.
 
 The node checks once a second whether the master knows it. If not, the node repeats all its registrations.
-Links between nodes do not depend on the master and continue.
+Links between nodes do not depend on the master, so they stay open.
 """
 
 from __future__ import annotations

@@ -44,7 +44,8 @@ PROBE_LIMIT_S = 10.0
 class ServiceFailed(PiprosError):
     """A service call failed.
 
-    No server was found, the server refused the call or replied with an error, or the connection broke.
+    No server was found, the server refused the call or replied with an error, the call timed out, or the
+    connection broke.
     """
 
 

@@ -30,7 +30,7 @@ class TCPROSSub(TCPROSTransportProtocol):
 
 
 class QueuedConnection(InternalOfRospy):
-    """A connection with its own queue and thread."""
+    """Genuine rospy's connection with its own queue and thread."""
 
 
 class TCPROSHandler(InternalOfRospy, ProtocolHandler):

@@ -54,7 +54,7 @@ class GraphWatch:
         services: Patterns,
         longest_s: float,
     ) -> None:
-        """Initialise the watch without starting the thread.
+        """Initialize the watch without starting the thread.
 
         Args:
             on_look: called in the thread with each snapshot.

@@ -127,7 +127,7 @@ def _images(bag: BagReader, topic: str, folder: Path) -> int:
 
 
 def _arrays(bag: BagReader, topic: str, path: Path) -> int:
-    """Write one array per field; omit string fields and lists of varying length."""
+    """Write one array per field; omit strings, lists of varying length, and lists of strings or times."""
     try:
         import numpy
     except ImportError:

@@ -42,7 +42,10 @@ class Chain:
         self.size_bytes = CHAIN_BYTES + _STEP_BYTES * (len(up) + len(down))
 
     def latest_common_time(self) -> int:
-        """Return the latest time at which all moving frames have a pose, or 0 if all frames are static."""
+        """Return the latest time at which all moving frames have a pose, or 0 if no frame moves.
+
+        Frames above the first common ancestor do not count.
+        """
         return min([stamps[-1] for stamps in self._common if stamps[-1]], default=0)
 
     def is_available(self, time: int) -> bool:

@@ -185,7 +185,7 @@ def normalized(pose: Pose) -> Pose:
 
 
 def compose_via_matrices(outer: Pose, inner: Pose) -> Pose:
-    """Like `composed`, but use rotation matrices, which normalises all quaternions.
+    """Like `composed`, but use rotation matrices, which normalizes all quaternions.
 
     tf2 composes transforms at two different times in this way.
     """

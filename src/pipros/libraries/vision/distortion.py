@@ -41,7 +41,7 @@ def undistorted(
 
 
 def _without_distortion(x: float, y: float, coefficients: Sequence[float]) -> tuple[float, float]:
-    """Undistort a point on the normalised image plane (depth 1) by fixed-point iteration."""
+    """Undistort a point on the normalized image plane (depth 1) by fixed-point iteration."""
     if len(coefficients) not in COUNTS:
         raise ValueError(
             f"number of distortion coefficients must be {_listed(COUNTS)}, got {len(coefficients)}"

@@ -41,7 +41,7 @@ class CompleteSpec:
     embedded: Mapping[str, MessageSpec]
 
     def md5_text(self) -> str:
-        """Return the normalised text from which the MD5 sum is computed: constants first, then fields.
+        """Return the normalized text from which the MD5 sum is computed: constants first, then fields.
 
         The type of an embedded message is replaced by its MD5 sum, so the message's fields matter but its
         name does not.

@@ -171,7 +171,7 @@ class Catalog:
         return CompleteRos2Message(message, embedded_messages(message, self.message))
 
     def has_message(self, name: str) -> bool:
-        """Return whether `message` finds a type."""
+        """Return whether `message` would find the type."""
         try:
             self.message(name)
         except NotFound:
@@ -179,7 +179,7 @@ class Catalog:
         return True
 
     def has_service(self, name: str) -> bool:
-        """Return whether `service` finds a type."""
+        """Return whether `service` would find the type."""
         try:
             self.service(name)
         except NotFound:
@@ -187,7 +187,7 @@ class Catalog:
         return True
 
     def has_action(self, name: str) -> bool:
-        """Return whether `action` finds a type."""
+        """Return whether `action` would find the type."""
         try:
             self.action(name)
         except NotFound:

@@ -3,7 +3,7 @@
 Theory of operation. A sample of a reliable writer is delivered after all earlier samples that exist for this
 reader; heartbeats and GAPs show which do not exist. Samples that arrive early wait, within a budget of bytes.
 A missing sample is requested when a heartbeat reveals it, and again at doubling intervals. If `MAX_REQUESTS`
-requests in a row yield no data, the samples before the first early one are given up. There is one request at
+requests in a row yield no data, the samples before the first early one are skipped. There is one request at
 a time: while the requested samples arrive, heartbeats cause no further request, because repeated samples
 would displace new ones. Until a writer's first heartbeat arrives, empty ACKNACKs ask for one, because the
 writer may have sent its heartbeat before it knew this reader. Fast DDS responds to these only if their base
@@ -217,7 +217,7 @@ class Reader:
             writer.assemblies.pop(sequence).release()
 
     def _advance(self, writer: WriterProxy, first: int) -> None:
-        """Deliver the samples before `first` that have arrived, and give up the others."""
+        """Deliver the samples before `first` that have arrived, and skip the others."""
         if first <= writer.expected:
             return
         self._pass(writer, first)

@@ -148,7 +148,7 @@ class Backlog:
 
     @property
     def handled_until(self) -> float:
-        """All datagrams that arrived before this time have been returned by `next`."""
+        """All datagrams read before this time have been returned by `next`."""
         return self._datagrams[0][2] if self._datagrams else self._read_at
 
     def read(self, sources: Iterable[socket.socket], now: float) -> None:

@@ -119,7 +119,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
     """Return the rigid transform (or similarity, if `scaling` is true) that maps `v0` closest to `v1`.
 
     Both arguments are arrays of shape (3, n) or (4, n), n >= 3, with one point per column. The transform
-    minimises the sum of squared distances. Methods: W. Kabsch (1976) with singular values; B. K. P. Horn
+    minimizes the sum of squared distances. Methods: W. Kabsch (1976) with singular values; B. K. P. Horn
     (1987) with quaternions if `usesvd` is False. Raises ValueError if the shapes differ or n < 3.
     """
     source = np.array(v0, dtype=np.float64)[:3]
@@ -141,7 +141,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
 
 
 def _kabsch(source: Array, target: Array) -> Array:
-    """Return the rotation (3, 3) that minimises the distances between two arrays of points (3, n)."""
+    """Return the rotation (3, 3) that minimizes the distances between two arrays of points (3, n)."""
     left, _, right = np.linalg.svd(target @ source.T)
     rotation: Array = left @ right
     # a reflection would fit best, so flip the axis with the smallest singular value
