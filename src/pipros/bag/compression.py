@@ -93,7 +93,7 @@ def _decompress_lz4(data: bytes, size: int, where: str) -> bytes:
 
         return decompress_frame(data, size, where)
     try:
-        # One byte more than allowed shows that the data are too long.
+        # Request one byte more than allowed, to detect data that is too long.
         plain: bytes = library.LZ4FrameDecompressor().decompress(data, size + 1)
     except (RuntimeError, ValueError, EOFError, MemoryError) as error:
         raise BagFormatError(f"{where}: the lz4 data are damaged: {error}") from None

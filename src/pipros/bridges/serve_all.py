@@ -64,7 +64,7 @@ class AllProtocols:
             self._rosapi.shutdown()
 
     def _serve_rosapi(self) -> None:
-        """Offer the services of rosapi, which rosbridge clients need, unless another node does. Blocks."""
+        """Offer rosapi's services, which rosbridge clients need, unless another node offers them. Blocks."""
         try:
             if type_of(self._node.master, f"/{ROSAPI}/topics") is not None:
                 return

@@ -1,4 +1,4 @@
-"""Stops processes step by step, and reports how processes exited."""
+"""Stops processes with increasingly forceful signals, and reports how they exited."""
 
 from __future__ import annotations
 

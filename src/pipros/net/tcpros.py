@@ -326,7 +326,7 @@ async def _addresses(
 ) -> Sequence[tuple[int, int, int, str, Any]]:
     """Return a host's addresses.
 
-    Names are looked up in threads, whose number is limited. Addresses are returned unchanged.
+    Names are looked up in a limited number of threads. Addresses are returned unchanged.
     """
     with contextlib.suppress(socket.gaierror):
         return socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST)

@@ -63,7 +63,7 @@ class _Loader(_PlainLoader):
 
 
 def construct_radians(loader: Any, node: Any) -> float:
-    """Return the angle written as `rad(pi/2)` or `pi/2`, in radians.
+    """Return an angle in radians, written as `rad(pi/2)` or `pi/2`.
 
     Raises:
         yaml.constructor.ConstructorError: the text is not arithmetic.
@@ -72,7 +72,7 @@ def construct_radians(loader: Any, node: Any) -> float:
 
 
 def construct_degrees(loader: Any, node: Any) -> float:
-    """Return the angle written in degrees as `deg(90)` or `90`, in radians.
+    """Return an angle in radians. It is written in degrees, as `deg(90)` or `90`.
 
     Raises the same errors as `construct_radians`.
     """

@@ -86,7 +86,7 @@ class _Recording:
         return self._thread.is_alive()
 
     def stop(self, timeout_s: float) -> None:
-        """End the recording, and wait at most `timeout_s` until its file is complete."""
+        """End the recording, and wait up to `timeout_s` for its file to be completed."""
         self._node.shutdown("the recording ends")
         self._thread.join(timeout_s)
 

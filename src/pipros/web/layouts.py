@@ -57,7 +57,7 @@ class OpenedLayout:
 
     Attributes:
         panels: the layout, as in the page's address.
-        skipped: plugins in a perspective for which the page has no tab.
+        skipped: a perspective's plugins that correspond to no tab of the page.
     """
 
     panels: str

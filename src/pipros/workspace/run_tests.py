@@ -64,7 +64,7 @@ def run_tests(
 
 
 def _compile(test: TestEntry, project: Project, layout: WorkspaceFolders) -> None:
-    """If a test has a compiled program, build it with genuine catkin.
+    """If a test includes a program that must be compiled, build it with genuine catkin.
 
     Raises:
         MissingTools, NativeBuildFailed: the program cannot be compiled.

@@ -1,7 +1,7 @@
 """Analyzers of the aggregator: each accepts certain statuses and summarizes them.
 
 Analyzers are configured by the parameter `analyzers`; see http://wiki.ros.org/diagnostic_aggregator. Times
-are in seconds on any clock, which must be the same for all calls.
+are in seconds; all calls must use the same clock.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Rules that decide which messages on a topic pass, by rate, by bandwidth or by count.
 
-Call `passes` once for every message, in order, from one thread at a time. Times are in nanoseconds on any
-clock.
+Call `passes` once for every message, in order, from one thread at a time. Times are in nanoseconds; all
+calls must use the same clock.
 """
 
 from __future__ import annotations

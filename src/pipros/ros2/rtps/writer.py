@@ -142,7 +142,10 @@ class Writer:
         return self._last
 
     def has_room(self, payload_bytes: int) -> bool:
-        """Return False if a sample would displace one that a reliable reader still lacks (depth 0)."""
+        """Return False if a sample would displace one that a reliable reader still lacks.
+
+        With a limited depth, samples may always be displaced.
+        """
         return bool(self.qos.depth) or not self._behind or self._fits(payload_bytes)
 
     def _fits(self, payload_bytes: int) -> bool:

@@ -11,7 +11,7 @@ _FILLER = "0123456789abcdef"
 
 
 class TornMessage(ValueError):
-    """A message does not match its checksum: bytes were changed, lost or mixed."""
+    """A message does not match its checksum: bytes were changed, lost or reordered."""
 
 
 def numbered_text(source: str, number: int, size: int = 0) -> str:

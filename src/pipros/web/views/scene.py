@@ -316,7 +316,7 @@ class CloudTopic:
         return await asyncio.shield(self._packed[key])
 
     def _check(self, key: tuple[tuple[str, ...], int], packing: asyncio.Future[bytes]) -> None:
-        """Discard a failed packing, so that the next request tries again."""
+        """Discard a failed result, so that the next request packs the cloud again."""
         if (packing.cancelled() or packing.exception()) and self._packed.get(key) is packing:
             del self._packed[key]
 
