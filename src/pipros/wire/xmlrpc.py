@@ -175,7 +175,10 @@ def _encode(value: Any, parts: list[str], depth_left: int, budget: _Budget) -> N
         for key, item in value.items():
             if type(key) is not str:
                 raise TypeError("dictionary key must be string")
-            name = _escape(key) if len(key) <= SLICE_CHARACTERS else "".join(_slices(key, budget))
+            if len(key) > SLICE_CHARACTERS:
+                name = "".join(_slices(key, budget))
+            else:  # saves a call for most keys
+                name = key if key.isidentifier() else _escape(key)
             scalar = _encode_scalar(item)
             if scalar:
                 parts.append(f"<member><name>{name}</name>{scalar}</member>")
