@@ -114,10 +114,6 @@ class Catalog:
             if not self._is_carried_package(made.type) and not self.has_message(made.type):
                 self._messages[made.type] = made
 
-    def add_service(self, service: Ros2Service) -> None:
-        """Add a definition. It takes precedence over all others."""
-        self._services[service.type] = service
-
     def message(self, name: str) -> Ros2Message:
         """Return the definition of `package/msg/Name`.
 
