@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
 
 from pipros.libraries.robot_model.urdf import (
     UrdfError,
@@ -18,9 +17,6 @@ from pipros.libraries.transforms.pose import Pose
 from pipros.safe.xml import Element, XmlError, parse
 
 Color = tuple[float, float, float, float]
-
-RED: Final[Color] = (1.0, 0.0, 0.0, 1.0)
-"""rviz's colour for shapes without a material."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -121,10 +121,6 @@ class MessageSpec:
     file: str
 
     @property
-    def package(self) -> str:
-        return self.type.partition("/")[0]
-
-    @property
     def name(self) -> str:
         return self.type.partition("/")[2]
 
@@ -145,7 +141,6 @@ class ServiceSpec:
     request: MessageSpec
     response: MessageSpec
     text: str
-    file: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,4 +150,3 @@ class ActionSpec:
     type: str
     messages: tuple[MessageSpec, ...]
     text: str
-    file: str
