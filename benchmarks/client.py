@@ -26,7 +26,7 @@ import threading
 import time
 import xmlrpc.client
 
-from table import TUNED, Row, heed_interrupts, markdown, write_json
+from table import TUNED, Load, Row, heed_interrupts, markdown, write_json
 
 GENUINE_PYTHON = "/usr/bin/python3"
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -502,31 +502,61 @@ QUICK = (
 )
 
 
-def busy():
-    """Return the busy and total jiffies of all processors."""
-    with open("/proc/stat") as file:
-        ticks = [int(value) for value in file.readline().split()[1:9]]
-    return sum(ticks) - ticks[3] - ticks[4], sum(ticks)
+def option_parser(description, only, seconds):
+    """Return a parser of the options that the benchmarks with workers share."""
+    parser = argparse.ArgumentParser(description=description.split("\n")[0])
+    parser.add_argument("--only", default="", help=",".join(only))
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=seconds)
+    parser.add_argument("--json", help="also write the rows to this file")
+    parser.add_argument("--worker", help=argparse.SUPPRESS)
+    return parser
+
+
+def ran_as_worker(options, functions):
+    """Run the worker that `--worker` names. Return False in the benchmark itself, after printing the load."""
+    if options.worker:
+        role, *arguments = json.loads(options.worker)
+        functions[f"worker_{role}"](*arguments)
+        return True
+    heed_interrupts()
+    load = Load()
+    time.sleep(1.0)
+    print(f"others use {load.percent():.0f} % of the machine\n")
+    return False
+
+
+def compare(description, workloads, functions, seconds):
+    """Run a benchmark whose workloads return several figures each.
+
+    Args:
+        workloads: functions by name, called with a world and a duration. They return figures by label; of
+            those whose label ends in "/s", more is better.
+        functions: the benchmark's globals, with its workers.
+    """
+    options = option_parser(description, workloads, seconds).parse_args()
+    if ran_as_worker(options, functions):
+        return
+    rows = []
+    with open_worlds(tuned=False) as worlds:
+        for name in options.only.split(",") if options.only else workloads:
+            taken = {}
+            for _ in range(options.rounds):
+                for world in worlds:
+                    for label, value in workloads[name](world, options.seconds).items():
+                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
+            rows += [Row(label, values, label.endswith("/s")) for label, values in taken.items()]
+    print(markdown(rows))
+    if options.json:
+        write_json(options.json, rows)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--only", default="", help="flow,trip,fan,service,control,many,start")
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=2.0)
+    parser = option_parser(__doc__, dict.fromkeys(row[0] for row in WORKLOADS), 2.0)
     parser.add_argument("--quick", action="store_true", help="the workloads to run")
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.worker:
-        role, *arguments = json.loads(options.worker)
-        globals()[f"worker_{role}"](*arguments)
+    if ran_as_worker(options, globals()):
         return
-    heed_interrupts()
-    worked, ticks = busy()
-    time.sleep(1.0)
-    worked_after, ticks_after = busy()
-    print(f"others use {100 * (worked_after - worked) / (ticks_after - ticks):.0f} % of the machine\n")
     chosen = [row for row in WORKLOADS if not options.only or row[0] in options.only.split(",")]
     if options.quick:
         chosen = [row for row in chosen if row[1] in QUICK]

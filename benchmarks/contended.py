@@ -7,7 +7,6 @@ As in benchmarks/client.py, each workload is one script that uses the public ros
 implementation in turn.
 """
 
-import argparse
 import json
 import os
 import statistics
@@ -15,8 +14,7 @@ import subprocess
 import sys
 import time
 
-from client import answer, finish, init, message, open_worlds, say
-from table import Row, markdown, write_json
+from client import answer, compare, finish, init, message, say
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 PUBLISHERS = 10
@@ -178,31 +176,5 @@ def publisher(world, _seconds):
 WORKLOADS = {"crowd": crowd, "pinned": pinned, "cpu": cpu, "publisher": publisher, "stream": stream}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--only", default=",".join(WORKLOADS))
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=2.0)
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.worker:
-        role, *arguments = json.loads(options.worker)
-        globals()[f"worker_{role}"](*arguments)
-        return
-    rows = []
-    with open_worlds(tuned=False) as worlds:
-        for name in options.only.split(","):
-            taken = {}
-            for _ in range(options.rounds):
-                for world in worlds:
-                    for label, value in WORKLOADS[name](world, options.seconds).items():
-                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
-            rows += [Row(label, values, label.endswith("/s")) for label, values in taken.items()]
-    print(markdown(rows))
-    if options.json:
-        write_json(options.json, rows)
-
-
 if __name__ == "__main__":
-    main()
+    compare(__doc__, WORKLOADS, globals(), seconds=2.0)

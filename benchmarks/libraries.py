@@ -9,7 +9,6 @@ better. Nothing else should be running. The load from other programs is printed;
 mean little. If genuine ROS is not installed, only pipros is measured.
 """
 
-import argparse
 import json
 import os
 import random
@@ -17,8 +16,7 @@ import statistics
 import subprocess
 import time
 
-from client import answer, busy, finish, init, open_worlds, say
-from table import Row, markdown, write_json
+from client import answer, compare, finish, init, say
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 FRAMES = 50
@@ -254,35 +252,5 @@ def imports(world, _seconds):
 WORKLOADS = {"tf": tf, "listener": listener, "filter": synchronizers, "action": action, "import": imports}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--only", default=",".join(WORKLOADS))
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=3.0)
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.worker:
-        role, *arguments = json.loads(options.worker)
-        globals()[f"worker_{role}"](*arguments)
-        return
-    worked, ticks = busy()
-    time.sleep(1.0)
-    worked_after, ticks_after = busy()
-    print(f"others use {100 * (worked_after - worked) / (ticks_after - ticks):.0f} % of the machine\n")
-    rows = []
-    with open_worlds(tuned=False) as worlds:
-        for name in options.only.split(","):
-            taken = {}
-            for _ in range(options.rounds):
-                for world in worlds:
-                    for label, value in WORKLOADS[name](world, options.seconds).items():
-                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
-            rows += [Row(label, values) for label, values in taken.items()]
-    print(markdown(rows))
-    if options.json:
-        write_json(options.json, rows)
-
-
 if __name__ == "__main__":
-    main()
+    compare(__doc__, WORKLOADS, globals(), seconds=3.0)
