@@ -7,16 +7,13 @@ As in benchmarks/client.py, each workload is one script that uses the public ros
 implementation in turn.
 """
 
-import json
-import os
 import statistics
 import subprocess
 import sys
 import time
 
-from client import answer, compare, finish, init, message, say
+from worlds import answer, compare, finish, init, message, say
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 PUBLISHERS = 10
 SUBSCRIBERS = 10
 RATE_HZ = 200
@@ -101,18 +98,14 @@ def worker_publisher():
 # ---- the driver
 
 
-def start(world, role, *arguments):
-    return world.spawn([world.python, os.path.abspath(__file__), "--worker", json.dumps([role, *arguments])])
-
-
 def tell(process):
     process.stdin.write("\n")
     process.stdin.flush()
 
 
 def crowd(world, seconds):
-    sink = start(world, "sink")
-    sources = [start(world, "source", seconds) for _ in range(PUBLISHERS)]
+    sink = world.start(__file__, "sink")
+    sources = [world.start(__file__, "source", seconds) for _ in range(PUBLISHERS)]
     for source in sources:
         answer(source)
     for source in sources:
@@ -128,8 +121,8 @@ def crowd(world, seconds):
 
 def paced(world, seconds, rate_hz, peers, *pause_s):
     """Return the microseconds of processor time that a subscriber uses per message."""
-    sinks = [start(world, "sink") for _ in range(peers)]
-    source = start(world, "paced", rate_hz, seconds, peers, *pause_s)
+    sinks = [world.start(__file__, "sink") for _ in range(peers)]
+    source = world.start(__file__, "paced", rate_hz, seconds, peers, *pause_s)
     answer(source)
     tell(source)
     answer(source)
@@ -167,7 +160,7 @@ def pinned(world, seconds):
 
 
 def publisher(world, _seconds):
-    process = start(world, "publisher")
+    process = world.start(__file__, "publisher")
     value = answer(process)["median"]
     finish(process)
     return {"Publisher(): ms": value}

@@ -9,16 +9,13 @@ better. Nothing else should be running. The load from other programs is printed;
 mean little. If genuine ROS is not installed, only pipros is measured.
 """
 
-import json
-import os
 import random
 import statistics
 import subprocess
 import time
 
-from client import answer, compare, finish, init, say
+from worlds import answer, compare, finish, init, say
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 FRAMES = 50
 RATE_HZ = 100
 GOALS = 100
@@ -188,12 +185,8 @@ def worker_action_client(alone):
 # ---- the driver
 
 
-def start(world, role, *arguments):
-    return world.spawn([world.python, os.path.abspath(__file__), "--worker", json.dumps([role, *arguments])])
-
-
 def one_process(world, role, what, *arguments):
-    process = start(world, role, *arguments)
+    process = world.start(__file__, role, *arguments)
     value = answer(process)
     finish(process)
     return {figure: value[name] for figure, name in what.items()}
@@ -213,7 +206,7 @@ def tf(world, _seconds):
 
 
 def listener(world, seconds):
-    sender = start(world, "send_frames")
+    sender = world.start(__file__, "send_frames")
     answer(sender)
     try:
         label = f"listener, {FRAMES} frames at {RATE_HZ} Hz: % of a processor"
@@ -228,7 +221,7 @@ def synchronizers(world, _seconds):
 
 def action(world, _seconds):
     figures = one_process(world, "action_client", {"send_goal_and_wait, one process: ms": "mean"}, True)
-    server = start(world, "action_server")
+    server = world.start(__file__, "action_server")
     answer(server)
     try:
         more = one_process(world, "action_client", {"send_goal_and_wait, two processes: ms": "mean"}, False)
