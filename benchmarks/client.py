@@ -11,57 +11,19 @@ Nothing else should be running. The load from other programs is printed; above s
 little. If genuine ROS is not installed, only pipros is measured.
 """
 
-import argparse
-import contextlib
 import gc
-import json
-import os
 import signal
-import socket
 import statistics
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 import xmlrpc.client
 
-from table import TUNED, Row, heed_interrupts, markdown, write_json
-
-GENUINE_PYTHON = "/usr/bin/python3"
-HERE = os.path.dirname(os.path.abspath(__file__))
-
+from table import Row, markdown, write_json
+from worlds import answer, finish, init, message, open_worlds, option_parser, ran_as_worker, say
 
 # ---- workers: in their own processes, with the public rospy API only
-
-
-def message(kind):
-    import rospy
-
-    if kind == "string":
-        from std_msgs.msg import String
-
-        return String(data="x" * 16)
-    if kind == "imu":
-        from sensor_msgs.msg import Imu
-
-        imu = Imu()
-        imu.header.frame_id, imu.header.stamp, imu.orientation.w = "imu_link", rospy.Time(1, 2), 1.0
-        return imu
-    if kind == "image":
-        from sensor_msgs.msg import Image
-
-        return Image(height=1024, width=1024, encoding="mono8", step=1024, data=os.urandom(1 << 20))
-    from sensor_msgs.msg import PointCloud2
-
-    return PointCloud2(width=1 << 18, point_step=16, row_step=1 << 22, data=os.urandom(1 << 22))
-
-
-def init(name):
-    import rospy
-
-    rospy.init_node(name, anonymous=True, disable_signals=True)
-    return rospy
 
 
 def worker_source(kind, queue, window, seconds, peers):
@@ -246,129 +208,7 @@ def status():
     return {"threads": int(fields["Threads"]), "mb": int(fields["VmRSS"].split()[0]) / 1024}
 
 
-def say(**values):
-    print("@@" + json.dumps(values), flush=True)
-
-
 # ---- the driver
-
-
-class World:
-    """One implementation: its Python, its master, and the processes started in it."""
-
-    def __init__(self, name, python, variables=None):
-        self.name, self.python = name, python
-        self.home = tempfile.TemporaryDirectory()
-        self.errors = open(os.path.join(self.home.name, "errors"), "w+")  # noqa: SIM115  # closed with us
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = probe.getsockname()[1]
-        self.environment = {
-            "HOME": self.home.name,
-            "ROS_HOME": self.home.name,
-            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
-            "ROS_IP": "127.0.0.1",
-            "PATH": os.path.dirname(python) + ":/usr/bin:/bin",
-            **(variables or {}),
-        }
-        self.master = self.spawn([self.find("rosmaster"), "--core", "-p", str(self.port)])
-        while True:
-            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), 1):
-                break
-            time.sleep(0.02)
-
-    def find(self, command):
-        return os.path.join(os.path.dirname(self.python), command)
-
-    def spawn(self, argv):
-        return subprocess.Popen(
-            argv,
-            env=self.environment,
-            cwd=self.home.name,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self.errors,
-            text=True,
-        )
-
-    def work(self, role, *arguments):
-        return self.spawn(
-            [self.python, os.path.join(HERE, "client.py"), "--worker", json.dumps([role, *arguments])]
-        )
-
-    def has(self, _measure, _arguments):
-        """Return whether this implementation has an equivalent of a workload."""
-        return True
-
-    def close(self):
-        self.master.send_signal(signal.SIGINT)
-        self.master.communicate()
-        self.errors.close()
-        self.home.cleanup()
-
-
-class CppWorld(World):
-    """roscpp, with the genuine master. The program is built by genuine catkin, once per environment."""
-
-    def __init__(self):
-        workspace = os.path.join(sys.prefix, "roscpp_workspace")
-        package = os.path.join(workspace, "src", "roscpp")
-        os.makedirs(os.path.dirname(package), exist_ok=True)
-        if not os.path.islink(package):
-            os.symlink(os.path.join(HERE, "roscpp"), package)
-        built = subprocess.run(
-            ["/usr/bin/catkin_make", "-C", workspace, "-DCMAKE_BUILD_TYPE=Release"],
-            env={"PATH": "/usr/bin:/bin", "HOME": workspace, "CMAKE_PREFIX_PATH": "/usr"},
-            capture_output=True,
-            text=True,
-        )
-        if built.returncode:
-            raise SystemExit(f"{built.stdout}{built.stderr}\ncatkin_make failed in {workspace}")
-        self.program = os.path.join(workspace, "devel", "lib", "pipros_benchmarks", "client")
-        super().__init__("roscpp", GENUINE_PYTHON)
-
-    def has(self, _measure, _arguments):
-        """A queue of None stands for rospy's synchronous publishing, which roscpp lacks."""
-        return _measure in (flow, trip, service) and None not in _arguments
-
-    def work(self, role, *arguments):
-        words = [str(each).lower() for each in arguments]
-        return self.spawn([self.program, role, *words])
-
-
-@contextlib.contextmanager
-def open_worlds(tuned=True, roscpp=False):
-    """Open genuine rospy, genuine rospy with a tuned allocator, roscpp, and pipros; only pipros if genuine
-    ROS is not installed.
-    """
-    worlds = []
-    try:
-        if os.path.exists("/usr/lib/python3/dist-packages/rospy"):
-            worlds.append(World("genuine", GENUINE_PYTHON))
-            if tuned:
-                worlds.append(World("tuned", GENUINE_PYTHON, TUNED))
-        if roscpp and os.path.exists("/usr/share/roscpp") and os.path.exists("/usr/bin/catkin_make"):
-            worlds.append(CppWorld())
-        worlds.append(World("pipros", sys.executable))
-        yield worlds
-    finally:
-        for world in worlds:
-            world.close()
-
-
-def answer(process):
-    for line in process.stdout:
-        if line.startswith("@@"):
-            return json.loads(line[2:])
-    raise SystemExit(f"{process.args} ended without a result, with exit code {process.wait()}")
-
-
-def finish(process):
-    with contextlib.suppress(BrokenPipeError):
-        process.stdin.close()
-    process.terminate()
-    process.stdout.close()
-    process.wait()
 
 
 def flow(world, seconds, kind, queue, window, peers=1):
@@ -502,31 +342,12 @@ QUICK = (
 )
 
 
-def busy():
-    """Return the busy and total jiffies of all processors."""
-    with open("/proc/stat") as file:
-        ticks = [int(value) for value in file.readline().split()[1:9]]
-    return sum(ticks) - ticks[3] - ticks[4], sum(ticks)
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--only", default="", help="flow,trip,fan,service,control,many,start")
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=2.0)
+    parser = option_parser(__doc__, dict.fromkeys(row[0] for row in WORKLOADS), 2.0)
     parser.add_argument("--quick", action="store_true", help="the workloads to run")
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.worker:
-        role, *arguments = json.loads(options.worker)
-        globals()[f"worker_{role}"](*arguments)
+    if ran_as_worker(options, globals()):
         return
-    heed_interrupts()
-    worked, ticks = busy()
-    time.sleep(1.0)
-    worked_after, ticks_after = busy()
-    print(f"others use {100 * (worked_after - worked) / (ticks_after - ticks):.0f} % of the machine\n")
     chosen = [row for row in WORKLOADS if not options.only or row[0] in options.only.split(",")]
     if options.quick:
         chosen = [row for row in chosen if row[1] in QUICK]

@@ -7,18 +7,13 @@ As in benchmarks/client.py, each workload is one script that uses the public ros
 implementation in turn.
 """
 
-import argparse
-import json
-import os
 import statistics
 import subprocess
 import sys
 import time
 
-from client import answer, finish, init, message, open_worlds, say
-from table import Row, markdown, write_json
+from worlds import answer, compare, finish, init, message, say
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 PUBLISHERS = 10
 SUBSCRIBERS = 10
 RATE_HZ = 200
@@ -103,18 +98,14 @@ def worker_publisher():
 # ---- the driver
 
 
-def start(world, role, *arguments):
-    return world.spawn([world.python, os.path.abspath(__file__), "--worker", json.dumps([role, *arguments])])
-
-
 def tell(process):
     process.stdin.write("\n")
     process.stdin.flush()
 
 
 def crowd(world, seconds):
-    sink = start(world, "sink")
-    sources = [start(world, "source", seconds) for _ in range(PUBLISHERS)]
+    sink = world.start(__file__, "sink")
+    sources = [world.start(__file__, "source", seconds) for _ in range(PUBLISHERS)]
     for source in sources:
         answer(source)
     for source in sources:
@@ -130,8 +121,8 @@ def crowd(world, seconds):
 
 def paced(world, seconds, rate_hz, peers, *pause_s):
     """Return the microseconds of processor time that a subscriber uses per message."""
-    sinks = [start(world, "sink") for _ in range(peers)]
-    source = start(world, "paced", rate_hz, seconds, peers, *pause_s)
+    sinks = [world.start(__file__, "sink") for _ in range(peers)]
+    source = world.start(__file__, "paced", rate_hz, seconds, peers, *pause_s)
     answer(source)
     tell(source)
     answer(source)
@@ -169,7 +160,7 @@ def pinned(world, seconds):
 
 
 def publisher(world, _seconds):
-    process = start(world, "publisher")
+    process = world.start(__file__, "publisher")
     value = answer(process)["median"]
     finish(process)
     return {"Publisher(): ms": value}
@@ -178,31 +169,5 @@ def publisher(world, _seconds):
 WORKLOADS = {"crowd": crowd, "pinned": pinned, "cpu": cpu, "publisher": publisher, "stream": stream}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--only", default=",".join(WORKLOADS))
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=2.0)
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.worker:
-        role, *arguments = json.loads(options.worker)
-        globals()[f"worker_{role}"](*arguments)
-        return
-    rows = []
-    with open_worlds(tuned=False) as worlds:
-        for name in options.only.split(","):
-            taken = {}
-            for _ in range(options.rounds):
-                for world in worlds:
-                    for label, value in WORKLOADS[name](world, options.seconds).items():
-                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
-            rows += [Row(label, values, label.endswith("/s")) for label, values in taken.items()]
-    print(markdown(rows))
-    if options.json:
-        write_json(options.json, rows)
-
-
 if __name__ == "__main__":
-    main()
+    compare(__doc__, WORKLOADS, globals(), seconds=2.0)

@@ -21,8 +21,10 @@ import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import numpy
 import psutil
@@ -33,7 +35,7 @@ from pipros.launch.roscore import Core
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.net.this_machine import Caller
-from pipros.node import Node
+from pipros.node import Node, Publisher
 from pipros.workspace.index import SHARED_PACKAGES
 
 DEFINITIONS = {
@@ -115,6 +117,29 @@ def measure_numpy() -> None:
     print(f"size of numpy                              {size / 1e6:6.1f} MB")
 
 
+def steered(
+    process: subprocess.Popen[bytes],
+    publishers: Sequence[Publisher],
+    command: Any,
+    received: Sequence[object],
+    seconds: float,
+) -> tuple[float, float]:
+    """Publish a command five times per second: for two seconds, then for the measured ones.
+
+    Return the share of a processor that the process uses, and the messages per second that are received.
+    """
+    measured = psutil.Process(process.pid)
+    for duration in (2.0, seconds):
+        before, count, start = measured.cpu_times(), len(received), time.monotonic()
+        while time.monotonic() - start < duration:
+            for publisher in publishers:
+                publisher.publish(command)
+            time.sleep(0.2)
+        after, passed = measured.cpu_times(), time.monotonic() - start
+    used = after.user + after.system - before.user - before.system
+    return used / passed, (len(received) - count) / passed
+
+
 def measure_turtlesim(seconds: float = 5.0) -> None:
     twist = load_message_class("geometry_msgs/Twist")
     spawn = load_service_class("turtlesim/Spawn")
@@ -143,17 +168,9 @@ def measure_turtlesim(seconds: float = 5.0) -> None:
         publishers = [node.advertise(f"/{turtle}/cmd_vel", twist) for turtle in ("turtle1", "turtle2")]
         command = twist()
         command.linear.x = command.angular.z = 1.5
-        measured = psutil.Process(process.pid)
-        for is_measuring in (False, True):
-            before, count, start = measured.cpu_times(), len(got), time.monotonic()
-            while time.monotonic() - start < (seconds if is_measuring else 1.0):
-                for publisher in publishers:
-                    publisher.publish(command)
-                time.sleep(0.2)
-            after, passed = measured.cpu_times(), time.monotonic() - start
-        used = (after.user + after.system - before.user - before.system) / passed
+        used, rate = steered(process, publishers, command, got, seconds)
         print(f"turtlesim with two turtles                 {used * 100:6.1f} % of a processor")
-        print(f"poses a turtle sent                        {(len(got) - count) / 4 / passed:6.1f} Hz")
+        print(f"poses a turtle sent                        {rate / 4:6.1f} Hz")
 
 
 def measure_robots(seconds: float = 10.0) -> None:
@@ -186,17 +203,9 @@ def measure_robots(seconds: float = 10.0) -> None:
             publishers.append(node.advertise(f"{name}/cmd_vel", twist))
         command = twist()
         command.linear.x, command.angular.z = 0.2, 0.5
-        measured = psutil.Process(process.pid)
-        for is_measuring in (False, True):
-            before, count, start = measured.cpu_times(), len(scans), time.monotonic()
-            while time.monotonic() - start < (seconds if is_measuring else 2.0):
-                for publisher in publishers:
-                    publisher.publish(command)
-                time.sleep(0.2)
-            after, passed = measured.cpu_times(), time.monotonic() - start
-        used = (after.user + after.system - before.user - before.system) / passed
+        used, rate = steered(process, publishers, command, scans, seconds)
         print(f"pipros_sim with ten robots                 {used * 100:6.1f} % of a processor")
-        print(f"scans a robot sent                         {(len(scans) - count) / 10 / passed:6.1f} Hz")
+        print(f"scans a robot sent                         {rate / 10:6.1f} Hz")
 
 
 def main() -> None:

@@ -9,18 +9,13 @@ better. Nothing else should be running. The load from other programs is printed;
 mean little. If genuine ROS is not installed, only pipros is measured.
 """
 
-import argparse
-import json
-import os
 import random
 import statistics
 import subprocess
 import time
 
-from client import answer, busy, finish, init, open_worlds, say
-from table import Row, markdown, write_json
+from worlds import answer, compare, finish, init, say
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 FRAMES = 50
 RATE_HZ = 100
 GOALS = 100
@@ -190,12 +185,8 @@ def worker_action_client(alone):
 # ---- the driver
 
 
-def start(world, role, *arguments):
-    return world.spawn([world.python, os.path.abspath(__file__), "--worker", json.dumps([role, *arguments])])
-
-
 def one_process(world, role, what, *arguments):
-    process = start(world, role, *arguments)
+    process = world.start(__file__, role, *arguments)
     value = answer(process)
     finish(process)
     return {figure: value[name] for figure, name in what.items()}
@@ -215,7 +206,7 @@ def tf(world, _seconds):
 
 
 def listener(world, seconds):
-    sender = start(world, "send_frames")
+    sender = world.start(__file__, "send_frames")
     answer(sender)
     try:
         label = f"listener, {FRAMES} frames at {RATE_HZ} Hz: % of a processor"
@@ -230,7 +221,7 @@ def synchronizers(world, _seconds):
 
 def action(world, _seconds):
     figures = one_process(world, "action_client", {"send_goal_and_wait, one process: ms": "mean"}, True)
-    server = start(world, "action_server")
+    server = world.start(__file__, "action_server")
     answer(server)
     try:
         more = one_process(world, "action_client", {"send_goal_and_wait, two processes: ms": "mean"}, False)
@@ -254,35 +245,5 @@ def imports(world, _seconds):
 WORKLOADS = {"tf": tf, "listener": listener, "filter": synchronizers, "action": action, "import": imports}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--only", default=",".join(WORKLOADS))
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=3.0)
-    parser.add_argument("--json", help="also write the rows to this file")
-    parser.add_argument("--worker", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.worker:
-        role, *arguments = json.loads(options.worker)
-        globals()[f"worker_{role}"](*arguments)
-        return
-    worked, ticks = busy()
-    time.sleep(1.0)
-    worked_after, ticks_after = busy()
-    print(f"others use {100 * (worked_after - worked) / (ticks_after - ticks):.0f} % of the machine\n")
-    rows = []
-    with open_worlds(tuned=False) as worlds:
-        for name in options.only.split(","):
-            taken = {}
-            for _ in range(options.rounds):
-                for world in worlds:
-                    for label, value in WORKLOADS[name](world, options.seconds).items():
-                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
-            rows += [Row(label, values) for label, values in taken.items()]
-    print(markdown(rows))
-    if options.json:
-        write_json(options.json, rows)
-
-
 if __name__ == "__main__":
-    main()
+    compare(__doc__, WORKLOADS, globals(), seconds=3.0)

@@ -15,6 +15,7 @@ import argparse
 import json
 import os
 import random
+import shutil
 import signal
 import socket
 import statistics
@@ -211,6 +212,13 @@ def test(world: World) -> dict[str, float]:
     return {"rostest": world.run("rostest", "composiv_tryouts", "composiv_tryout.launch")}
 
 
+def build(world: World) -> dict[str, float]:
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(EXAMPLE / "composiv_tryouts", Path(folder, "src", "composiv_tryouts"))
+        argv = ("catkin_make", "-C", folder)
+        return {"catkin_make": world.run(*argv), "catkin_make, nothing changed": world.run(*argv)}
+
+
 SCENES: dict[str, Callable[[World], dict[str, float]]] = {
     "rostopic": commands,
     "echo": echo,
@@ -220,6 +228,7 @@ SCENES: dict[str, Callable[[World], dict[str, float]]] = {
     "rosrun": node,
     "roslaunch": launch,
     "rostest": test,
+    "build": build,
 }
 
 

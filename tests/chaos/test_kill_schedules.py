@@ -16,8 +16,8 @@ from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
 from pipros.testing.faults.history import History
-from pipros.testing.faults.kill_schedule import Kill, kill_schedule
 from tests.support.environments import VENV_BIN
+from tests.support.kill_schedule import Kill, kill_schedule
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Process, Processes
 from tests.support.waiting import wait_until

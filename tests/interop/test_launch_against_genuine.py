@@ -239,11 +239,10 @@ def add_package(source: Path, name: str, depends: str, cmake: str) -> Path:
     return folder
 
 
-@pytest.mark.timeout(400)
-def test_genuine_catkin_builds_a_workspace_that_we_built_before(ros: RosSystem) -> None:
-    base = ros.home / "both_ws"
+def add_words(source: Path) -> None:
+    """Add a package with one message."""
     words = add_package(
-        base / "src",
+        source,
         "words",
         "message_generation message_runtime",
         "find_package(catkin REQUIRED COMPONENTS message_generation)\nadd_message_files(FILES Word.msg)\n"
@@ -251,6 +250,12 @@ def test_genuine_catkin_builds_a_workspace_that_we_built_before(ros: RosSystem) 
     )
     (words / "msg").mkdir()
     (words / "msg" / "Word.msg").write_text("string word\n")
+
+
+@pytest.mark.timeout(400)
+def test_genuine_catkin_builds_a_workspace_that_we_built_before(ros: RosSystem) -> None:
+    base = ros.home / "both_ws"
+    add_words(base / "src")
     assert ros.pipros.run("catkin_make", "-C", base, ROS_PACKAGE_PATH="").returncode == 0
     for _ in range(2):
         made = ros.genuine.run("catkin_make", "-C", base, ROS_PACKAGE_PATH="", timeout_s=150)
@@ -263,15 +268,7 @@ def test_genuine_catkin_builds_a_workspace_that_we_built_before(ros: RosSystem) 
 @pytest.mark.timeout(400)
 def test_a_workspace_with_cpp_is_built_by_genuine_catkin_through_ours(ros: RosSystem) -> None:
     base = ros.home / "mixed_ws"
-    words = add_package(
-        base / "src",
-        "words",
-        "message_generation message_runtime",
-        "find_package(catkin REQUIRED COMPONENTS message_generation)\nadd_message_files(FILES Word.msg)\n"
-        "generate_messages()\ncatkin_package(CATKIN_DEPENDS message_runtime)",
-    )
-    (words / "msg").mkdir()
-    (words / "msg" / "Word.msg").write_text("string word\n")
+    add_words(base / "src")
     talker = add_package(
         base / "src",
         "cpp_words",

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,34 +10,15 @@ import pytest
 from tests.interop.programs.examine_buffer import __file__ as buffer_script
 from tests.interop.programs.examine_geometry import __file__ as geometry_script
 from tests.support.ros import RosSystem
+from tests.support.same_results import both_results, different_pairs
 
 PROGRAMS = Path(__file__).parent / "programs"
 
 
-def asked(python: str, script: str, seed: int, count: int) -> list[Any]:
-    ended = subprocess.run(
-        [python, script, str(seed), str(count)],
-        env={"PATH": "/usr/bin:/bin"},
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    return list(json.loads(ended.stdout))
-
-
-def is_near(one: Any, other: Any) -> bool:
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(is_near, one, other))
-    if isinstance(one, float) and isinstance(other, float):
-        return (math.isnan(one) and math.isnan(other)) or math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
-    return type(one) is type(other) and bool(one == other)
-
-
-def differing(script: str, seed: int, count: int) -> list[Any]:
-    genuine = asked("/usr/bin/python3", script, seed, count)
-    ours = asked(sys.executable, script, seed, count)
-    assert len(genuine) == len(ours) >= count
-    return [(one, other) for one, other in zip(genuine, ours, strict=True) if not is_near(one, other)]
+def differing(script: str, seed: int, count: int) -> list[tuple[Any, Any]]:
+    genuine, ours = both_results(script, seed, count)
+    assert len(genuine) >= count
+    return different_pairs(genuine, ours)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -14,6 +14,7 @@ import pytest
 from pipros.libraries.vision.calibration import Calibration, formatted
 from pipros.libraries.vision.calibration_files import save
 from tests.support.environments import SOURCE_PATH
+from tests.support.same_results import is_near
 
 PROGRAMS = Path(__file__).parent / "programs"
 GENUINE = "/usr/bin/python3"
@@ -30,14 +31,6 @@ def asked(python: str, program: str, argument: int | str, **environment: str) ->
     assert ended.returncode == 0, ended.stderr
     # libraries also log to standard output
     return json.loads(next(line for line in ended.stdout.splitlines() if line.startswith("{")))
-
-
-def is_near(one: Any, other: Any) -> bool:
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(is_near, one, other))
-    if isinstance(one, float) and isinstance(other, float):
-        return (math.isnan(one) and math.isnan(other)) or math.isclose(one, other, rel_tol=1e-9, abs_tol=1e-9)
-    return type(one) is type(other) and bool(one == other)
 
 
 def differing(genuine: dict[str, Any], ours: dict[str, Any]) -> dict[str, tuple[Any, Any]]:

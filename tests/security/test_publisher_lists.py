@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import socket
-import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,42 +14,17 @@ from pipros.net.rpc_client import RpcClient
 from pipros.node import Node
 from pipros.node.attempts import SLOW_FACTOR
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
+from tests.support.slaves import SilentSlave
 from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
 
 
-class SilentHost:
-    """Accepts connections, counts concurrent ones, and never sends anything."""
-
-    def __init__(self) -> None:
-        self.listener = socket.create_server(("127.0.0.1", 0), backlog=1000)
-        self.port = self.listener.getsockname()[1]
-        self.peers: list[socket.socket] = []
-        self.thread = threading.Thread(target=self.accept, daemon=True)
-        self.thread.start()
-
-    def accept(self) -> None:
-        while True:
-            try:
-                peer, _ = self.listener.accept()
-            except OSError:
-                return
-            self.peers.append(peer)
-
-    def close(self) -> None:
-        self.listener.shutdown(socket.SHUT_RDWR)
-        self.listener.close()
-        self.thread.join(10)
-        for peer in self.peers:
-            peer.close()
-
-
 @pytest.fixture
-def silent() -> Iterator[SilentHost]:
-    host = SilentHost()
-    yield host
-    host.close()
+def silent() -> Iterator[SilentSlave]:
+    slave = SilentSlave()
+    yield slave
+    slave.stop()
 
 
 def tell(node: Node, uris: list[Any]) -> None:
@@ -83,13 +56,13 @@ def test_thousands_of_dead_publishers_are_tried_a_few_at_a_time_and_logged_once(
         assert peer.call("getPid", "/friend")[0] == 1
 
 
-def test_hosts_that_do_not_answer_keep_no_publisher_waiting(make_node: MakeNode, silent: SilentHost) -> None:
+def test_hosts_that_do_not_answer_keep_no_publisher_waiting(make_node: MakeNode, silent: SilentSlave) -> None:
     listener, talker = make_node("listener", limits=Limits(connection_attempts=4)), make_node("talker")
     subscriber = listener.subscribe("chat", String, Inbox())
-    hang = [f"http://127.0.0.1:{silent.port}/{number}" for number in range(40)]
+    hang = [f"{silent.api}{number}" for number in range(40)]
 
     tell(listener, hang)
-    wait_until(lambda: len(silent.peers) >= 4)
+    wait_until(lambda: len(silent.connections) >= 4)
     talker.advertise("chat", String)
     tell(listener, [*hang, talker.uri])
 

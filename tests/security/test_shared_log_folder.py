@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.basics.log_file import Planted, open_to_write
+from pipros.basics.log_file import UntrustedFile, open_to_write
 from pipros.launch.logs import LogFolder, LogFolderUnusable
 from pipros.node.log import open_file_handler
 from tests.support.ros import RosSystem
@@ -92,7 +92,7 @@ def test_a_link_exchanged_after_it_was_checked_is_not_followed(
 def test_the_log_of_a_node_does_not_follow_the_link_of_another_user(tmp_path: Path, victim: Path) -> None:
     link_of_another_user(tmp_path / "talker.log", victim)
 
-    with pytest.raises(Planted, match="a link that belongs to another user"):
+    with pytest.raises(UntrustedFile, match="a link that belongs to another user"):
         open_file_handler(tmp_path / "talker.log")
 
 

@@ -17,8 +17,8 @@ from pipros.node import Node
 from pipros.node.clock import Clock, SimulatedClock, WallClock
 from pipros.node.identity import Identity
 from pipros.node.log import ros_logger
+from pipros.node.open_calls import OpenCalls
 from pipros.node.params import Parameters
-from pipros.node.service_client import OpenCalls
 from pipros.node.start_params import is_on
 from rospy.before_init import BeforeInit
 from rospy.exceptions import ROSInitException

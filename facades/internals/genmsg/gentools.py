@@ -66,9 +66,7 @@ def compute_full_type_name(package_name: str, file_name: str) -> str:
 
 
 def _service(spec: SrvSpec) -> ServiceSpec:
-    return ServiceSpec(
-        spec.full_name, spec.request.definition(), spec.response.definition(), spec.text, spec.full_name
-    )
+    return ServiceSpec(spec.full_name, spec.request.definition(), spec.response.definition(), spec.text)
 
 
 def _lookup(msg_context: MsgContext) -> digest.Lookup:

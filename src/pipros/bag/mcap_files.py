@@ -257,7 +257,6 @@ class McapWriter:
         self._writer.start(profile="ros1", library="pipros")
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._channels: dict[int, int] = {}
-        self._pending = 0
         self._is_finished = False
 
     @property

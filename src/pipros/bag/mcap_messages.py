@@ -80,7 +80,7 @@ class McapMessages:
         if not indexes:
             times = self._find_chunks()
         spans = [
-            Span(number, max(begin, first), end)
+            Span(number, max(begin, first))
             for number, (begin, end) in enumerate(times)
             if begin <= last and end >= first
         ]
@@ -91,7 +91,7 @@ class McapMessages:
     def __iter__(self) -> Iterator[McapMessage]:
         spans, source = list(self._spans), self._source
         if self._loose:
-            spans.append(Span(_LOOSE, self._loose.times[0], self._loose.times[-1]))
+            spans.append(Span(_LOOSE, self._loose.times[0]))
         size_of, start_of = RECORD.unpack_from, MESSAGE_START.unpack_from
         head_bytes = RECORD.size + MESSAGE_START.size
         try:

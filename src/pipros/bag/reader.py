@@ -284,7 +284,7 @@ class BagReader:
         ranks = {connection.id: rank for rank, connection in enumerate(wanted)}
         chunks = self.layout.chunks
         spans = [
-            Span(number, chunk.start_ns, chunk.end_ns)
+            Span(number, chunk.start_ns)
             for number, chunk in enumerate(chunks)
             if not ranks.keys().isdisjoint(chunk.counts)
             and (start_ns is None or chunk.end_ns >= start_ns)

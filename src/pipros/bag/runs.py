@@ -22,11 +22,10 @@ Entry = tuple[int, int, int]
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """The number of a chunk to read, and the timestamps (ns) of its earliest and latest message."""
+    """The number of a chunk to read, and the timestamp (ns) of its earliest message."""
 
     number: int
     start_ns: int
-    end_ns: int
 
 
 @dataclass(frozen=True, slots=True)

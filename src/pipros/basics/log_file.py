@@ -23,7 +23,7 @@ _WRITE = os.O_WRONLY | os.O_CREAT | getattr(os, "O_BINARY", 0)
 _LINKS_FOLLOWED = 10
 
 
-class Planted(PermissionError):
+class UntrustedFile(PermissionError):
     """The output path is unsafe: another user could have placed a file or link there."""
 
 
@@ -38,7 +38,7 @@ def open_to_write(path: str | os.PathLike[str], *, append: bool = True) -> int:
         append: whether to keep the file's content.
 
     Raises:
-        Planted: the path is unsafe; the message states the reason.
+        UntrustedFile: the path is unsafe; the message states the reason.
         OSError: the file cannot be opened.
     """
     place = os.fspath(path)
@@ -74,24 +74,24 @@ def _check(descriptor: int, path: str) -> None:
     if S_ISCHR(status.st_mode):
         return
     if not S_ISREG(status.st_mode):
-        raise Planted(errno.EPERM, "it is not a regular file", path)
+        raise UntrustedFile(errno.EPERM, "it is not a regular file", path)
     if HAS_OWNERS and status.st_nlink > 1:
-        raise Planted(errno.EPERM, "the file must not have additional hard links", path)
+        raise UntrustedFile(errno.EPERM, "the file must not have additional hard links", path)
 
 
 def refuse_planted_link(path: str | os.PathLike[str]) -> None:
-    """Raise `Planted` if a path is a link that another user created."""
+    """Raise `UntrustedFile` if a path is a link that another user created."""
     if HAS_OWNERS:
         _check_link(os.lstat(path), os.fspath(path))
 
 
 def _check_link(status: os.stat_result, path: str) -> None:
     if S_ISLNK(status.st_mode) and status.st_uid not in (user_id(), _ROOT):
-        raise Planted(errno.EPERM, "it is a link that belongs to another user", path)
+        raise UntrustedFile(errno.EPERM, "it is a link that belongs to another user", path)
 
 
 def _target(path: str) -> str:
-    """Return a link's target; raise `Planted` if another user created the link."""
+    """Return a link's target; raise `UntrustedFile` if another user created the link."""
     if sys.platform != "linux":
         refuse_planted_link(path)
         return os.readlink(path)

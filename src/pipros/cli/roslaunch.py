@@ -89,11 +89,11 @@ def run(make_session: Callable[[], Launching], console: Console, options: Values
 
 
 def _write_pid(file: Path) -> None:
-    from pipros.basics.log_file import Planted, open_to_write
+    from pipros.basics.log_file import UntrustedFile, open_to_write
 
     try:
         descriptor = open_to_write(file, append=False)
-    except Planted:
+    except UntrustedFile:
         file.unlink()
         descriptor = open_to_write(file, append=False)
     with open(descriptor, "w") as opened:

@@ -17,7 +17,8 @@ from pipros.libraries.topic_tools.raw import class_like
 from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
-from pipros.node.service_client import ErrorReply, OpenCalls, ServiceClient
+from pipros.node.open_calls import OpenCalls
+from pipros.node.service_client import ErrorReply, ServiceClient
 from pipros.node.service_server import CallFailed, HandlerError, ServiceServer
 
 SUCCESS: Final = b"\x01"

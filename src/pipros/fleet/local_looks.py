@@ -15,7 +15,7 @@ from pipros.fleet.zenoh_session import Question
 from pipros.graph.services import header_at, uri_of
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
-from pipros.node.service_client import OpenCalls
+from pipros.node.open_calls import OpenCalls
 
 _MOST_HEADERS: Final = 10_000
 """Maximum number of services whose types are cached."""

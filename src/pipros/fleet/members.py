@@ -40,10 +40,6 @@ class Members:
         """Return each member's newest token with this protocol version, keyed by member."""
         return {token.member: token for token in sorted(self._tokens) if token.version == VERSION}
 
-    def other_versions(self) -> list[Token]:
-        """Return the tokens of members with another protocol version."""
-        return sorted(token for token in self._tokens if token.version != VERSION)
-
     def of(self, member: str) -> list[Token]:
         """Return the tokens of one member, oldest first."""
         return sorted(token for token in self._tokens if token.member == member)

@@ -41,9 +41,6 @@ _MOST_SOURCES: Final = 1000
 class Sends(Protocol):
     """A link that sends messages, implemented by `pipros.fleet.zenoh_session.Link`."""
 
-    @property
-    def is_connected(self) -> bool: ...
-
     def put(
         self, key: str, payload: bytes, attachment: bytes = b"", priority: Priority = Priority.NORMAL
     ) -> None: ...

@@ -50,7 +50,8 @@ def nodes_with_loggers(master: MasterClient) -> list[str]:
 def _call(master: MasterClient, node: str, service: str, type_name: str, **fields: str) -> Any:
     from pipros.graph.services import uri_of
     from pipros.msg import load_service_class
-    from pipros.node.service_client import OpenCalls, ServiceClient, ServiceFailed
+    from pipros.node.open_calls import OpenCalls
+    from pipros.node.service_client import ServiceClient, ServiceFailed
 
     name = f"{node.rstrip('/')}/{service}"
     if uri_of(master, name) is None:

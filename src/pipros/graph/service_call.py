@@ -11,7 +11,7 @@ from pipros.graph.services import argument_names, service_class_of, uri_of
 from pipros.net.master_client import MasterClient
 
 if TYPE_CHECKING:
-    from pipros.node.service_client import OpenCalls
+    from pipros.node.open_calls import OpenCalls
     from pipros.node.service_server import ServiceClass
 
 POLL_PERIOD_S = 0.05
@@ -44,7 +44,8 @@ class ServiceCaller:
         Raises:
             GraphError: the service is not available, or its type is not installed.
         """
-        from pipros.node.service_client import OpenCalls, ServiceClient
+        from pipros.node.open_calls import OpenCalls
+        from pipros.node.service_client import ServiceClient
 
         calls = calls or OpenCalls()
         self._class = service_class or service_class_of(master, service, calls)

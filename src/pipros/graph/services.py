@@ -12,7 +12,7 @@ from pipros.graph.system_state import SystemState
 from pipros.net.master_client import MasterClient
 
 if TYPE_CHECKING:
-    from pipros.node.service_client import OpenCalls
+    from pipros.node.open_calls import OpenCalls
     from pipros.node.service_server import ServiceClass
 
 PROBE_DEADLINE_S = 5.0

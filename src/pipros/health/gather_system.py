@@ -32,7 +32,8 @@ from pipros.net.connect import Connector
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient, reason_of
-from pipros.node.service_client import OpenCalls, ServiceClient
+from pipros.node.open_calls import OpenCalls
+from pipros.node.service_client import ServiceClient
 from pipros.wire.handshake import WireType, request_topic_link
 from pipros.wire.header import HeaderReader, encode_header
 from pipros.wire.xmlrpc import encode_call

@@ -32,11 +32,12 @@ from pipros.node.clock import Clock, SimulatedClock, WallClock
 from pipros.node.codec import AnyMessage
 from pipros.node.endpoints import Endpoints
 from pipros.node.identity import Identity
+from pipros.node.open_calls import OpenCalls
 from pipros.node.params import Parameters
 from pipros.node.publisher import Publisher
 from pipros.node.registration import Registrations
 from pipros.node.running import RunningNode
-from pipros.node.service_client import OpenCalls, ServiceClient
+from pipros.node.service_client import ServiceClient
 from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.slave import slave_methods
 from pipros.node.subscriber import NO_ARGS, Subscriber

@@ -12,8 +12,7 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Protocol
-from weakref import WeakSet
+from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import Interrupted, PiprosError, ProtocolError, Refused
 from pipros.basics.limits import Limits, process_limits
@@ -24,6 +23,7 @@ from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.connect import Connector
 from pipros.net.master_client import MasterClient
 from pipros.node.codec import decoder, encoder, number
+from pipros.node.open_calls import OpenCalls
 from pipros.node.service_server import ServiceClass
 from pipros.wire.handshake import WireType, check_service_reply, request_service_link
 from pipros.wire.header import HeaderReader, encode_header
@@ -63,51 +63,6 @@ class ErrorReply(ServiceFailed):
 
 class CallTimeout(ServiceFailed):
     """A service call exceeded its timeout."""
-
-
-class Interruptible(Protocol):
-    """An interruptible wait for a peer."""
-
-    def interrupt(self) -> None: ...
-
-    def interrupt_present(self) -> None: ...
-
-
-class OpenCalls:
-    """A group of running calls that can be interrupted together. A group can be part of another group."""
-
-    def __init__(self, part_of: OpenCalls | None = None) -> None:
-        self._open: WeakSet[Interruptible] = WeakSet()
-        self._lock = threading.Lock()
-        self._is_interrupted = False
-        if part_of is not None:
-            part_of.add(self)
-
-    def add(self, call: Interruptible) -> None:
-        with self._lock:
-            self._open.add(call)
-            is_too_late = self._is_interrupted
-        if is_too_late:
-            call.interrupt()
-
-    def remove(self, call: Interruptible) -> None:
-        with self._lock:
-            self._open.discard(call)
-
-    def interrupt(self) -> None:
-        """Interrupt all running and future calls."""
-        with self._lock:
-            self._is_interrupted = True
-            calls = list(self._open)
-        for call in calls:
-            call.interrupt()
-
-    def interrupt_present(self) -> None:
-        """Interrupt all running calls. Later calls are not affected."""
-        with self._lock:
-            calls = list(self._open)
-        for call in calls:
-            call.interrupt_present()
 
 
 class ServiceClient:

@@ -13,16 +13,19 @@ _COLOUR_TYPES = {1: 0, 3: 2, 4: 6}
 """PNG's colour type numbers for grey, RGB and RGBA, keyed by number of channels."""
 
 
-def png(width: int, height: int, channels: int, bits: int, rows: Iterable[bytes | bytearray]) -> bytes:
+def png(
+    width: int, height: int, channels: int, bits: int, rows: Iterable[bytes | bytearray], level: int = 6
+) -> bytes:
     """Return the contents of a PNG file.
 
     Args:
         channels: 1 for grey, 3 for RGB, 4 for RGBA.
         bits: bits per value: 8, or 16 with the more significant byte first.
         rows: the bytes of each row, from top to bottom, without padding.
+        level: zlib's compression level, 1 (fastest) to 9.
     """
     head = struct.pack(">IIBBBBB", width, height, bits, _COLOUR_TYPES[channels], 0, 0, 0)
-    pixels = zlib.compress(b"".join(b"\0" + row for row in rows), 6)
+    pixels = zlib.compress(b"".join(b"\0" + row for row in rows), level)
     parts = (_part(b"IHDR", head), _part(b"IDAT", pixels), _part(b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(parts)
 

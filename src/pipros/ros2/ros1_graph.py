@@ -15,7 +15,7 @@ from pipros.graph.services import header_at, uri_of
 from pipros.graph.system_state import ROS2_GATEWAY_PREFIX, Registrations
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
-from pipros.node.service_client import OpenCalls
+from pipros.node.open_calls import OpenCalls
 from pipros.ros2.node_queries import NodeQueries
 
 _ANSWERS_S = 0.3

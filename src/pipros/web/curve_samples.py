@@ -50,18 +50,6 @@ class Field:
     expression: MessageExpression | None = None
 
 
-def expand(text: str) -> Iterator[str]:
-    """Yield the fields in one argument of `rqt_plot`: `/a/pose/x:y:z` names three.
-
-    >>> list(expand("/a/pose/x:y")), list(expand("/b/data"))
-    (['/a/pose/x', '/a/pose/y'], ['/b/data'])
-    """
-    first, *others = text.split(":") if "[" not in text and "=" not in text else [text]
-    yield first
-    for other in others:
-        yield f"{first.rpartition('/')[0]}/{other}"
-
-
 def find_field(text: str, topics: Mapping[str, str]) -> Field | None:
     """Return the field that `text` denotes, or None if `text` does not begin with the name of a topic.
 

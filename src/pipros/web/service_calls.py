@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from pipros.net.master_client import MasterClient
-from pipros.node.service_client import OpenCalls
+from pipros.node.open_calls import OpenCalls
 from pipros.web.browser_share import CALLS_OF_A_BROWSER, current_browser
 from pipros.web.daemon_pool import DaemonPool
 from pipros.web.server import RequestRefused

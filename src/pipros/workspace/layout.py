@@ -14,7 +14,7 @@ from catkin_pkg.topological_order import topological_order_packages
 
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.errors import PiprosError
-from pipros.basics.input_file import read_file, read_text
+from pipros.basics.input_file import read_file
 from pipros.packages.crawl import DRY, MANIFEST, crawl
 from pipros.safe.xml import XmlError, parse
 
@@ -66,13 +66,6 @@ class SourcePackage:
         return self.dependencies(
             "build_depends", "buildtool_depends", "build_export_depends", "exec_depends", "test_depends"
         )
-
-    def line_of(self, word: str) -> int:
-        """Return the number of the first manifest line that contains the word, or 1 if no line does."""
-        for number, line in enumerate(read_text(self.manifest_file, errors="replace").splitlines(), 1):
-            if word in line:
-                return number
-        return 1
 
 
 @dataclass(slots=True)

@@ -16,45 +16,7 @@ import pkgutil
 import sys
 import types
 
-ROS = {
-    "actionlib",
-    "actionlib_tools",
-    "angles",
-    "bondpy",
-    "camera_calibration_parsers",
-    "catkin",
-    "cv_bridge",
-    "diagnostic_analysis",
-    "diagnostic_updater",
-    "dynamic_reconfigure",
-    "genmsg",
-    "genpy",
-    "image_geometry",
-    "interactive_markers",
-    "laser_geometry",
-    "message_filters",
-    "rosbag",
-    "rosclean",
-    "rosgraph",
-    "roslaunch",
-    "roslib",
-    "rosmaster",
-    "rosmsg",
-    "rosnode",
-    "rosparam",
-    "rospy",
-    "rosservice",
-    "rostest",
-    "rostopic",
-    "rosunit",
-    "smclib",
-    "tf",
-    "tf2_geometry_msgs",
-    "tf2_py",
-    "tf2_ros",
-    "tf2_sensor_msgs",
-    "tf_conversions",
-}
+ROS = {*sys.argv[1:]} - {"roswtf"}  # its rules are those of pipros
 """The packages of which classes are taken apart; what comes from elsewhere is no part of their API."""
 
 PLAIN = (str, int, float, bool, type(None))

@@ -19,11 +19,11 @@ def test_the_newer_of_two_runs_is_used() -> None:
     assert members.present() == {"r1": Token("r1", OLD)}
 
 
-def test_members_of_other_versions_are_reported_and_not_used() -> None:
+def test_members_of_other_versions_are_not_used() -> None:
     members = Members(10)
     members.update(keys.live("r1", 2, OLD), is_present=True)
     assert members.present() == {}
-    assert members.other_versions() == [Token("r1", OLD, 2)]
+    assert members.of("r1") == [Token("r1", OLD, 2)]
 
 
 def test_malformed_tokens_and_too_many_are_ignored() -> None:

@@ -76,11 +76,6 @@ def test_values_are_shown_as_noetic_shows_them(value: object, text: str) -> None
     assert as_shown(value) == text
 
 
-@pytest.mark.parametrize("value", [0, -7, True, False, 2**31 - 1])
-def test_numbers_are_written_like_pyyaml(value: object) -> None:
-    assert as_document(value) == yaml.safe_dump(value)
-
-
 @given(
     st.text("abenoyxNUYE0159_./-: #'~\n", max_size=70)
     | st.sampled_from(["yes", "No", "TRUE", "off", "null", "NULL", "y", "N", ".inf", "1e3", "0x1", "=", "<<"])

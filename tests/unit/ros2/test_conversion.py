@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import struct
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,7 +20,7 @@ from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules, merged, 
 from pipros.ros2.conversion.plans import Plan, Plans
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
-from pipros.ros2.interfaces.parse import parse_ros2_message, parse_ros2_service
+from pipros.ros2.interfaces.parse import parse_ros2_message
 from tests.support.ros2_samples import Samples, differences, plans_of, shared_types
 
 U32 = struct.Struct("<I")
@@ -357,14 +358,15 @@ SERVICE_RULES = """
 """
 
 
-def test_rules_for_services_and_packages() -> None:
+def test_rules_for_services_and_packages(tmp_path: Path) -> None:
     rules = merged([parse_rules(SERVICE_RULES, "rules.yaml")])
     service = parse_service("int8 x\n---\nint8 z", "a_msgs/S")
     message = parse_message("int8 x", "a_msgs/M")
     definitions = Ros1Definitions(lambda name: {"a_msgs/M": message}[name], lambda _: service)
-    catalog = Catalog(Distribution.JAZZY, definitions)
+    (tmp_path / "b_interfaces" / "srv").mkdir(parents=True)
+    (tmp_path / "b_interfaces" / "srv" / "T.srv").write_text("int8 y\n---\nint8 w")
+    catalog = Catalog(Distribution.JAZZY, definitions, [tmp_path])
     catalog.add({"b_interfaces/msg/M": parse_ros2_message("int8 x", "b_interfaces/msg/M")})
-    catalog.add_service(parse_ros2_service("int8 y\n---\nint8 w", "b_interfaces/srv/T"))
     plans = Plans(catalog, definitions, rules)
 
     assert plans.for_ros1("a_msgs/M").ros2_type == "b_interfaces/msg/M"

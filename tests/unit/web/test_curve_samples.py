@@ -15,7 +15,7 @@ from pipros.bag import BagReader, BagWriter
 from pipros.msg.time import Time
 from pipros.safe.expr import ExpressionError
 from pipros.web.bag_curve import MOST_SAMPLES, BagSamples
-from pipros.web.curve_samples import Axis, Field, NotANumber, expand, find_field, mark_of, sample_of
+from pipros.web.curve_samples import Axis, Field, NotANumber, find_field, mark_of, sample_of
 
 
 def field_of(text: str) -> Field:
@@ -41,7 +41,6 @@ def test_expressions_that_are_not_numbers_are_refused() -> None:
     with pytest.raises(ExpressionError):
         field_of("/vector=m.x +")
     assert find_field("/nothing=m.x", {"/vector": "geometry_msgs/Vector3"}) is None
-    assert list(expand("/vector={1: 2}[1]")) == ["/vector={1: 2}[1]"]
 
 
 def test_samples_are_on_the_chosen_time_axis() -> None:

@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 
 from genpy import Time
 from pipros.graph.drawing.layered_layout import Box
-from pipros.web.curve_samples import NotANumber, expand, find_field, number_in, numeric_fields
+from pipros.web.curve_samples import NotANumber, find_field, number_in, numeric_fields
 from pipros.web.image_pixels import LARGEST_BYTES, packed
 from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import NewSamples
@@ -46,11 +46,6 @@ def test_a_field_belongs_to_the_longest_topic(text: str, topic: str, path: list[
 
 def test_a_field_of_no_topic_is_not_found() -> None:
     assert find_field("/im", TOPICS) is None
-
-
-def test_several_fields_in_one_word() -> None:
-    assert list(expand("/a/pose/x:y:z")) == ["/a/pose/x", "/a/pose/y", "/a/pose/z"]
-    assert list(expand("/joints/position[1:3]")) == ["/joints/position[1:3]"]
 
 
 @pytest.mark.parametrize(

@@ -56,8 +56,6 @@ def test_dependencies_are_listed_by_kind(tmp_path: Path) -> None:
     assert package.dependencies("exec_depends") == {"x", "y"}
     assert package.dependencies("test_depends", "build_export_depends") == {"x", "z"}
     assert not package.is_metapackage
-    assert package.line_of("exec_depend") == 2
-    assert package.line_of("nowhere") == 1
 
 
 def test_the_closure_has_direct_and_indirect_dependencies(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
@@ -39,6 +39,10 @@ class Channel:
     topic: str
     definition: Definition
 
+    @property
+    def name(self) -> str:
+        return self.topic
+
 
 @dataclass(frozen=True, slots=True)
 class Service:
@@ -53,8 +57,15 @@ class Offer(Protocol):
     @property
     def id(self) -> int: ...
 
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def definition(self) -> object: ...
+
 
 AnyOffer = TypeVar("AnyOffer", bound=Offer)
+AnyDefinition = TypeVar("AnyDefinition")
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,32 +86,24 @@ class Catalog:
 
     def update_channels(self, found: Mapping[str, Definition]) -> Change[Channel]:
         """Offer these topics and no others. Return the changes."""
-        kept = {channel.topic: channel.id for channel in self.channels.values()}
-        removed = [
-            number for number, each in self.channels.items() if found.get(each.topic) != each.definition
-        ]
-        for number in removed:
-            del kept[self.channels.pop(number).topic]
-        added = [
-            Channel(next(self._ids), topic, definition)
-            for topic, definition in found.items()
-            if topic not in kept
-        ]
-        self.channels.update((each.id, each) for each in added)
-        return Change(added, removed)
+        return self._update(self.channels, found, Channel)
 
     def update_services(self, found: Mapping[str, ServiceDefinition]) -> Change[Service]:
         """Offer these services and no others. Return the changes."""
-        kept = {service.name: service.id for service in self.services.values()}
-        removed = [
-            number for number, each in self.services.items() if found.get(each.name) != each.definition
-        ]
+        return self._update(self.services, found, Service)
+
+    def _update(
+        self,
+        offers: dict[int, AnyOffer],
+        found: Mapping[str, AnyDefinition],
+        make: Callable[[int, str, AnyDefinition], AnyOffer],
+    ) -> Change[AnyOffer]:
+        removed = [number for number, each in offers.items() if found.get(each.name) != each.definition]
         for number in removed:
-            del kept[self.services.pop(number).name]
+            del offers[number]
+        kept = {each.name for each in offers.values()}
         added = [
-            Service(next(self._ids), name, definition)
-            for name, definition in found.items()
-            if name not in kept
+            make(next(self._ids), name, definition) for name, definition in found.items() if name not in kept
         ]
-        self.services.update((each.id, each) for each in added)
+        offers.update((each.id, each) for each in added)
         return Change(added, removed)

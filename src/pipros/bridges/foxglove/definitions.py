@@ -17,7 +17,7 @@ from pipros.net import tcpros
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async_client import call_async
 from pipros.node import Node
-from pipros.node.service_client import OpenCalls
+from pipros.node.open_calls import OpenCalls
 from pipros.wire.handshake import ANY, WireType, request_topic_link
 
 HEADER_S: Final = 5.0

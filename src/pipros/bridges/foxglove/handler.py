@@ -27,7 +27,7 @@ from pipros.msg.time import NS_PER_S
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.clock import SimulatedClock
-from pipros.node.service_client import OpenCalls
+from pipros.node.open_calls import OpenCalls
 from pipros.packages.assets import read_asset
 from pipros.web.daemon_pool import DaemonPool
 from pipros.workspace.index import PackageIndex

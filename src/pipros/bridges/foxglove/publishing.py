@@ -18,7 +18,8 @@ from pipros.msg.from_yaml import fill_message_args
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.codec import encoder
-from pipros.node.service_client import OpenCalls, ServiceClient
+from pipros.node.open_calls import OpenCalls
+from pipros.node.service_client import ServiceClient
 from pipros.web.json_text import encoded
 
 ROS1, JSON = "ros1", "json"

@@ -41,7 +41,7 @@ from pipros.bridges.outbox import Frame, Outbox
 from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
-from pipros.node.service_client import OpenCalls
+from pipros.node.open_calls import OpenCalls
 from pipros.web.daemon_pool import DaemonPool
 
 CALL_S: Final = 60.0

@@ -41,7 +41,8 @@ from pipros.graph.services import service_class_of
 from pipros.net.master_client import MasterClient
 from pipros.net.workers import Workers
 from pipros.node import Node
-from pipros.node.service_client import OpenCalls, ServiceClient
+from pipros.node.open_calls import OpenCalls
+from pipros.node.service_client import ServiceClient
 
 CALLS_AT_ONCE: Final = 64
 """Maximum number of concurrent service calls of all clients; further calls wait."""

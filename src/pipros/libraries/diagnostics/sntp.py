@@ -1,4 +1,8 @@
-"""SNTP requests and responses (RFC 4330), to measure the offset of a clock. This module performs no I/O."""
+"""SNTP requests and responses (RFC 4330), to measure the offset of a clock. This module performs no I/O.
+
+ntplib 0.4 (14 kB) is not used: it opens its own socket, accepts any packet from the server's address as the
+response, and leaves it to the caller to check that the server's clock is synchronized.
+"""
 
 from __future__ import annotations
 

@@ -79,16 +79,22 @@ def read_robot(text: str) -> Robot:
         UrdfError: the text is not well-formed XML or not a valid URDF, or the links do not form a tree with
             one root.
     """
+    robot = robot_element(text)
+    links = tuple(required(link, "name") for link in robot.all("link"))
+    joints = tuple(_joint(element) for element in robot.all("joint"))
+    _check_tree(links, joints)
+    return Robot(robot.attributes.get("name", ""), links, joints)
+
+
+def robot_element(text: str) -> Element:
+    """Return the root element of a URDF. Raise `UrdfError` if it is not XML or not a URDF."""
     try:
         robot = parse(text, "robot_description")
     except XmlError as error:
         raise UrdfError(f"the robot description is not XML: {error}") from None
     if robot.tag != "robot":
         raise UrdfError(f"the robot description must have the root element <robot>, got <{robot.tag}>")
-    links = tuple(required(link, "name") for link in robot.all("link"))
-    joints = tuple(_joint(element) for element in robot.all("joint"))
-    _check_tree(links, joints)
-    return Robot(robot.attributes.get("name", ""), links, joints)
+    return robot
 
 
 def _joint(element: Element) -> Joint:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
 
 from pipros.libraries.robot_model.urdf import (
     UrdfError,
@@ -12,15 +11,13 @@ from pipros.libraries.robot_model.urdf import (
     optional_number,
     origin_of,
     required,
+    robot_element,
     vector_of,
 )
 from pipros.libraries.transforms.pose import Pose
-from pipros.safe.xml import Element, XmlError, parse
+from pipros.safe.xml import Element
 
 Color = tuple[float, float, float, float]
-
-RED: Final[Color] = (1.0, 0.0, 0.0, 1.0)
-"""rviz's colour for shapes without a material."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,12 +65,7 @@ def read_shapes(text: str) -> list[LinkShapes]:
     Raises:
         UrdfError: the text is not XML or not a URDF, or a shape is invalid.
     """
-    try:
-        robot = parse(text, "robot_description")
-    except XmlError as error:
-        raise UrdfError(f"the robot description is not XML: {error}") from None
-    if robot.tag != "robot":
-        raise UrdfError(f"the robot description must have the root element <robot>, got <{robot.tag}>")
+    robot = robot_element(text)
     links = list(robot.all("link"))
     materials: dict[str, _Material] = {}
     in_links = (each for link in links for visual in link.all("visual") for each in visual.all("material"))

@@ -1,4 +1,8 @@
-"""Convert images between encodings with numpy, with the rules and results of `cv_bridge`."""
+"""Convert images between encodings with numpy, with the rules and results of `cv_bridge`.
+
+Genuine `cv_bridge` uses OpenCV, whose wheel takes 162 MB of disk space. Importing it after numpy takes 34 ms
+of processor time; importing this module takes 10 ms.
+"""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def parse_service(text: str, type_name: str, file: str | None = None) -> Service
     first_line = others[0][1] if others else 1
     request = parse_message(asked, f"{type_name}Request", file)
     response = parse_message(answered, f"{type_name}Response", file, first_line=first_line)
-    return ServiceSpec(type_name, request, response, text, file)
+    return ServiceSpec(type_name, request, response, text)
 
 
 def parse_action(text: str, type_name: str, file: str | None = None) -> ActionSpec:
@@ -118,7 +118,7 @@ def parse_action(text: str, type_name: str, file: str | None = None) -> ActionSp
     ]
     for suffix, definition in _action_wrappers(name).items():
         messages.append(parse_message(f"{ACTION_NOTE}\n{definition}", type_name + suffix, file))
-    return ActionSpec(type_name, tuple(messages), text, file)
+    return ActionSpec(type_name, tuple(messages), text)
 
 
 def _action_wrappers(name: str) -> dict[str, str]:

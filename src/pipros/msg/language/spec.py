@@ -124,10 +124,6 @@ class MessageSpec:
     file: str
 
     @property
-    def package(self) -> str:
-        return self.type.partition("/")[0]
-
-    @property
     def name(self) -> str:
         return self.type.partition("/")[2]
 
@@ -148,7 +144,6 @@ class ServiceSpec:
     request: MessageSpec
     response: MessageSpec
     text: str
-    file: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,4 +153,3 @@ class ActionSpec:
     type: str
     messages: tuple[MessageSpec, ...]
     text: str
-    file: str

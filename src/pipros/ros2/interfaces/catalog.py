@@ -114,10 +114,6 @@ class Catalog:
             if not self._is_carried_package(made.type) and not self.has_message(made.type):
                 self._messages[made.type] = made
 
-    def add_service(self, service: Ros2Service) -> None:
-        """Add a definition. It takes precedence over all others."""
-        self._services[service.type] = service
-
     def message(self, name: str) -> Ros2Message:
         """Return the definition of `package/msg/Name`.
 
@@ -126,11 +122,9 @@ class Catalog:
             DefinitionError: its definition is invalid or cannot be read.
         """
         if name not in self._messages:
-            found = self._file(name)
-            if found is not None:
-                self._messages[name] = parse_ros2_message(*found)
-            elif name in self._carried.texts:
-                self._messages[name] = parse_ros2_message(self._carried.texts[name], name)
+            text = self._text(name)
+            if text is not None:
+                self._messages[name] = parse_ros2_message(*text)
             elif self._may_derive(name, self._carried.same_messages):
                 self._messages[name] = derived_message(self._ros1.message(name.replace("/msg/", "/")))
             else:
@@ -140,11 +134,9 @@ class Catalog:
     def service(self, name: str) -> Ros2Service:
         """Return the definition of `package/srv/Name`. Raises the same errors as `message`."""
         if name not in self._services:
-            found = self._file(name)
-            if found is not None:
-                self._services[name] = parse_ros2_service(*found)
-            elif name in self._carried.texts:
-                self._services[name] = parse_ros2_service(self._carried.texts[name], name)
+            text = self._text(name)
+            if text is not None:
+                self._services[name] = parse_ros2_service(*text)
             elif self._may_derive(name, self._carried.same_services):
                 self._services[name] = derived_service(self._ros1.service(name.replace("/srv/", "/")))
             else:
@@ -157,13 +149,10 @@ class Catalog:
         Actions are never derived from ROS 1.
         """
         if name not in self._actions:
-            found = self._file(name)
-            if found is not None:
-                self._actions[name] = parse_ros2_action(*found)
-            elif name in self._carried.texts:
-                self._actions[name] = parse_ros2_action(self._carried.texts[name], name)
-            else:
+            text = self._text(name)
+            if text is None:
                 raise self._unknown(name)
+            self._actions[name] = parse_ros2_action(*text)
         return self._actions[name]
 
     def complete(self, message: Ros2Message) -> CompleteRos2Message:
@@ -172,27 +161,15 @@ class Catalog:
 
     def has_message(self, name: str) -> bool:
         """Return whether `message` would find the type."""
-        try:
-            self.message(name)
-        except NotFound:
-            return False
-        return True
+        return _is_found(self.message, name)
 
     def has_service(self, name: str) -> bool:
         """Return whether `service` would find the type."""
-        try:
-            self.service(name)
-        except NotFound:
-            return False
-        return True
+        return _is_found(self.service, name)
 
     def has_action(self, name: str) -> bool:
         """Return whether `action` would find the type."""
-        try:
-            self.action(name)
-        except NotFound:
-            return False
-        return True
+        return _is_found(self.action, name)
 
     def _may_derive(self, name: str, same: frozenset[str]) -> bool:
         return name in same or (self._derive and not self._is_carried_package(name))
@@ -203,7 +180,8 @@ class Catalog:
         known = self._carried.same_messages | self._carried.same_services | self._carried.texts.keys()
         return any(each.startswith(package) for each in known)
 
-    def _file(self, name: str) -> tuple[str, str, str] | None:
+    def _text(self, name: str) -> tuple[str, str, str] | None:
+        """Return a definition, its type and its file; None if it is neither in a folder nor bundled."""
         package, kind, base = name.split("/")
         for path in self._paths(package, kind, base):
             if path.is_file():
@@ -215,7 +193,8 @@ class Catalog:
                     )
                 except (OSError, UnicodeDecodeError) as error:
                     raise DefinitionError(f"cannot be read: {error}", file=os.fspath(path)) from None
-        return None
+        text = self._carried.texts.get(name)
+        return None if text is None else (text, name, "")
 
     def _paths(self, package: str, kind: str, base: str) -> Iterator[Path]:
         for folder in self._folders:
@@ -229,6 +208,14 @@ class Catalog:
             f"the type {name} is unknown in ROS 2 {self.distribution.value}; "
             f"give the folder that contains its package (searched: {searched})"
         )
+
+
+def _is_found(find: Callable[[str], object], name: str) -> bool:
+    try:
+        find(name)
+    except NotFound:
+        return False
+    return True
 
 
 def embedded_messages(message: Ros2Message, lookup: Callable[[str], Ros2Message]) -> dict[str, Ros2Message]:

@@ -20,7 +20,6 @@ from pipros.ros2.rtps.submessages import (
     HAS_KEY,
     HEARTBEAT,
     INFO_DST,
-    INFO_TS,
     INLINE_QOS,
     LITTLE,
     MAGIC,
@@ -42,14 +41,6 @@ def datagram_head(own_prefix: bytes, destination: bytes | None = None) -> bytes:
     """Return the start of a datagram: the header, and INFO_DST if it is for one participant only."""
     head = MAGIC + PROTOCOL_VERSION + OWN_VENDOR + own_prefix
     return head if destination is None else head + bytes((INFO_DST, LITTLE, 12, 0)) + destination
-
-
-def info_timestamp(seconds: int, fraction: int) -> bytes:
-    """Return INFO_TS, the source time of the following samples. `fraction` is in units of 2**-32 s."""
-    return _TIMESTAMP.pack(INFO_TS, LITTLE, 8, seconds & 0xFFFFFFFF, fraction)
-
-
-_TIMESTAMP = Struct("<BBHII")
 
 
 def data_head(

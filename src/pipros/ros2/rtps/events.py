@@ -17,7 +17,7 @@ class Settings:
 
     Attributes:
         me: its own announcement.
-        announce_to: addresses for announcements, in addition to known peers: a multicast group or single hosts.
+        announce_to: addresses for announcements, in addition to known peers: a multicast group or hosts.
         local_hosts: this machine's addresses; peers there get larger datagrams.
         request_bytes: maximum number of bytes to request from a writer at a time.
     """

@@ -38,7 +38,7 @@ class Nodes:
         self._type_hash = type_hash
         self._lock = threading.Lock()
         self._info = GraphInfo(participant.prefix + PARTICIPANT_ENTITY, self._make_writer, size)
-        self._reader = participant.add_reader(TOPIC, TYPE_NAME, READER_QOS, self._on_sample, type_hash)
+        participant.add_reader(TOPIC, TYPE_NAME, READER_QOS, self._on_sample, type_hash)
 
     def _make_writer(self) -> TopicWriter:
         return self._participant.add_writer(TOPIC, TYPE_NAME, WRITER_QOS, self._type_hash)

@@ -117,10 +117,6 @@ class Reader:
     _waiting: dict[bytes, WriterProxy] = field(default_factory=dict)
 
     @property
-    def guid(self) -> bytes:
-        return self.prefix + self.entity
-
-    @property
     def is_waiting(self) -> bool:
         """True if `deadline` is finite."""
         return bool(self._waiting)

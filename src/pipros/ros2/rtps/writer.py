@@ -132,15 +132,6 @@ class Writer:
     _heartbeats: int = 0
     _behind: dict[bytes, ReaderProxy] = field(default_factory=dict)
 
-    @property
-    def guid(self) -> bytes:
-        return self.prefix + self.entity
-
-    @property
-    def last(self) -> int:
-        """Sequence number of the newest sample; 0 if there is none."""
-        return self._last
-
     def has_room(self, payload_bytes: int) -> bool:
         """Return False if a sample would displace one that a reliable reader still lacks.
 

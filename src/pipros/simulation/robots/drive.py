@@ -49,13 +49,6 @@ def wrapped(angle: float) -> float:
     return math.remainder(angle, math.tau)
 
 
-def relative(pose: Pose, origin: Pose) -> Pose:
-    """Return `pose` relative to `origin`. Both are given in the same frame."""
-    across, up = pose.x - origin.x, pose.y - origin.y
-    cosine, sine = math.cos(origin.yaw), math.sin(origin.yaw)
-    return Pose(cosine * across + sine * up, cosine * up - sine * across, wrapped(pose.yaw - origin.yaw))
-
-
 def combined(first: Pose, second: Pose) -> Pose:
     """Convert `second`, a pose relative to `first`, to the frame that `first` is relative to."""
     cosine, sine = math.cos(first.yaw), math.sin(first.yaw)

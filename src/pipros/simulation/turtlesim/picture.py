@@ -7,9 +7,9 @@ row by row, so that a line across the whole picture takes well under a milliseco
 from __future__ import annotations
 
 import math
-import struct
-import zlib
 from dataclasses import dataclass
+
+from pipros.pictures.png import png
 
 SIDE = 500
 """Width and height, in pixels."""
@@ -86,17 +86,9 @@ class Picture:
     def to_png(self) -> bytes:
         """Return the picture as a PNG file."""
         stride = SIDE * _CHANNELS
-        rows = b"".join(
-            b"\0" + self._pixels[start : start + stride] for start in range(0, len(self._pixels), stride)
-        )
-        header = struct.pack(">IIBBBBB", SIDE, SIDE, 8, 2, 0, 0, 0)  # 8 bits per channel, RGB
-        chunks = (_chunk(b"IHDR", header), _chunk(b"IDAT", zlib.compress(rows, 1)), _chunk(b"IEND", b""))
-        return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+        rows = (self._pixels[start : start + stride] for start in range(0, len(self._pixels), stride))
+        return png(SIDE, SIDE, _CHANNELS, 8, rows, level=1)
 
 
 def _bytes_of(color: Color) -> bytes:
     return bytes((color.r, color.g, color.b))
-
-
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

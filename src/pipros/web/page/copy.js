@@ -5,7 +5,7 @@ import { h } from "./dom.js";
 const SHOWN_MS = 1200;
 
 // Copies a text. Without TLS, browsers offer the clipboard to pages of this computer only; elsewhere a selection is copied.
-export async function copyText(text) {
+async function copyText(text) {
   if (navigator.clipboard) {
     await navigator.clipboard.writeText(text);
     return;

@@ -10,7 +10,7 @@ const EARLIEST_WALL_S = 1e8; // smaller times are durations, or simulated
 const clock = new Intl.DateTimeFormat("en-GB", { dateStyle: "short", timeStyle: "medium" });
 
 // A number as a person would write it: a float32 without the digits that its conversion to 64 bits added.
-export function numberText(value) {
+function numberText(value) {
   if (Number.isInteger(value) || Math.fround(value) !== value) return String(value);
   return String(Number(value.toPrecision(FLOAT32_DIGITS)));
 }

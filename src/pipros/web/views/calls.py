@@ -14,8 +14,9 @@ from pipros.graph.service_call import ServiceCaller
 from pipros.graph.services import argument_names, service_class_of
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
+from pipros.node.open_calls import OpenCalls
 from pipros.node.publisher import Publisher
-from pipros.node.service_client import ErrorReply, OpenCalls
+from pipros.node.service_client import ErrorReply
 from pipros.safe.yaml import load
 from pipros.web.bounded_list import bounded_list
 from pipros.web.message_pattern import MessagePattern

@@ -18,7 +18,7 @@ from pipros.net.address import split_uri
 from pipros.net.master_client import MasterClient
 from pipros.net.this_machine import is_this_machine
 from pipros.node.any_msg import AnyMsg
-from pipros.node.service_client import OpenCalls
+from pipros.node.open_calls import OpenCalls
 from pipros.web.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.log_history import Entry, log_history
 from pipros.web.server import RequestRefused

@@ -12,7 +12,7 @@ from typing import Any
 from pipros.graph.service_call import ServiceCaller
 from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
-from pipros.node.service_client import OpenCalls
+from pipros.node.open_calls import OpenCalls
 from pipros.reconfigure.config import (
     all_groups,
     change_fields,

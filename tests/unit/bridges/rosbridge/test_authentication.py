@@ -46,6 +46,7 @@ def test_authentic_claims_are_accepted_once(authenticator: Authenticator) -> Non
         {"t": NOW + 5},
         {"end": NOW},
         {"t": float(NOW)},
+        {"t": str(NOW)},
         {"end": None},
         {"rand": 5},
         {"client": None},

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import http.server
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -95,12 +93,3 @@ def test_web_servers_are_asked_only_where_the_environment_allows(
 
     monkeypatch.setenv("PIPROS_RESOURCES_BY_HTTP", "1")
     assert resource_retriever.get(web_server) == b"mesh"
-
-
-def test_without_pykdl_tf2_kdl_says_what_to_install() -> None:
-    program = "import sys; sys.modules['PyKDL'] = None\nimport tf2_kdl"
-
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-
-    assert "tf2_kdl needs PyKDL" in ended.stderr
-    assert "python3-pykdl" in ended.stderr

@@ -15,7 +15,6 @@ from pipros.ros2.rtps.encoding import (
     datagram_head,
     gap,
     heartbeat,
-    info_timestamp,
     nack_frag,
 )
 from pipros.ros2.rtps.parameters import (
@@ -140,8 +139,9 @@ def test_submessages_for_others_are_left_out() -> None:
 
 def test_unknown_submessages_and_timestamps_are_passed_over() -> None:
     beat = heartbeat(READER, WRITER, 1, 1, 1)
+    timestamp = b"\x09\x01\x08\x00" + bytes(8)
 
-    assert len(read(info_timestamp(1, 2), b"\x80\x01\x04\x00abcd", beat, b"\x01\x01\x00\x00", beat)) == 2
+    assert len(read(timestamp, b"\x80\x01\x04\x00abcd", beat, b"\x01\x01\x00\x00", beat)) == 2
 
 
 def test_the_last_submessage_may_have_no_length() -> None:

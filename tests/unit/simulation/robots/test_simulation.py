@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pipros.simulation.robots.battery import BatterySettings
-from pipros.simulation.robots.drive import Pose, combined, relative
+from pipros.simulation.robots.drive import Pose, combined
 from pipros.simulation.robots.errors import InvalidSettings, Rejected
 from pipros.simulation.robots.robot import Robot
 from pipros.simulation.robots.settings import Laser, RobotSettings
@@ -111,9 +111,8 @@ def test_noise_has_the_set_deviation() -> None:
 def test_odometry_drifts_with_noise_only() -> None:
     robot = drive(simulation(replace(STILL, odometry_noise=0.2)), 0.3, 0.5, 5 * SECOND)
 
-    seen = relative(robot.pose, Pose(5.0, 5.0, 0.0))
-    assert robot.odometry != seen
-    assert math.hypot(robot.odometry.x - seen.x, robot.odometry.y - seen.y) < 0.5
+    measured = combined(Pose(5.0, 5.0, 0.0), robot.odometry)
+    assert 0.001 < math.hypot(measured.x - robot.pose.x, measured.y - robot.pose.y) < 0.5
 
 
 def trace(seed: int) -> list[object]:

@@ -13,7 +13,7 @@ const PLATE = 14;
 const HEAD = "M0,0.5 L8,4 L0,7.5 Z";
 
 // The text that stands for a vertex in addresses and attributes: node:/talker.
-export const keyText = ({ kind, name }) => `${kind}:${name}`;
+const keyText = ({ kind, name }) => `${kind}:${name}`;
 
 // Returns a canvas whose `onSelect` is called with the key of a vertex that the user chose.
 export function graphCanvas(label, onSelect) {

@@ -66,7 +66,7 @@ export class Curve {
 }
 
 // The index of the newest sample at a time or before.
-export function indexAt(times, time) {
+function indexAt(times, time) {
   let [low, high] = [0, times.length];
   while (low < high) {
     const middle = (low + high) >> 1;

@@ -6,7 +6,7 @@ import { CYLINDER, SPHERE, lit } from "./shapes.js";
 const WIDEST = (89 * Math.PI) / 180;
 
 // Returns eigenvalues and eigenvectors (columns) of a symmetric matrix of 3 rows, by Jacobi rotations.
-export function eigen(rows) {
+function eigen(rows) {
   const a = rows.map((row) => [...row]);
   const v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
   for (let sweep = 0; sweep < 50; sweep += 1) {

@@ -3,7 +3,7 @@
 
 import { IDENTITY, composed, interpolated, inverted } from "./pose.js";
 
-export const LENGTH_NS = 10000000000n;
+const LENGTH_NS = 10000000000n;
 const MAX_DEPTH = 1000;
 const MOST_FRAMES = 5000;
 const MOST_POSES = 20000; // of one frame

@@ -1,6 +1,6 @@
 // Links to a scene: its displays, options and view as text for the address, compressed.
 
-export const LONGEST_LINK = 30000; // characters
+const LONGEST_LINK = 30000; // characters
 const MOST_BYTES = 2e6; // of a link's content
 const DEEPEST = 40;
 const ROOT = "Visualization Manager";

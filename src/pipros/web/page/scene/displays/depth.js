@@ -65,7 +65,7 @@ export class DepthCloud extends Cloud {
 export const infoTopic = (topic) => `${topic.slice(0, topic.lastIndexOf("/"))}/camera_info`;
 
 // Returns x, y, z and rgb of the points of a depth image, every n-th row and column of large ones.
-export function depthColumns(image, model, colours) {
+function depthColumns(image, model, colours) {
   const { width, height, step, encoding } = image;
   const isMillimetres = encoding === "16UC1" || encoding === "mono16";
   if (!isMillimetres && encoding !== "32FC1") throw new Error(`The depth map has the encoding [${encoding}], not 16UC1 or 32FC1`);

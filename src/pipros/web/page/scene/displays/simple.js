@@ -36,7 +36,7 @@ export class Grid extends Display {
 }
 
 // Returns the ends of the lines of a grid around the origin.
-export function gridPoints(count, layers, size) {
+function gridPoints(count, layers, size) {
   const extent = (size * count) / 2;
   const points = [];
   for (let layer = 0; layer <= layers; layer += 1) {

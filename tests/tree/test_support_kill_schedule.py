@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from pipros.testing.faults.kill_schedule import kill_schedule
+from tests.support.kill_schedule import kill_schedule
 
 VICTIMS = ("master", "talker", "recorder")
 

@@ -1,0 +1,229 @@
+"""Implementations of ROS side by side: their masters, and the workers that benchmarks run in them.
+
+Also runs in genuine ROS's Python, so it imports only the standard library.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+from table import TUNED, Load, Row, heed_interrupts, markdown, write_json
+
+GENUINE_PYTHON = "/usr/bin/python3"
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+# ---- in the processes of workers
+
+
+def message(kind):
+    import rospy
+
+    if kind == "string":
+        from std_msgs.msg import String
+
+        return String(data="x" * 16)
+    if kind == "imu":
+        from sensor_msgs.msg import Imu
+
+        imu = Imu()
+        imu.header.frame_id, imu.header.stamp, imu.orientation.w = "imu_link", rospy.Time(1, 2), 1.0
+        return imu
+    if kind == "image":
+        from sensor_msgs.msg import Image
+
+        return Image(height=1024, width=1024, encoding="mono8", step=1024, data=os.urandom(1 << 20))
+    from sensor_msgs.msg import PointCloud2
+
+    return PointCloud2(width=1 << 18, point_step=16, row_step=1 << 22, data=os.urandom(1 << 22))
+
+
+def init(name):
+    import rospy
+
+    rospy.init_node(name, anonymous=True, disable_signals=True)
+    return rospy
+
+
+def say(**values):
+    print("@@" + json.dumps(values), flush=True)
+
+
+# ---- in the process of the benchmark
+
+
+class World:
+    """One implementation: its Python, its master, and the processes started in it."""
+
+    def __init__(self, name, python, variables=None):
+        self.name, self.python = name, python
+        self.home = tempfile.TemporaryDirectory()
+        self.errors = open(os.path.join(self.home.name, "errors"), "w+")  # noqa: SIM115  # closed with us
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            self.port = probe.getsockname()[1]
+        self.environment = {
+            "HOME": self.home.name,
+            "ROS_HOME": self.home.name,
+            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
+            "ROS_IP": "127.0.0.1",
+            "PATH": os.path.dirname(python) + ":/usr/bin:/bin",
+            **(variables or {}),
+        }
+        self.master = self.spawn([self.find("rosmaster"), "--core", "-p", str(self.port)])
+        while True:
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), 1):
+                break
+            time.sleep(0.02)
+
+    def find(self, command):
+        return os.path.join(os.path.dirname(self.python), command)
+
+    def spawn(self, argv):
+        return subprocess.Popen(
+            argv,
+            env=self.environment,
+            cwd=self.home.name,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self.errors,
+            text=True,
+        )
+
+    def start(self, script, role, *arguments):
+        """Start a worker, a function of a benchmark, in its own process."""
+        return self.spawn([self.python, os.path.abspath(script), "--worker", json.dumps([role, *arguments])])
+
+    def work(self, role, *arguments):
+        """Start a worker of benchmarks/client.py."""
+        return self.start(os.path.join(HERE, "client.py"), role, *arguments)
+
+    def has(self, _measure, _arguments):
+        """Return whether this implementation has an equivalent of a workload."""
+        return True
+
+    def close(self):
+        self.master.send_signal(signal.SIGINT)
+        self.master.communicate()
+        self.errors.close()
+        self.home.cleanup()
+
+
+class CppWorld(World):
+    """roscpp, with the genuine master. The program is built by genuine catkin, once per environment."""
+
+    def __init__(self):
+        workspace = os.path.join(sys.prefix, "roscpp_workspace")
+        package = os.path.join(workspace, "src", "roscpp")
+        os.makedirs(os.path.dirname(package), exist_ok=True)
+        if not os.path.islink(package):
+            os.symlink(os.path.join(HERE, "roscpp"), package)
+        built = subprocess.run(
+            ["/usr/bin/catkin_make", "-C", workspace, "-DCMAKE_BUILD_TYPE=Release"],
+            env={"PATH": "/usr/bin:/bin", "HOME": workspace, "CMAKE_PREFIX_PATH": "/usr"},
+            capture_output=True,
+            text=True,
+        )
+        if built.returncode:
+            raise SystemExit(f"{built.stdout}{built.stderr}\ncatkin_make failed in {workspace}")
+        self.program = os.path.join(workspace, "devel", "lib", "pipros_benchmarks", "client")
+        super().__init__("roscpp", GENUINE_PYTHON)
+
+    def has(self, _measure, _arguments):
+        """A queue of None stands for rospy's synchronous publishing, which roscpp lacks."""
+        return _measure.__name__ in ("flow", "trip", "service") and None not in _arguments
+
+    def work(self, role, *arguments):
+        words = [str(each).lower() for each in arguments]
+        return self.spawn([self.program, role, *words])
+
+
+@contextlib.contextmanager
+def open_worlds(tuned=True, roscpp=False):
+    """Open genuine rospy, genuine rospy with a tuned allocator, roscpp, and pipros; only pipros if genuine
+    ROS is not installed.
+    """
+    worlds = []
+    try:
+        if os.path.exists("/usr/lib/python3/dist-packages/rospy"):
+            worlds.append(World("genuine", GENUINE_PYTHON))
+            if tuned:
+                worlds.append(World("tuned", GENUINE_PYTHON, TUNED))
+        if roscpp and os.path.exists("/usr/share/roscpp") and os.path.exists("/usr/bin/catkin_make"):
+            worlds.append(CppWorld())
+        worlds.append(World("pipros", sys.executable))
+        yield worlds
+    finally:
+        for world in worlds:
+            world.close()
+
+
+def answer(process):
+    for line in process.stdout:
+        if line.startswith("@@"):
+            return json.loads(line[2:])
+    raise SystemExit(f"{process.args} ended without a result, with exit code {process.wait()}")
+
+
+def finish(process):
+    with contextlib.suppress(BrokenPipeError):
+        process.stdin.close()
+    process.terminate()
+    process.stdout.close()
+    process.wait()
+
+
+def option_parser(description, only, seconds):
+    """Return a parser of the options that the benchmarks with workers share."""
+    parser = argparse.ArgumentParser(description=description.split("\n")[0])
+    parser.add_argument("--only", default="", help=",".join(only))
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--seconds", type=float, default=seconds)
+    parser.add_argument("--json", help="also write the rows to this file")
+    parser.add_argument("--worker", help=argparse.SUPPRESS)
+    return parser
+
+
+def ran_as_worker(options, functions):
+    """Run the worker that `--worker` names. Return False in the benchmark itself, after printing the load."""
+    if options.worker:
+        role, *arguments = json.loads(options.worker)
+        functions[f"worker_{role}"](*arguments)
+        return True
+    heed_interrupts()
+    load = Load()
+    time.sleep(1.0)
+    print(f"others use {load.percent():.0f} % of the machine\n")
+    return False
+
+
+def compare(description, workloads, functions, seconds):
+    """Run a benchmark whose workloads return several figures each.
+
+    Args:
+        workloads: functions by name, called with a world and a duration. They return figures by label; of
+            those whose label ends in "/s", more is better.
+        functions: the benchmark's globals, with its workers.
+    """
+    options = option_parser(description, workloads, seconds).parse_args()
+    if ran_as_worker(options, functions):
+        return
+    rows = []
+    with open_worlds(tuned=False) as worlds:
+        for name in options.only.split(",") if options.only else workloads:
+            taken = {}
+            for _ in range(options.rounds):
+                for world in worlds:
+                    for label, value in workloads[name](world, options.seconds).items():
+                        taken.setdefault(label, {}).setdefault(world.name, []).append(value)
+            rows += [Row(label, values, label.endswith("/s")) for label, values in taken.items()]
+    print(markdown(rows))
+    if options.json:
+        write_json(options.json, rows)
