@@ -1,0 +1,255 @@
+"""The processes that benchmarks/fleet.py starts: `fleet_workers.py NAME ARGUMENT...`."""
+
+import contextlib
+import json
+import os
+import statistics
+import sys
+import threading
+import time
+
+PAUSED = "paused"
+PAUSE_S = 0.001  # about the time between the messages of a round trip over a fleet link; threads sleep
+DEADLINE_S = 60.0
+TOPICS = 20
+
+
+def body_of(size):
+    return b"x" * size
+
+
+class TcprosEnd:
+    """One end of a path, as a node on a master. `sends` and `receives` are its topics."""
+
+    def __init__(self, master, sends, receives, on_message):
+        from pipros.basics.env import Environment
+        from pipros.msg import load_message_class
+        from pipros.node import Node
+
+        # bytes, as in images; encoding and decoding 1 MB of text would take longer than sending it
+        self._class = load_message_class("std_msgs/UInt8MultiArray")
+        self._node = Node("bench", anonymous=True, environment=Environment(master_uri=master))
+        self._node.start()
+        # without a queue, `publish` waits for room, as Zenoh does with CongestionControl.BLOCK
+        self._publisher = self._node.advertise(sends, self._class, queue_size=None)
+        self._node.subscribe(receives, self._class, lambda message: on_message(message.data))
+
+    def send(self, body):
+        self._publisher.publish(self._class(data=body))
+
+
+class ZenohEnd:
+    """One end of a path, as a Zenoh session with Zenoh's own callbacks, the fastest way in Python."""
+
+    def __init__(self, router, sends, receives, on_message):
+        import zenoh
+
+        config = zenoh.Config()
+        for key, value in {
+            "mode": "client",
+            "connect/endpoints": [router],
+            "scouting/multicast/enabled": False,
+            "transport/shared_memory/enabled": False,
+        }.items():
+            config.insert_json5(key, json.dumps(value))
+        self._session = zenoh.open(config)
+        self._key = f"bench{sends}"
+        self._subscriber = self._session.declare_subscriber(
+            f"bench{receives}",
+            zenoh.handlers.Callback(lambda sample: on_message(sample.payload.to_bytes()), indirect=False),
+        )
+        self._how = {"congestion_control": zenoh.CongestionControl.BLOCK, "express": True}
+
+    def send(self, body):
+        self._session.put(self._key, body, **self._how)
+
+
+def end_of(side, place, sends, receives, on_message):
+    return (ZenohEnd if side == "zenoh" else TcprosEnd)(place, sends, receives, on_message)
+
+
+def echo(side, place, sends, receives):
+    """Send each message back."""
+    end = None
+    ready = threading.Event()
+
+    def back(body):
+        ready.wait(DEADLINE_S)
+        end.send(body)
+
+    end = end_of(side, place, sends, receives, back)
+    ready.set()
+    print("ready", flush=True)
+    sys.stdin.read()
+
+
+def count(side, place, sends, receives):
+    """Count the messages. Print the count for each line of input."""
+    seen = [0]
+
+    def add(_):
+        seen[0] += 1
+
+    end = end_of(side, place, sends, receives, add)
+    print("ready", flush=True)
+    for _ in sys.stdin:
+        print(seen[0], flush=True)
+    del end  # keeps the session open until here
+
+
+def trips(side, place, sends, receives, size, seconds):
+    """Print the median and the 95th percentile of the round trip times in us, and their number.
+
+    At least two messages must return.
+    """
+    arrived = threading.Semaphore(0)
+    end = end_of(side, place, sends, receives, lambda _: arrived.release())
+    body = body_of(size)
+    give_up = time.monotonic() + DEADLINE_S
+    while True:  # until the path exists
+        end.send(body)
+        if arrived.acquire(timeout=0.2):
+            break
+        if time.monotonic() > give_up:
+            raise SystemExit(f"{side}: no message came back")
+    while arrived.acquire(timeout=0.5):
+        pass
+    found = []
+    stop = time.monotonic() + seconds
+    while time.monotonic() < stop:
+        if side == PAUSED:
+            time.sleep(PAUSE_S)
+        begin = time.perf_counter()
+        end.send(body)
+        if arrived.acquire(timeout=5):
+            found.append(time.perf_counter() - begin)
+    print(1e6 * statistics.median(found), 1e6 * statistics.quantiles(found, n=20)[-1], len(found), flush=True)
+
+
+def flood(side, place, sends, receives, size, rate):
+    """Send, at `rate` per second or as fast as possible, until standard input ends."""
+    end = end_of(side, place, sends, receives, lambda _: None)
+    body = body_of(size)
+    print("ready", flush=True)
+    is_over = threading.Event()
+    threading.Thread(target=lambda: (sys.stdin.read(), is_over.set()), daemon=True).start()
+    begin, sent = time.monotonic(), 0
+    while not is_over.is_set():
+        end.send(body)
+        sent += 1
+        if rate:
+            is_over.wait(max(0.0, begin + sent / rate - time.monotonic()))
+    os._exit(0)
+
+
+def master():
+    """Run a master and print its address."""
+    from pipros.master.master import Master
+
+    with Master(port=0) as running:
+        print(f"ready {running.uri}", flush=True)
+        sys.stdin.read()
+
+
+def many(router, first, number):
+    """Run `number` members with 20 topics each."""
+    import itertools
+
+    from pipros.fleet import keys
+    from pipros.fleet.agent import new_instance
+    from pipros.fleet.directory import Directory, Entry, to_json
+    from pipros.fleet.zenoh_session import LinkFailed, connect
+    from pipros.msg import load_message_class
+
+    def connected():
+        while True:
+            with contextlib.suppress(LinkFailed):  # timeouts on a busy machine
+                return connect(router)
+
+    held, counter = [], itertools.count()
+    md5sum = load_message_class("std_msgs/String")._md5sum
+    entries = tuple(Entry(f"/topic{each}", "std_msgs/String", md5sum) for each in range(TOPICS))
+
+    def join():
+        while (index := next(counter)) < number:
+            link, name, instance = connected(), f"robot{first + index}", new_instance()
+            document = to_json(Directory(name, instance, 1, entries))
+
+            def answer(question, document=document):
+                question.answer(document)
+                question.close()
+
+            held.append((link, link.serve(keys.directory(name), answer)))
+            held.append(link.declare_token(keys.live(name, 1, instance)))
+
+    threads = [threading.Thread(target=join) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    print("ready", flush=True)
+    sys.stdin.read()
+    os._exit(0)
+
+
+def senders(router, number, rate, size):
+    """Send `rate` messages per second, of `size` bytes, from each of `number` members.
+
+    Each message begins with the time at which it was sent.
+    """
+    from pipros.fleet import keys
+    from pipros.fleet.zenoh_session import connect
+
+    links = [(connect(router), keys.topic(f"robot{each}", "/data")) for each in range(number)]
+    threading.Thread(target=lambda: (sys.stdin.read(), os._exit(0)), daemon=True).start()
+    print("ready", flush=True)
+    begin, sent = time.monotonic(), 0
+    while True:
+        for link, key in links:
+            link.put(key, time.monotonic_ns().to_bytes(8, "little").ljust(size))
+            sent += 1
+            time.sleep(max(0.0, begin + sent / rate / number - time.monotonic()))
+
+
+def watch(router, pause_ms):
+    """Receive all messages, with a pause after each.
+
+    For each line of input, print the number of messages since the previous line, and the 95th percentile of
+    their delays in us.
+    """
+    from pipros.fleet import keys
+    from pipros.fleet.zenoh_session import connect
+
+    delays = []
+
+    def take(_key, payload, _attachment):
+        delays.append((time.monotonic_ns() - int.from_bytes(payload[:8], "little")) // 1000)
+        if pause_ms:
+            time.sleep(pause_ms / 1000)
+
+    link = connect(router)
+    held = link.subscribe(keys.topic("*", keys.EVERY), take)
+    print("ready", flush=True)
+    for _ in sys.stdin:
+        found = sorted(delays)
+        delays.clear()
+        print(len(found), found[len(found) * 95 // 100] if found else 0, flush=True)
+    del held  # keeps the subscription until here
+    os._exit(0)
+
+
+WORKERS = {
+    "echo": echo,
+    "count": count,
+    "trips": trips,
+    "flood": flood,
+    "many": many,
+    "senders": senders,
+    "watch": watch,
+    "master": master,
+}
+
+
+if __name__ == "__main__":
+    worker, *words = sys.argv[1:]
+    WORKERS[worker](*(int(each) if each.isdecimal() else each for each in words))
