@@ -207,9 +207,10 @@ async def watch(system: System, minutes: float) -> Run:
         return Run(history, own, foreign, system.tracebacks())
     finally:
         while running := [task for task in tasks if not task.done()]:
-            for task in running:  # wait_for in Python 3.11 and older may swallow a cancellation
+            for task in running:
                 task.cancel()
-            await asyncio.wait(running, timeout=1)
+            # Chromium takes seconds to end; but wait_for in Python 3.11 and older may swallow a cancellation.
+            await asyncio.wait(running, timeout=10)
 
 
 def soak_system(minutes: float, kind: type[System] = System) -> int:
@@ -222,11 +223,14 @@ def soak_system(minutes: float, kind: type[System] = System) -> int:
         try:
             system.open()
             run = asyncio.run(watch(system, minutes))
+        except KeyboardInterrupt:
+            return 130
         except BaseException:
             for name in system.running:
                 print(f"== {name}\n{system.output(name).read_text()[-2000:]}", file=sys.stderr)
             raise
         finally:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # another one would leave processes running
             system.close()
     return report(system.held, run)
 
