@@ -13,7 +13,7 @@ import time
 from collections import Counter
 from collections.abc import Awaitable, Callable
 
-from playwright.async_api import Browser, Page, async_playwright
+from playwright.async_api import Browser, CDPSession, Page, async_playwright
 from playwright.async_api import TimeoutError as NeverShown
 from soak_resources import Heap
 from websockets.asyncio.client import ClientConnection, connect
@@ -164,17 +164,16 @@ async def open_page(browser: Browser, url: str, counts: Counter[str], script: st
     return page
 
 
-async def collect(page: Page, heap: Heap) -> None:
-    """Append the size of the page's heap after garbage collection."""
-    session = await page.context.new_cdp_session(page)
+async def collect(session: CDPSession, heap: Heap) -> None:
+    """Append the size of a page's heap after garbage collection."""
     await session.send("HeapProfiler.collectGarbage")
     heap.megabytes.append((await session.send("Runtime.getHeapUsage"))["usedSize"] / 1e6)
-    await session.detach()
 
 
 async def view_scene(browser: Browser, url: str, counts: Counter[str], heap: Heap) -> None:
     counts.update({"scene pictures": 0, "scene messages": 0})
     page = await open_page(browser, url, counts)
+    session = await page.context.new_cdp_session(page)
     while True:
         await asyncio.sleep(PAGE_SAMPLE_S)
         try:  # messages that wait for their transforms are errors until the next picture
@@ -184,11 +183,12 @@ async def view_scene(browser: Browser, url: str, counts: Counter[str], heap: Hea
             continue
         state = await page.evaluate(SCENE_STATE)
         counts["scene pictures"], counts["scene messages"] = state["pictures"], state["messages"]
-        await collect(page, heap)
+        await collect(session, heap)
 
 
 async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: Heap) -> None:
     page = await open_page(browser, url, counts, COUNT_PICTURES)
+    session = await page.context.new_cdp_session(page)
     await page.locator(".picture canvas:visible").wait_for(timeout=LIMIT_S * 1000)
     names, before = ("plot", "images", "topic", "log"), [""] * 4
     counts["images drawn"] += 0
@@ -200,4 +200,4 @@ async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: He
             if name != "images":  # its text, the size, stays the same
                 counts[f"panel {name} changed"] += old != new
         before = state["texts"]
-        await collect(page, heap)
+        await collect(session, heap)

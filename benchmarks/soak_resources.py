@@ -30,6 +30,7 @@ class Held:
     threads: list[float] = field(default_factory=list)
     files: list[float] = field(default_factory=list)
     used_s: list[float] = field(default_factory=list)
+    slack_mb: float = MEMORY_SLACK_MB
 
     def sample(self) -> None:
         """Record the current resources.
@@ -44,7 +45,7 @@ class Held:
 
     def allowed(self) -> tuple[float, float, float]:
         """Return the allowed growth of memory, threads and descriptors."""
-        return MEMORY_SLACK_MB, THREADS_SLACK, FILES_SLACK
+        return self.slack_mb, THREADS_SLACK, FILES_SLACK
 
     def growth(self) -> list[float]:
         """Return the growth of memory, threads and descriptors, 0 for what is not sampled."""

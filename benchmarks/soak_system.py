@@ -199,10 +199,12 @@ async def watch(system: System, minutes: float) -> Run:
                 if task.done():
                     task.result()
             if number % 6 == 0:
-                sizes = " ".join(
-                    f"{name} {one.megabytes[-1]:.0f}" for name, one in system.held.items() if one.megabytes
+                whole = [sum(one[-1] for one in each) for each in zip(*all_resources(system), strict=True)]
+                figures = "{:,.0f} MB, {:.0f} threads, {:.0f} descriptors".format(*whole)
+                print(
+                    f"{number * SAMPLE_S / 60:5.1f} min: {figures}, {history[-1][FAILURES]} failures",
+                    flush=True,
                 )
-                print(f"{number * SAMPLE_S / 60:5.1f} min, MB: {sizes}; {dict(history[-1])}", flush=True)
         own, foreign = processors.percent()  # before Chromium ends, because its time is then lost
         return Run(history, own, foreign, system.tracebacks())
     finally:
@@ -211,6 +213,11 @@ async def watch(system: System, minutes: float) -> Run:
                 task.cancel()
             # Chromium takes seconds to end; but wait_for in Python 3.11 and older may swallow a cancellation.
             await asyncio.wait(running, timeout=10)
+
+
+def all_resources(system: System) -> list[tuple[list[float], ...]]:
+    """Return the samples of each process. The heaps are left out, because Chromium contains them."""
+    return [each.resources for each in system.held.values() if each.files]
 
 
 def soak_system(minutes: float, kind: type[System] = System) -> int:
