@@ -44,6 +44,9 @@ class Everything(System):
     """The system of `soak_system.py`, and everything else."""
 
     counting = (*System.counting, "driver", "operator")
+    # Lower rates, because all parts together should use 70 % of two processors at most.
+    frames_hz = 20
+    lives_s = (6.0, 10.0)
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)

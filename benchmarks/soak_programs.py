@@ -14,10 +14,10 @@ while not rospy.is_shutdown():
     rate.sleep()
 """,
     "frames": """
-import rospy, tf2_ros
+import os, rospy, tf2_ros
 from geometry_msgs.msg import TransformStamped
 rospy.init_node("frames")
-broadcaster, rate = tf2_ros.TransformBroadcaster(), rospy.Rate(50)
+broadcaster, rate = tf2_ros.TransformBroadcaster(), rospy.Rate(float(os.environ["FRAMES_HZ"]))
 while not rospy.is_shutdown():
     sent = []
     for number in range(10):
@@ -90,10 +90,10 @@ sys.exit(rospy.get_param("~code"))
 """
 LAUNCH = """<launch>
   <node name="ends" pkg="soak" type="ending.py" respawn="true" ns="a">
-    <param name="lives" value="3.0"/> <param name="code" value="0"/>
+    <param name="lives" value="{0}"/> <param name="code" value="0"/>
   </node>
   <node name="fails" pkg="soak" type="ending.py" respawn="true" ns="b">
-    <param name="lives" value="5.0"/> <param name="code" value="3"/>
+    <param name="lives" value="{1}"/> <param name="code" value="3"/>
   </node>
 </launch>"""
 
@@ -232,6 +232,6 @@ Visualization Manager:
     - {Class: rviz/Marker, Name: Marks, Marker Topic: /marks}
     - {Class: rviz/PointCloud2, Name: Cloud, Topic: /cloud}
     - {Class: rviz/LaserScan, Name: Scan, Topic: /scan}
-  Global Options: {Fixed Frame: frame_0, Frame Rate: 3}
+  Global Options: {Fixed Frame: frame_0, Frame Rate: 1}
 Window Geometry: {Hide Left Dock: true}
 """

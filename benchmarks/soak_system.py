@@ -46,6 +46,9 @@ class System:
 
     #: The programs that print their counts as JSON.
     counting: tuple[str, ...] = ("client",)
+    frames_hz = 50
+    #: The times in seconds after which the nodes of the launch end.
+    lives_s = (3.0, 5.0)
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -57,6 +60,7 @@ class System:
             "ROS_HOME": str(folder),
             "ROS_PACKAGE_PATH": str(folder),
             "PYTHONUNBUFFERED": "1",
+            "FRAMES_HZ": str(self.frames_hz),
         }
         self.counts = Counter({"updates": 0, "pages": 0, FAILURES: 0})
         self.running: dict[str, subprocess.Popen[str]] = {}
@@ -67,7 +71,7 @@ class System:
         package = self.folder / "soak"
         package.mkdir()
         (package / "package.xml").write_text("<package><name>soak</name></package>")
-        (package / "soak.launch").write_text(LAUNCH)
+        (package / "soak.launch").write_text(LAUNCH.format(*self.lives_s))
         (package / "ending.py").write_text(ENDING)
         (package / "ending.py").chmod(0o755)
         self.start("roscore", "roscore", "-p", str(self.port))
@@ -199,8 +203,9 @@ async def watch(system: System, minutes: float) -> Run:
                 if task.done():
                     task.result()
             if number % 6 == 0:
-                whole = [sum(one[-1] for one in each) for each in zip(*all_resources(system), strict=True)]
-                figures = "{:,.0f} MB, {:.0f} threads, {:.0f} descriptors".format(*whole)
+                columns = zip(*all_resources(system), strict=True)
+                sums = [sum(values[-1] for values in column) for column in columns]
+                figures = "{:,.0f} MB, {:.0f} threads, {:.0f} descriptors".format(*sums)
                 print(
                     f"{number * SAMPLE_S / 60:5.1f} min: {figures}, {history[-1][FAILURES]} failures",
                     flush=True,
