@@ -134,6 +134,9 @@ class Everything(System):
         done[FAILURES] += lines.count("wrong ")
         return done
 
+    def is_working(self) -> bool:
+        return all(heap.megabytes for heap in self.heaps) and super().is_working()
+
     def close(self) -> None:
         super().close()
         self._domain.close()

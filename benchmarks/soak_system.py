@@ -37,6 +37,7 @@ from websockets.asyncio.client import connect
 
 BIN = Path(sys.executable).parent
 SAMPLE_S = 10.0
+START_LIMIT_S = 180.0
 MOST_PROCESSOR_PERCENT = 70.0
 FAILURES = "failures"
 
@@ -123,6 +124,10 @@ class System:
         done["nodes started by roslaunch"] = self.output("roslaunch").read_text().count("started with pid")
         return done
 
+    def is_working(self) -> bool:
+        """Return whether each part has done something."""
+        return all(count for name, count in self.done().items() if name != FAILURES)
+
     def tracebacks(self) -> list[str]:
         """Return the programs that printed a traceback."""
         return [name for name in self.running if "Traceback" in self.output(name).read_text()]
@@ -190,10 +195,13 @@ class Run:
 
 async def watch(system: System, minutes: float) -> Run:
     """Sample the resources for the given time."""
-    history, processors = [], Processors()
+    history: list[Counter[str]] = []
     tasks = [asyncio.create_task(client) for client in system.clients()]
-    begin = time.monotonic()
     try:
+        latest_begin = time.monotonic() + START_LIMIT_S
+        while not system.is_working() and time.monotonic() < latest_begin:
+            await asyncio.sleep(1)
+        begin, processors = time.monotonic(), Processors()
         for number in range(1, max(FIFTHS * 2, int(minutes * 60 / SAMPLE_S)) + 1):
             await asyncio.sleep(max(0.0, begin + number * SAMPLE_S - time.monotonic()))
             for each in system.held.values():
