@@ -25,7 +25,7 @@ CALL_EVERY_S = 0.2
 PAGE_SAMPLE_S = 10.0
 FOXGLOVE = "foxglove.sdk.v1"
 FOXGLOVE_TOPICS = {"/chat", "/cloud", "/image", "/odom", "/scan", "/tf"}
-PANELS = "panels/row(column(plot//number/data~images//image)~column(topics//chat~console))"
+PANELS = "panels/row(column(plot//number/data~images//image)~column(topics//operator/report~console))"
 #: Counts the pictures that a page draws with a canvas.
 COUNT_PICTURES = """
 window.pictures = 0;

@@ -45,7 +45,7 @@ class Everything(System):
 
     counting = (*System.counting, "driver", "operator")
     # Lower rates, because all parts together should use 70 % of two processors at most.
-    frames_hz = 20
+    rate_hz = 20
     lives_s = (6.0, 10.0)
 
     def __init__(self, folder: Path) -> None:

@@ -2,11 +2,12 @@
 
 NODES = {
     "talker": """
-import rospy
+import os, rospy
 from std_msgs.msg import String
 from std_srvs.srv import Trigger, TriggerResponse
 rospy.init_node("talker")
-publisher, rate, count = rospy.Publisher("chat", String, queue_size=10), rospy.Rate(50), 0
+publisher, count = rospy.Publisher("chat", String, queue_size=10), 0
+rate = rospy.Rate(float(os.environ["RATE_HZ"]))
 rospy.Service("ask", Trigger, lambda _: TriggerResponse(True, str(count)))
 while not rospy.is_shutdown():
     count += 1
@@ -17,7 +18,7 @@ while not rospy.is_shutdown():
 import os, rospy, tf2_ros
 from geometry_msgs.msg import TransformStamped
 rospy.init_node("frames")
-broadcaster, rate = tf2_ros.TransformBroadcaster(), rospy.Rate(float(os.environ["FRAMES_HZ"]))
+broadcaster, rate = tf2_ros.TransformBroadcaster(), rospy.Rate(float(os.environ["RATE_HZ"]))
 while not rospy.is_shutdown():
     sent = []
     for number in range(10):
@@ -126,7 +127,7 @@ cloud.data = b"".join(struct.pack("<3f", n % 50 / 10, n // 50 / 10, 0) for n in 
 mark = Marker(ns="marks", type=Marker.CUBE)
 mark.pose.orientation.w = mark.scale.x = mark.scale.y = mark.scale.z = mark.color.a = 1.0
 cloud.header.frame_id = mark.header.frame_id = "frame_0"
-rate, count = rospy.Rate(50), 0
+rate, count = rospy.Rate(20), 0
 while not rospy.is_shutdown():
     count += 1
     numbers.publish(math.sin(count / 50))
@@ -137,7 +138,7 @@ while not rospy.is_shutdown():
         clouds.publish(cloud)
         images.publish(Image(width=160, height=120, step=480, encoding="rgb8",
                              data=bytes([count // 10 % 256]) * 57600))
-    if count % 250 == 0:
+    if count % 100 == 0:
         rospy.loginfo("published %d numbers", count)
     rate.sleep()
 """,

@@ -47,7 +47,8 @@ class System:
 
     #: The programs that print their counts as JSON.
     counting: tuple[str, ...] = ("client",)
-    frames_hz = 50
+    #: The rate of the talker and of the transforms.
+    rate_hz = 50
     #: The times in seconds after which the nodes of the launch end.
     lives_s = (3.0, 5.0)
 
@@ -61,7 +62,7 @@ class System:
             "ROS_HOME": str(folder),
             "ROS_PACKAGE_PATH": str(folder),
             "PYTHONUNBUFFERED": "1",
-            "FRAMES_HZ": str(self.frames_hz),
+            "RATE_HZ": str(self.rate_hz),
         }
         self.counts = Counter({"updates": 0, "pages": 0, FAILURES: 0})
         self.running: dict[str, subprocess.Popen[str]] = {}
