@@ -1,12 +1,12 @@
 """A long run of a graph whose nodes start and end, to measure the resources in use and lost messages.
 
-    python benchmarks/soak.py --minutes 30 [--system]
+    python benchmarks/soak.py --minutes 30 [--system | --everything]
 
 This process contains the master, a talker at 50 Hz, a listener and a service. In addition, 20 nodes, each in
 its own process, run for a while. They listen, reply, call the service, and end; every third node is ended
 with SIGKILL. A line is printed every ten seconds; the exit status is 1 if this process uses more resources at
-the end than at first, or if a message was lost between connected nodes. With --system, everything runs at
-once; see benchmarks/soak_system.py.
+the end than at first, or if a message was lost between connected nodes. With --system, a whole system
+runs at once, with --everything all parts of pipros; see benchmarks/soak_system.py and soak_everything.py.
 """
 
 from __future__ import annotations
@@ -209,6 +209,7 @@ def main() -> int:
     options.add_argument("--minutes", type=float, default=30.0)
     options.add_argument("--nodes", type=int, default=20)
     options.add_argument("--system", action="store_true", help="page, bags, transforms, actions, launch")
+    options.add_argument("--everything", action="store_true", help="the same, and all other parts of pipros")
     options.add_argument("--visitor", metavar="NAME", help=argparse.SUPPRESS)
     given = options.parse_args()
     if given.visitor:
@@ -218,6 +219,11 @@ def main() -> int:
         from soak_system import soak_system
 
         return soak_system(given.minutes)
+    if given.everything:
+        from soak_everything import Everything
+        from soak_system import soak_system
+
+        return soak_system(given.minutes, Everything)
     return soak(given.minutes, given.nodes)
 
 

@@ -2,9 +2,11 @@
 
 Started by `benchmarks/soak.py --system`. The system consists of roscore, a page that is being viewed, a
 recorder for all topics, frames and a listener, an action server and a client, parameter changes, service
-calls, and a launch with two nodes that end repeatedly and are restarted. Every ten seconds, the memory,
-threads and descriptors of each process are recorded. The verdict compares the last fifth of the time with the
-second fifth.
+calls, and a launch with two nodes that end repeatedly and are restarted. `--everything` adds the parts of
+`benchmarks/soak_everything.py`. Every ten seconds, the memory, threads, descriptors and processor time of
+each process are recorded. The verdict compares the last fifth of the time with the second fifth. Besides, the
+work of each part must continue to the end without a failure, and all of them together must use at most 70 %
+of the processors.
 """
 
 from __future__ import annotations
@@ -16,219 +18,120 @@ import random
 import re
 import signal
 import socket
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Coroutine
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 from urllib.request import urlopen
 
+from soak_programs import ENDING, LAUNCH, NODES
+from soak_resources import FIFTHS, Held, Process, Processors
+from table import heed_interrupts
 from websockets.asyncio.client import connect
 
 BIN = Path(sys.executable).parent
 SAMPLE_S = 10.0
-#: The allowed growth of a process between the warm-up and the end.
-MEMORY_SLACK_MB, THREADS_SLACK, FILES_SLACK = 6.0, 3, 5
-FIFTHS = 5
-
-NODES = {
-    "talker": """
-import rospy
-from std_msgs.msg import String
-from std_srvs.srv import Trigger, TriggerResponse
-rospy.init_node("talker")
-publisher, rate, count = rospy.Publisher("chat", String, queue_size=10), rospy.Rate(50), 0
-rospy.Service("ask", Trigger, lambda _: TriggerResponse(True, str(count)))
-while not rospy.is_shutdown():
-    count += 1
-    publisher.publish(str(count))
-    rate.sleep()
-""",
-    "frames": """
-import rospy, tf2_ros
-from geometry_msgs.msg import TransformStamped
-rospy.init_node("frames")
-broadcaster, rate = tf2_ros.TransformBroadcaster(), rospy.Rate(50)
-while not rospy.is_shutdown():
-    sent = []
-    for number in range(10):
-        made = TransformStamped()
-        made.header.stamp, made.header.frame_id = rospy.Time.now(), f"frame_{number}"
-        made.child_frame_id, made.transform.rotation.w = f"frame_{number + 1}", 1.0
-        sent.append(made)
-    broadcaster.sendTransform(sent)
-    rate.sleep()
-""",
-    "server": """
-import actionlib, rospy
-from actionlib.msg import TestAction, TestFeedback
-rospy.init_node("server")
-def work(goal):
-    server.publish_feedback(TestFeedback(goal.goal))
-    server.set_succeeded()
-server = actionlib.SimpleActionServer("go", TestAction, work, auto_start=False)
-server.start()
-rospy.spin()
-""",
-    "client": """
-import actionlib, json, rospy, tf2_ros
-from actionlib.msg import TestAction, TestGoal
-from actionlib_msgs.msg import GoalStatus
-from std_msgs.msg import String
-from std_srvs.srv import Trigger
-rospy.init_node("client")
-done = dict.fromkeys(("messages", "lookups", "goals", "calls", "parameters", "failures"), 0)
-def hear(_):
-    done["messages"] += 1
-rospy.Subscriber("chat", String, hear)
-buffer = tf2_ros.Buffer(rospy.Duration(5))
-listener = tf2_ros.TransformListener(buffer)
-client, ask = actionlib.SimpleActionClient("go", TestAction), rospy.ServiceProxy("ask", Trigger)
-client.wait_for_server()
-ask.wait_for_service()
-rate, turn = rospy.Rate(10), 0
-def attempt(what, work):
-    try:
-        good = work()
-    except (rospy.ROSException, rospy.ServiceException, tf2_ros.TransformException) as error:
-        good = False
-        rospy.logwarn("%s: %s", what, error)
-    done[what if good else "failures"] += 1
-def set_and_get():
-    rospy.set_param("/soak/turn", turn)
-    return rospy.get_param("/soak/turn") == turn
-wait = rospy.Duration(10)
-while not rospy.is_shutdown():
-    turn += 1
-    attempt("lookups", lambda: buffer.lookup_transform("frame_0", "frame_10", rospy.Time(0), wait))
-    attempt("goals", lambda: client.send_goal_and_wait(TestGoal(turn), wait) == GoalStatus.SUCCEEDED)
-    attempt("calls", lambda: ask().success)
-    attempt("parameters", set_and_get)
-    if turn % 50 == 0:
-        print(json.dumps(done), flush=True)
-    rate.sleep()
-""",
-}
-ENDING = """#!/usr/bin/env python3
-import sys, rospy
-from std_msgs.msg import String
-rospy.init_node("ending")
-heard = []
-rospy.Subscriber("/chat", String, heard.append)
-rospy.Publisher("said", String, queue_size=1, latch=True).publish("here")
-rospy.sleep(rospy.get_param("~lives"))
-sys.exit(rospy.get_param("~code"))
-"""
-LAUNCH = """<launch>
-  <node name="ends" pkg="soak" type="ending.py" respawn="true" ns="a">
-    <param name="lives" value="3.0"/> <param name="code" value="0"/>
-  </node>
-  <node name="fails" pkg="soak" type="ending.py" respawn="true" ns="b">
-    <param name="lives" value="5.0"/> <param name="code" value="3"/>
-  </node>
-</launch>"""
-
-
-@dataclass(slots=True)
-class Held:
-    """A process's resources, sample by sample."""
-
-    pid: int
-    megabytes: list[float] = field(default_factory=list)
-    threads: list[float] = field(default_factory=list)
-    files: list[float] = field(default_factory=list)
-
-    def sample(self) -> None:
-        """Record the process's current resources.
-
-        Raises:
-            OSError: the process has ended.
-        """
-        status = Path(f"/proc/{self.pid}/status").read_text()
-        self.megabytes.append(int(_field(status, "VmRSS")) / 1024)
-        self.threads.append(int(_field(status, "Threads")))
-        self.files.append(len(os.listdir(f"/proc/{self.pid}/fd")))
-
-    def growth(self) -> tuple[float, float, float]:
-        """Return the median growth from the second to the last fifth of the samples."""
-        return _growth(self.megabytes), _growth(self.threads), _growth(self.files)
-
-    @property
-    def is_flat(self) -> bool:
-        megabytes, threads, files = self.growth()
-        return megabytes <= MEMORY_SLACK_MB and threads <= THREADS_SLACK and files <= FILES_SLACK
-
-
-def _field(status: str, name: str) -> str:
-    found = re.search(rf"{name}:\s+(\d+)", status)
-    return found[1] if found else "0"
-
-
-def _growth(values: list[float]) -> float:
-    size = max(1, len(values) // FIFTHS)
-    return statistics.median(values[-size:]) - statistics.median(values[size : 2 * size] or values[:size])
+START_LIMIT_S = 180.0
+MOST_PROCESSOR_PERCENT = 70.0
+FAILURES = "failures"
 
 
 class System:
     """All processes, started in their own folder."""
 
+    #: The programs that print their counts as JSON.
+    counting: tuple[str, ...] = ("client",)
+    #: The rate of the talker and of the transforms.
+    rate_hz = 50
+    #: The times in seconds after which the nodes of the launch end.
+    lives_s = (3.0, 5.0)
+
     def __init__(self, folder: Path) -> None:
-        with socket.create_server(("127.0.0.1", 0)) as probe:
-            port = probe.getsockname()[1]
         self.folder = folder
+        self.port = free_port()
         self.environment = {
             **os.environ,
             "PATH": f"{BIN}:/usr/bin:/bin",
-            "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
+            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
             "ROS_HOME": str(folder),
             "ROS_PACKAGE_PATH": str(folder),
             "PYTHONUNBUFFERED": "1",
+            "RATE_HZ": str(self.rate_hz),
         }
+        self.counts = Counter({"updates": 0, "pages": 0, FAILURES: 0})
         self.running: dict[str, subprocess.Popen[str]] = {}
-        package = folder / "soak"
+        self.held: dict[str, Held] = {}
+
+    def open(self) -> None:
+        """Start all processes."""
+        package = self.folder / "soak"
         package.mkdir()
         (package / "package.xml").write_text("<package><name>soak</name></package>")
-        (package / "soak.launch").write_text(LAUNCH)
+        (package / "soak.launch").write_text(LAUNCH.format(*self.lives_s))
         (package / "ending.py").write_text(ENDING)
         (package / "ending.py").chmod(0o755)
-        self.start("roscore", "roscore", "-p", str(port))
-        wait_for(self.output("roscore"), r"started core service")
+        self.start("roscore", "roscore", "-p", str(self.port))
+        self.wait_for("roscore", r"started core service")
         for name, script in NODES.items():
             self.start(name, sys.executable, "-c", script)
         self.start("roslaunch", "roslaunch", "soak", "soak.launch")
-        options = ("--split", "--size=4", "--max-splits=3", "-O", str(folder / "all"))
+        options = ("--split", "--size=4", "--max-splits=3", "-O", str(self.folder / "all"))
         self.start("rosbag record", "rosbag", "record", "-a", *options)
         self.start("rqt_graph", "rqt_graph", "--no-browser")
-        self.url = wait_for(self.output("rqt_graph"), r"http://\S+")
+        self.url = self.wait_for("rqt_graph", r"http://\S+")
 
-    def start(self, name: str, *command: str) -> None:
+    def clients(self) -> list[Coroutine[Any, Any, None]]:
+        """Return what runs in this process beside the system until it is cancelled."""
+        return [look(self.url, self.counts)]
+
+    def start(self, name: str, *command: str, stdin: int = subprocess.DEVNULL, **environment: str) -> None:
         with self.output(name).open("w") as output:
             self.running[name] = subprocess.Popen(
                 command,
-                env=self.environment,
+                env={**self.environment, **environment},
                 cwd=self.folder,
-                stdin=subprocess.DEVNULL,
+                stdin=stdin,
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
                 text=True,
             )
+        self.held[name] = Process(pid=self.running[name].pid)
 
     def output(self, name: str) -> Path:
         return self.folder / f"{name.replace(' ', '_')}.output"
 
-    def done(self) -> dict[str, int]:
-        """Return the client's counts so far."""
-        lines = [line for line in self.output("client").read_text().splitlines() if line.startswith("{")]
-        return json.loads(lines[-1]) if lines else {}
+    def wait_for(self, name: str, pattern: str, limit_s: float = 60.0) -> str:
+        """Return the first text of the program's output that matches the pattern."""
+        deadline = time.monotonic() + limit_s
+        while time.monotonic() < deadline:
+            if found := re.search(pattern, self.output(name).read_text()):
+                return found[0]
+            time.sleep(0.05)
+        raise SystemExit(f"{name} has not printed /{pattern}/ after {limit_s} s")
 
-    def starts(self) -> int:
-        """Return the number of nodes that roslaunch started."""
-        return self.output("roslaunch").read_text().count("started with pid")
+    def done(self) -> Counter[str]:
+        """Return the counts of the clients and of the counting programs so far."""
+        done = Counter(self.counts)
+        for name in self.counting:
+            lines = [line for line in self.output(name).read_text().splitlines() if line.startswith("{")]
+            done.update(json.loads(lines[-1]) if lines else {})
+        done["nodes started by roslaunch"] = self.output("roslaunch").read_text().count("started with pid")
+        return done
+
+    def is_working(self) -> bool:
+        """Return whether each part has done something."""
+        return all(count for name, count in self.done().items() if name != FAILURES)
+
+    def tracebacks(self) -> list[str]:
+        """Return the programs that printed a traceback."""
+        return [name for name in self.running if "Traceback" in self.output(name).read_text()]
 
     def close(self) -> None:
         for process in reversed(self.running.values()):
@@ -238,18 +141,17 @@ class System:
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)
                 process.wait()
+            if process.stdin:
+                process.stdin.close()
 
 
-def wait_for(output: Path, pattern: str, limit_s: float = 60.0) -> str:
-    deadline = time.monotonic() + limit_s
-    while time.monotonic() < deadline:
-        if found := re.search(pattern, output.read_text()):
-            return found[0]
-        time.sleep(0.05)
-    raise SystemExit(f"{output} has no /{pattern}/ after {limit_s} s:\n{output.read_text()}")
+def free_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        port: int = probe.getsockname()[1]
+        return port
 
 
-async def look(url: str, counts: dict[str, int]) -> None:
+async def look(url: str, counts: Counter[str]) -> None:
     """Act as a browser that keeps some views open, sometimes loads the page's files, and reconnects each
     minute.
     """
@@ -276,53 +178,104 @@ async def look(url: str, counts: dict[str, int]) -> None:
                     counts["pages"] += 1
 
 
-async def watch(system: System, minutes: float, say: Callable[[str], None]) -> tuple[dict[str, Held], dict]:
-    held = {name: Held(process.pid) for name, process in system.running.items()}
-    counts = {"updates": 0, "pages": 0}
-    browser = asyncio.create_task(look(system.url, counts))
-    begin = time.monotonic()
+@dataclass(frozen=True, slots=True)
+class Run:
+    """What a run has shown.
+
+    Attributes:
+        history: the counts at each sample.
+        own, foreign: the usage of all processors by this run, and by others, in percent.
+        tracebacks: the programs that printed one.
+    """
+
+    history: list[Counter[str]]
+    own: float
+    foreign: float
+    tracebacks: list[str]
+
+
+async def watch(system: System, minutes: float) -> Run:
+    """Sample the resources for the given time."""
+    history: list[Counter[str]] = []
+    tasks = [asyncio.create_task(client) for client in system.clients()]
     try:
+        latest_begin = time.monotonic() + START_LIMIT_S
+        while not system.is_working() and time.monotonic() < latest_begin:
+            await asyncio.sleep(1)
+        begin, processors = time.monotonic(), Processors()
         for number in range(1, max(FIFTHS * 2, int(minutes * 60 / SAMPLE_S)) + 1):
             await asyncio.sleep(max(0.0, begin + number * SAMPLE_S - time.monotonic()))
-            for process in held.values():
-                process.sample()
-            if browser.done():
-                browser.result()
+            for each in system.held.values():
+                each.sample()
+            history.append(system.done())
+            for task in tasks:
+                if task.done():
+                    task.result()
             if number % 6 == 0:
-                sizes = " ".join(f"{name} {one.megabytes[-1]:.0f}" for name, one in held.items())
-                say(f"{number * SAMPLE_S / 60:5.1f} min, MB: {sizes}; {system.done()} {counts}")
+                columns = zip(*all_resources(system), strict=True)
+                sums = [sum(values[-1] for values in column) for column in columns]
+                figures = "{:,.0f} MB, {:.0f} threads, {:.0f} descriptors".format(*sums)
+                print(
+                    f"{number * SAMPLE_S / 60:5.1f} min: {figures}, {history[-1][FAILURES]} failures",
+                    flush=True,
+                )
+        own, foreign = processors.percent()  # before Chromium ends, because its time is then lost
+        return Run(history, own, foreign, system.tracebacks())
     finally:
-        while not browser.done():  # wait_for in Python 3.11 and older may swallow a cancellation
-            browser.cancel()
-            await asyncio.wait([browser], timeout=1)
-    return held, counts
+        while running := [task for task in tasks if not task.done()]:
+            for task in running:
+                task.cancel()
+            # Chromium takes seconds to end; but wait_for in Python 3.11 and older may swallow a cancellation.
+            await asyncio.wait(running, timeout=10)
 
 
-def soak_system(minutes: float) -> int:
-    """Run everything for the given time, and print a table. Return 1 if a process grew or a call failed."""
+def all_resources(system: System) -> list[tuple[list[float], ...]]:
+    """Return the samples of each process. The heaps are left out, because Chromium contains them."""
+    return [each.resources for each in system.held.values() if each.files]
+
+
+def soak_system(minutes: float, kind: type[System] = System) -> int:
+    """Run everything for the given time, and print a table. Return 1 if the verdict is bad."""
+    heed_interrupts()
+    signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     random.seed(1)
     with tempfile.TemporaryDirectory() as folder:
-        system = System(Path(folder))
+        system = kind(Path(folder))
         try:
-            held, counts = asyncio.run(watch(system, minutes, lambda line: print(line, flush=True)))
-            done, starts = system.done(), system.starts()
+            system.open()
+            run = asyncio.run(watch(system, minutes))
+        except KeyboardInterrupt:
+            return 130
         except BaseException:
             for name in system.running:
                 print(f"== {name}\n{system.output(name).read_text()[-2000:]}", file=sys.stderr)
             raise
         finally:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # another one would leave processes running
             system.close()
-    print("\n| process | MB | grown by | threads | grown by | descriptors | grown by |")
-    print("| --- |" + " ---: |" * 6)
+    return report(system.held, run)
+
+
+def report(held: dict[str, Held], run: Run) -> int:
+    """Print the table and the verdict. Return 1 if it is bad."""
+    history = run.history
+    seconds = SAMPLE_S * (len(history) - 1)
+    print("\n| process | MB | grown by | threads | grown by | descriptors | grown by | % of a processor |")
+    print("| --- |" + " ---: |" * 7)
     for name, one in held.items():
-        last = (one.megabytes[-1], one.threads[-1], one.files[-1])
-        cells = [f"{value:.1f} | {more:+.1f}" for value, more in zip(last, one.growth(), strict=True)]
-        print(f"| {name} | {' | '.join(cells)} |")
-    print(f"\n{done}; the page: {counts}; nodes started by roslaunch: {starts}")
+        print(f"| {name} | {' | '.join(one.cells(seconds))} |")
+    done = history[-1]
+    print("\n" + ", ".join(f"{name}: {count:,}" for name, count in done.items()))
     grown = [name for name, one in held.items() if not one.is_flat]
-    failures = done.get("failures", 0)
-    idle = [what for what, count in {**done, **counts}.items() if not count and what != "failures"]
-    print(f"verdict: {'flat' if not grown else 'grown: ' + ', '.join(grown)}; {failures} failures")
+    before = history[-(len(history) // FIFTHS) - 1]
+    idle = [name for name, count in done.items() if name != FAILURES and count <= before[name]]
+    print(f"processors: {run.own:.1f} % used by all of this, {run.foreign:.1f} % by others")
+    print(f"verdict: {'flat' if not grown else 'grown: ' + ', '.join(grown)}; {done[FAILURES]} failures")
     if idle:
-        print(f"never happened: {', '.join(idle)}")
-    return int(bool(grown or failures or idle))
+        print(f"stopped before the end: {', '.join(idle)}")
+    if run.tracebacks:
+        print(f"tracebacks: {', '.join(run.tracebacks)}")
+    is_too_busy = run.own > MOST_PROCESSOR_PERCENT
+    if is_too_busy:
+        print(f"more than {MOST_PROCESSOR_PERCENT:.0f} % of the processors were used")
+    return int(bool(grown or done[FAILURES] or idle or run.tracebacks or is_too_busy))

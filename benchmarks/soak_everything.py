@@ -1,0 +1,142 @@
+"""All parts of pipros in one system, for a long run.
+
+Started by `benchmarks/soak.py --everything`. In addition to `benchmarks/soak_system.py`, it has the Scene tab
+in Chromium (frames, markers, a cloud, a robot model, a scan) and another page with four panels, a rosbridge
+and a Foxglove client that reconnect every 20 s, a fleet of two masters with topics in both directions and a
+service, the ROS 2 gateway with peers that listen and publish (on Cyclone DDS if its wheel is installed, else
+on pipros), and the simulations of a robot and of turtlesim.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import os
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Coroutine
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from soak_clients import FOXGLOVE, PANELS, reconnect, use_foxglove, use_rosbridge, view_pages
+from soak_programs import FLEET_FILE, MORE_NODES, OPERATOR, SCENE
+from soak_resources import Browser, Heap, Process
+from soak_system import FAILURES, System, free_port
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+from tests.support.ros2_domains import free_domain  # noqa: E402
+
+PEERS = ROOT / "tests" / "support" / "dds"
+BLOB, TYPE = "uint32 number\nuint8[] data\n", "example_interfaces::msg::dds_::Blob_"
+CLIENTS_SLACK_MB = 30.0
+CYCLONE_ON_LOOPBACK = (
+    '<General><Interfaces><NetworkInterface name="lo"/></Interfaces><AllowMulticast>false</AllowMulticast>'
+    "</General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    '<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers>'
+    "</Discovery>"
+)
+
+
+class Everything(System):
+    """The system of `soak_system.py`, and everything else."""
+
+    counting = (*System.counting, "driver", "operator")
+    # Lower rates, because all parts together should use 70 % of two processors at most.
+    rate_hz = 20
+    lives_s = (6.0, 10.0)
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(folder)
+        self._domain = ExitStack()
+        self.heaps = Heap(), Heap()
+        (folder / "example_interfaces" / "msg").mkdir(parents=True)
+        (folder / "example_interfaces" / "package.xml").write_text(
+            "<package><name>example_interfaces</name></package>"
+        )
+        (folder / "example_interfaces" / "msg" / "Blob.msg").write_text(BLOB)
+
+    def open(self) -> None:
+        super().open()
+        self._open_simulations()
+        self._open_bridges()
+        self._open_fleet()
+        self._open_ros2()
+        for name, script in MORE_NODES.items():
+            self.start(name, sys.executable, "-c", script)
+        (self.folder / "scene.rviz").write_text(SCENE)
+        self.start(
+            "rviz", "rviz", "--no-browser", "--disable-anti-aliasing", "-d", str(self.folder / "scene.rviz")
+        )
+        self.scene_url = self.wait_for("rviz", r"http://\S+")
+        self.held["Chromium"] = Browser()
+        self.held["heap of the scene"], self.held["heap of the panels"] = self.heaps
+        # This process, which also keeps the samples; Playwright is not measured here.
+        self.held["the clients"] = Process(pid=os.getpid(), slack_mb=CLIENTS_SLACK_MB)
+
+    def _open_simulations(self) -> None:
+        self.start("pipros_sim", "rosrun", "pipros_sim", "sim", "_headless:=true")
+        self.start("turtlesim", "rosrun", "turtlesim", "turtlesim_node", "_headless:=true")
+
+    def _open_bridges(self) -> None:
+        ports = [str(free_port()) for _ in range(2)]
+        self.bridges = [f"ws://127.0.0.1:{port}" for port in ports]
+        self.start("rosbridge", "rosrun", "rosbridge_server", "rosbridge_websocket", f"_port:={ports[0]}")
+        self.start("foxglove", "pipros", "foxglove", "--port", ports[1])
+        self.wait_for("rosbridge", "started on port")
+        self.wait_for("foxglove", "ws://")
+
+    def _open_fleet(self) -> None:
+        port, router = str(free_port()), f"tcp/127.0.0.1:{free_port()}"
+        (self.folder / "fleet.yaml").write_text(FLEET_FILE)
+        self.start("second master", "rosmaster", "--core", "-p", port)
+        self.start("fleet router", "pipros", "fleet", "router", router)
+        file = ("--file", str(self.folder / "fleet.yaml"))
+        second = {"ROS_MASTER_URI": f"http://127.0.0.1:{port}"}
+        self.start("fleet robot", "pipros", "fleet", "join", "robot", "--router", router, *file)
+        self.start("fleet operator", "pipros", "fleet", "join", "operator", "--router", router, **second)
+        self.start("operator", sys.executable, "-c", OPERATOR, **second)
+
+    def _open_ros2(self) -> None:
+        domain = str(self._domain.enter_context(free_domain()))
+        options = ("--domain", domain, "--distro", "humble", "--msgs", str(self.folder))
+        self.start("ros2 gateway", "pipros", "ros2", *options)
+        if importlib.util.find_spec("cyclonedds"):
+            program, words, more = "cyclone_wheel_peer.py", [domain], {"CYCLONEDDS_URI": CYCLONE_ON_LOOPBACK}
+        else:
+            program, words, more = "rtps_peer.py", [domain, "LOCALHOST"], {}
+        for name, mode, topic, *rest in (
+            ("ros2 listener", "sub", "rt/blob", "reliable"),
+            ("ros2 talker", "pub", "rt/back", str(10**9), "100", "100000", "reliable"),
+        ):
+            dds_type = [] if more else [TYPE]
+            command = [sys.executable, str(PEERS / program), *words, mode, topic, *dds_type, *rest]
+            self.start(name, *command, stdin=subprocess.PIPE, **more)
+
+    def clients(self) -> list[Coroutine[Any, Any, None]]:
+        rosbridge, foxglove = (
+            functools.partial(use, counts=self.counts) for use in (use_rosbridge, use_foxglove)
+        )
+        panels_url = f"{self.url.rpartition('/')[0]}/{PANELS}"
+        return [
+            *super().clients(),
+            reconnect("rosbridge", self.counts, self.bridges[0], rosbridge),
+            reconnect("foxglove", self.counts, self.bridges[1], foxglove, subprotocols=[FOXGLOVE]),
+            view_pages(self.scene_url, panels_url, self.counts, self.heaps),
+        ]
+
+    def done(self) -> Counter[str]:
+        done = super().done()
+        lines = self.output("ros2 listener").read_text()
+        done["heard in ROS 2"] = lines.count("got ")
+        done[FAILURES] += lines.count("wrong ")
+        return done
+
+    def is_working(self) -> bool:
+        return all(heap.megabytes for heap in self.heaps) and super().is_working()
+
+    def close(self) -> None:
+        super().close()
+        self._domain.close()
