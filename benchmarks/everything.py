@@ -23,7 +23,7 @@ BEGIN, END = "<!-- script/bench begin -->", "<!-- script/bench end -->"
 HERE = os.path.dirname(os.path.abspath(__file__))
 GENUINE = os.path.exists("/usr/lib/python3/dist-packages/rospy")
 
-# The options for each benchmark: for a full run, with {rounds} and {seconds}, and for a quick run.
+# The options for each benchmark: for a full run, with {rounds}, {seconds} and {svg}, and for a quick run.
 BENCHMARKS = {
     "client": ("--rounds {rounds} --seconds {seconds}", "--quick --rounds 1 --seconds 0.7"),
     "contended": (
@@ -38,6 +38,7 @@ BENCHMARKS = {
     "codec": ("--rounds {rounds}", "--rounds 1 --only String,Imu,Path"),
     "libraries": ("--rounds {rounds} --seconds {seconds}", "--rounds 1 --seconds 0.7 --only tf,filter"),
     "bags": ("--rounds {rounds}", "--rounds 1 --only none,lz4"),
+    "scale": ("--rounds {rounds} --seconds {seconds} --svg {svg}", None),
     "page": ("--no-drawing --seconds 5", None),
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
@@ -75,6 +76,10 @@ BOUNDS = (
     ("from bytes", "the creation of objects"),
     ("Foxglove: images", "copies: into the server and out of it"),
     ("Foxglove:", "a system call for each message and client"),
+    ("message of", "Python and system calls for each message; copies, if it is large"),
+    ("subscribers,", "a send by one thread for each subscriber"),
+    ("topics,", "calls to the master, and connections"),
+    ("nodes,", "reading and writing XML in Python"),
     ("page", "copies of images for each browser"),
     ("set_transform", "Python instead of C++"),
     ("lookup_", "Python instead of C++"),
@@ -137,14 +142,18 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=2.0)
     parser.add_argument("--only", default=",".join(BENCHMARKS))
-    parser.add_argument("--update", metavar="FILE", help="replace the table in docs/performance.md")
+    parser.add_argument(
+        "--update", metavar="FILE", help="replace the table in docs/performance.md, and scale.svg beside it"
+    )
     options = parser.parse_args()
     heed_interrupts()
     rows, loads, failed, began = [], {}, [], time.monotonic()
     with tempfile.TemporaryDirectory() as folder:
+        svg = os.path.join(os.path.dirname(options.update) if options.update else folder, "scale.svg")
         for name in options.only.split(","):
-            full, quick = BENCHMARKS[name]
-            words = quick if options.quick else full.format(rounds=options.rounds, seconds=options.seconds)
+            full, words = BENCHMARKS[name]
+            if not options.quick:
+                words = full.format(rounds=options.rounds, seconds=options.seconds, svg=svg)
             if words is None or (name in NEEDS_GENUINE and not GENUINE):
                 continue
             load = Load()

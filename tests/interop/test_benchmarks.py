@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 from tests.support.environments import REPOSITORY, VENV_BIN
 from tests.support.processes import Processes
@@ -32,6 +33,21 @@ def test_the_libraries_are_measured_side_by_side(processes: Processes) -> None:
     for what in ("set_transform", "listener, ", "exact, ", "send_goal_and_wait, two", "import tf2_ros"):
         columns = r"( \| [\d.,e+]+){2} \| \d+\.\d+ x \| [\d.]+\.\.[\d.]+ \|$"
         assert re.search(rf"(?m)^\| {what}.*{columns}", ended.output), ended.output
+
+
+def test_a_chart_shows_cost_over_scale_side_by_side(processes: Processes, tmp_path: Path) -> None:
+    benchmark, chart = REPOSITORY / "benchmarks" / "scale.py", tmp_path / "scale.svg"
+    words = ("--quick", "--rounds", "1", "--seconds", "0.1", "--only", "size,topics", "--svg", chart)
+
+    ended = processes.run(VENV_BIN / "python", benchmark, *words, timeout_s=120)
+
+    assert ended.returncode == 0, ended.output
+    for what in ("message of 32 kB at 100 Hz: us", "topics, 10: s until advertised and connected"):
+        assert re.search(rf"(?m)^\| {what}.*( \| [\d.,e-]+){{2}} \| \d+\.\d+ x", ended.output), ended.output
+    svg = ElementTree.parse(chart).getroot()  # noqa: S314 - written by the run above
+    namespace = "{http://www.w3.org/2000/svg}"
+    assert "(bytes) from 16 to 32k: genuine " in (svg.findtext(f"{namespace}desc") or "")
+    assert [line.get("class") for line in svg.iter(f"{namespace}polyline")] == ["genuine", "pipros"] * 2
 
 
 def test_one_table_joins_the_benchmarks_and_replaces_the_one_of_a_document(
