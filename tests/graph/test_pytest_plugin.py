@@ -231,7 +231,7 @@ def test_a_respawning_node_is_restarted_and_one_without_a_program_is_named(
 
     result.assert_outcomes(passed=2, failed=2)
     result.stdout.fnmatch_lines(
-        ["*NodesDidNotStart: cannot start n;*", "E       Failed: no a miracle within 0.05 s"]
+        ["*NodesDidNotStart: cannot start n;*", "E       Failed: waited 0.05 s for a miracle"]
     )
 
 

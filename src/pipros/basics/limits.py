@@ -151,7 +151,7 @@ class Limits(NamedTuple):
         yaml_depth: nesting of lists and mappings in a YAML text; the parameter server has the same limit.
         xml_bytes: an XML file.
         xml_depth: nesting of elements in an XML file.
-        expression_characters: the text of one `$(eval ...)` or message filter.
+        expression_characters: the text of one `$(eval ...)`, message filter or CMake `math`.
         expression_size: characters of a string, or elements of a nested list, that an expression builds.
         expression_work: the sizes of all values that an expression builds, plus a charge for steps that take
             longer than their results' sizes suggest.

@@ -122,6 +122,11 @@ class SharedTopics:
         kinds = (kind for topic, kind in self._master.get_topic_types() if topic == name and kind != "*")
         return next(kinds, None)
 
+    def counts(self) -> Mapping[str, int]:
+        """Return the number of subscriptions to each topic."""
+        with self._lock:
+            return dict(self._takers)
+
     def close(self) -> None:
         """Ignore all later changes. The node's shutdown ends the subscriptions."""
         self._changes.close()

@@ -66,7 +66,7 @@ def changed_packages(machine: MachineReport) -> Findings:
     yield error(
         "changed-packages",
         f"After pipros was installed, {by} files of its packages: {shown}",
-        "Install pipros again, last: python -m pip install --force-reinstall --no-deps pipros",
+        "Install pipros again, last, with `--force-reinstall --no-deps`",
         *changed,
     )
 

@@ -169,7 +169,7 @@ def ros_wait_until() -> WaitUntil:
         deadline = time.monotonic() + timeout_s
         while not (value := condition()):
             if time.monotonic() >= deadline:
-                pytest.fail(f"no {what or 'true value'} within {timeout_s:g} s")
+                pytest.fail(f"waited {timeout_s:g} s for {what or 'a true value'}")
             time.sleep(_POLL_INTERVAL_S)
         return value
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -53,6 +55,16 @@ def test_the_environment_of_the_process_is_left_alone(tmp_path: Path) -> None:
     assert "PIPROS_TEST_OF_CMAKE" not in os.environ
 
 
+@pytest.fixture
+def deep_recursion() -> Iterator[None]:
+    """Allow deep recursion, as some libraries do, mypy among them."""
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(1 << 14)
+    yield
+    sys.setrecursionlimit(limit)
+
+
+@pytest.mark.usefixtures("deep_recursion")
 @pytest.mark.parametrize("sign", ["-", "~", "(", "1+"])
 def test_an_expression_that_is_nested_too_deep_is_a_mistake(sign: str) -> None:
     with pytest.raises(CMakeError, match=r"mistake.cmake:1 \(math\):\n  cannot parse the expression"):

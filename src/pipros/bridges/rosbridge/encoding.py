@@ -11,6 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.extras import install_command
 from pipros.bridges.outbox import Frame, text_frame
 from pipros.bridges.rosbridge.pictures_of_text import base64_png_of
 from pipros.bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
@@ -58,7 +59,7 @@ class _Bson:
             from bson.errors import BSONError
         except ImportError:  # also raised if PyPI's unrelated package `bson` is installed
             raise MissingCodec(
-                "BSON needs pymongo, which is not installed. Try: pip install 'pipros[bridges]'"
+                f"BSON needs pymongo, which is not installed. Try: {install_command('bridges')}"
             ) from None
         self.encode: Callable[[Any], bytes] = encode
         self.decode: Callable[[bytes], dict[str, Any]] = decode
@@ -77,7 +78,7 @@ def _cbor() -> Any:
         import cbor2
     except ImportError:
         raise MissingCodec(
-            "CBOR needs cbor2, which is not installed. Try: pip install 'pipros[bridges]'"
+            f"CBOR needs cbor2, which is not installed. Try: {install_command('bridges')}"
         ) from None
     return cbor2
 
