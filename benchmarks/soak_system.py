@@ -122,12 +122,13 @@ class System:
         for name in self.counting:
             lines = [line for line in self.output(name).read_text().splitlines() if line.startswith("{")]
             done.update(json.loads(lines[-1]) if lines else {})
+            done[f"reports of {name}"] = len(lines)
         done["nodes started by roslaunch"] = self.output("roslaunch").read_text().count("started with pid")
         return done
 
-    def is_working(self) -> bool:
-        """Return whether each part has done something."""
-        return all(count for name, count in self.done().items() if name != FAILURES)
+    def idle(self) -> list[str]:
+        """Return the names of the counts that are still 0: these parts have done nothing yet."""
+        return [name for name, count in self.done().items() if not count and name != FAILURES]
 
     def tracebacks(self) -> list[str]:
         """Return the programs that printed a traceback."""
@@ -200,7 +201,12 @@ async def watch(system: System, minutes: float) -> Run:
     tasks = [asyncio.create_task(client) for client in system.clients()]
     try:
         latest_begin = time.monotonic() + START_LIMIT_S
-        while not system.is_working() and time.monotonic() < latest_begin:
+        while idle := system.idle():
+            for task in tasks:
+                if task.done():
+                    task.result()
+            if time.monotonic() > latest_begin:
+                raise SystemExit(f"not working after {START_LIMIT_S:.0f} s: {', '.join(idle)}")
             await asyncio.sleep(1)
         begin, processors = time.monotonic(), Processors()
         for number in range(1, max(FIFTHS * 2, int(minutes * 60 / SAMPLE_S)) + 1):
