@@ -138,6 +138,7 @@ class Everything(System):
         heaps = [name for name, held in self.held.items() if isinstance(held, Heap) and not held.megabytes]
         return super().idle() + heaps
 
-    def close(self) -> None:
-        super().close()
+    def close(self) -> list[str]:
+        unclean = super().close()
         self._domain.close()
+        return unclean

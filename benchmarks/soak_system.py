@@ -24,6 +24,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Coroutine
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -130,10 +131,13 @@ class System:
         """Return the names of the counts that are still 0: these parts have done nothing yet."""
         return [name for name, count in self.done().items() if not count and name != FAILURES]
 
-    def ended(self) -> list[str]:
-        """Return the programs that have ended, with their exit codes. None of them ends by itself."""
+    def ended(self, good: tuple[int, ...] = ()) -> list[str]:
+        """Return the programs that have ended, with their exit codes, except for those with a good code.
+
+        None of them ends by itself.
+        """
         codes = {name: process.poll() for name, process in self.running.items()}
-        return [f"{name} (exit code {code})" for name, code in codes.items() if code is not None]
+        return [f"{name} (exit code {code})" for name, code in codes.items() if code not in (None, *good)]
 
     def tracebacks(self) -> list[str]:
         """Return the programs that printed a traceback."""
@@ -144,16 +148,18 @@ class System:
         for name in self.running:
             print(f"== {name}\n{self.output(name).read_text()[-2000:]}", file=sys.stderr)
 
-    def close(self) -> None:
+    def close(self) -> list[str]:
+        """End all programs. Return those that SIGINT did not end, or with another exit code than usual."""
         for process in reversed(self.running.values()):
             process.send_signal(signal.SIGINT)
-            try:
+            with suppress(subprocess.TimeoutExpired):
                 process.wait(20)
-            except subprocess.TimeoutExpired:
+            with suppress(ProcessLookupError):  # nothing of it is left
                 os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
+            process.wait()
             if process.stdin:
                 process.stdin.close()
+        return self.ended(good=(0, -signal.SIGINT))
 
 
 def free_port() -> int:
@@ -264,21 +270,24 @@ def soak_system(minutes: float, kind: type[System] = System) -> int:
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     random.seed(1)
     with tempfile.TemporaryDirectory() as folder:
-        system = kind(Path(folder))
+        system, run = kind(Path(folder)), None
         try:
             system.open()
             run = asyncio.run(watch(system, minutes))
             if run.ended:
                 system.print_outputs()
         except KeyboardInterrupt:
-            return 130
+            pass
         except BaseException:
             system.print_outputs()
             raise
         finally:
             signal.signal(signal.SIGINT, signal.SIG_IGN)  # another one would leave processes running
-            system.close()
-    return report(system.held, run)
+            unclean = system.close()
+    status = report(system.held, run) if run else 130
+    if unclean:
+        print(f"not ended well by SIGINT: {', '.join(unclean)}")
+    return status or int(bool(unclean))
 
 
 def report(held: dict[str, Held], run: Run) -> int:
