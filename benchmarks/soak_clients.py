@@ -1,6 +1,7 @@
 """The clients of `benchmarks/soak_everything.py`: of rosbridge, of Foxglove, and two pages in Chromium.
 
 Each one counts its work in a Counter. An error is printed and counted as a failure, and the client goes on.
+Only if a page cannot be opened does its client end, and the run with it.
 """
 
 from __future__ import annotations
@@ -170,20 +171,33 @@ async def collect(session: CDPSession, heap: Heap) -> None:
     heap.megabytes.append((await session.send("Runtime.getHeapUsage"))["usedSize"] / 1e6)
 
 
+async def repeat(name: str, counts: Counter[str], look: Callable[[], Awaitable[None]]) -> None:
+    """Call `look` every `PAGE_SAMPLE_S`."""
+    report = report_to(counts)
+    while True:
+        await asyncio.sleep(PAGE_SAMPLE_S)
+        try:
+            await look()
+        except Exception as error:
+            report(name, error)
+
+
 async def view_scene(browser: Browser, url: str, counts: Counter[str], heap: Heap) -> None:
     counts.update({"scene pictures": 0, "scene messages": 0})
     page = await open_page(browser, url, counts)
     session = await page.context.new_cdp_session(page)
-    while True:
-        await asyncio.sleep(PAGE_SAMPLE_S)
+
+    async def look() -> None:
         try:  # messages that wait for their transforms are errors until the next picture
             await page.wait_for_function(IS_SCENE_GOOD, timeout=LIMIT_S * 1000)
         except NeverShown:
             report_to(counts)("scene", await page.evaluate(SCENE_STATE))
-            continue
+            return
         state = await page.evaluate(SCENE_STATE)
         counts["scene pictures"], counts["scene messages"] = state["pictures"], state["messages"]
         await collect(session, heap)
+
+    await repeat("scene", counts, look)
 
 
 async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: Heap) -> None:
@@ -192,8 +206,9 @@ async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: He
     await page.locator(".picture canvas:visible").wait_for(timeout=LIMIT_S * 1000)
     names, before = ("plot", "images", "topic", "log"), [""] * 4
     counts["images drawn"] += 0
-    while True:
-        await asyncio.sleep(PAGE_SAMPLE_S)
+
+    async def look() -> None:
+        nonlocal before
         state = await page.evaluate(PANEL_TEXTS)
         counts["images drawn"] = state["pictures"]
         for name, old, new in zip(names, before, state["texts"], strict=True):
@@ -201,3 +216,5 @@ async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: He
                 counts[f"panel {name} changed"] += old != new
         before = state["texts"]
         await collect(session, heap)
+
+    await repeat("panels", counts, look)

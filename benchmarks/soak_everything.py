@@ -134,9 +134,11 @@ class Everything(System):
         done[FAILURES] += lines.count("wrong ")
         return done
 
-    def is_working(self) -> bool:
-        return all(heap.megabytes for heap in self.heaps) and super().is_working()
+    def idle(self) -> list[str]:
+        heaps = [name for name, held in self.held.items() if isinstance(held, Heap) and not held.megabytes]
+        return super().idle() + heaps
 
-    def close(self) -> None:
-        super().close()
+    def close(self) -> list[str]:
+        unclean = super().close()
         self._domain.close()
+        return unclean

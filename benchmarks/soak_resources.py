@@ -33,11 +33,7 @@ class Held:
     slack_mb: float = MEMORY_SLACK_MB
 
     def sample(self) -> None:
-        """Record the current resources.
-
-        Raises:
-            OSError: the process has ended.
-        """
+        """Record the current resources. They are 0 if the process has ended and its parent has not waited."""
 
     @property
     def resources(self) -> tuple[list[float], list[float], list[float]]:
@@ -63,7 +59,7 @@ class Held:
         pairs = zip(self.resources, self.growth(), strict=True)
         cells = [f"{values[-1]:.1f} | {more:+.1f}" if values else " | " for values, more in pairs]
         used = self.used_s
-        return [*cells, f"{100 * (used[-1] - used[0]) / seconds:.1f}" if used else ""]
+        return [*cells, f"{100 * (used[-1] - used[0]) / seconds:.1f}" if len(used) > 1 else ""]
 
 
 @dataclass(slots=True)
@@ -80,7 +76,10 @@ class Process(Held):
         status = (folder / "status").read_text()
         self.megabytes.append(int(_field(status, "VmRSS")) / 1024)
         self.threads.append(int(_field(status, "Threads")))
-        self.files.append(len(os.listdir(folder / "fd")))
+        try:
+            self.files.append(len(os.listdir(folder / "fd")))
+        except PermissionError:  # the process has ended, and this user is not root
+            self.files.append(0)
         ticks = (folder / "stat").read_text().rpartition(")")[2].split()[11:15]
         self.used_s.append(sum(map(int, ticks)) / _TICKS_PER_S)
 

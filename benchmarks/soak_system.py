@@ -24,6 +24,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Coroutine
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -122,27 +123,43 @@ class System:
         for name in self.counting:
             lines = [line for line in self.output(name).read_text().splitlines() if line.startswith("{")]
             done.update(json.loads(lines[-1]) if lines else {})
+            done[f"reports of {name}"] = len(lines)
         done["nodes started by roslaunch"] = self.output("roslaunch").read_text().count("started with pid")
         return done
 
-    def is_working(self) -> bool:
-        """Return whether each part has done something."""
-        return all(count for name, count in self.done().items() if name != FAILURES)
+    def idle(self) -> list[str]:
+        """Return the names of the counts that are still 0: these parts have done nothing yet."""
+        return [name for name, count in self.done().items() if not count and name != FAILURES]
+
+    def ended(self, good: tuple[int, ...] = ()) -> list[str]:
+        """Return the programs that have ended, with their exit codes, except for those with a good code.
+
+        None of them ends by itself.
+        """
+        codes = {name: process.poll() for name, process in self.running.items()}
+        return [f"{name} (exit code {code})" for name, code in codes.items() if code not in (None, *good)]
 
     def tracebacks(self) -> list[str]:
         """Return the programs that printed a traceback."""
         return [name for name in self.running if "Traceback" in self.output(name).read_text()]
 
-    def close(self) -> None:
+    def print_outputs(self) -> None:
+        """Print the end of each program's output."""
+        for name in self.running:
+            print(f"== {name}\n{self.output(name).read_text()[-2000:]}", file=sys.stderr)
+
+    def close(self) -> list[str]:
+        """End all programs. Return those that SIGINT did not end, or with another exit code than usual."""
         for process in reversed(self.running.values()):
             process.send_signal(signal.SIGINT)
-            try:
+            with suppress(subprocess.TimeoutExpired):
                 process.wait(20)
-            except subprocess.TimeoutExpired:
+            with suppress(ProcessLookupError):  # nothing of it is left
                 os.killpg(process.pid, signal.SIGKILL)
-                process.wait()
+            process.wait()
             if process.stdin:
                 process.stdin.close()
+        return self.ended(good=(0, -signal.SIGINT))
 
 
 def free_port() -> int:
@@ -184,23 +201,29 @@ class Run:
 
     Attributes:
         history: the counts at each sample.
+        ended: the programs and clients that ended early, which ends the run.
         own, foreign: the usage of all processors by this run, and by others, in percent.
         tracebacks: the programs that printed one.
     """
 
     history: list[Counter[str]]
+    ended: list[str]
     own: float
     foreign: float
     tracebacks: list[str]
 
 
 async def watch(system: System, minutes: float) -> Run:
-    """Sample the resources for the given time."""
+    """Sample the resources for the given time, or until a program or a client ends."""
     history: list[Counter[str]] = []
     tasks = [asyncio.create_task(client) for client in system.clients()]
     try:
         latest_begin = time.monotonic() + START_LIMIT_S
-        while not system.is_working() and time.monotonic() < latest_begin:
+        while idle := system.idle():
+            if ended := all_ended(system, tasks):
+                raise SystemExit(f"ended: {', '.join(ended)}")
+            if time.monotonic() > latest_begin:
+                raise SystemExit(f"not working after {START_LIMIT_S:.0f} s: {', '.join(idle)}")
             await asyncio.sleep(1)
         begin, processors = time.monotonic(), Processors()
         for number in range(1, max(FIFTHS * 2, int(minutes * 60 / SAMPLE_S)) + 1):
@@ -208,9 +231,8 @@ async def watch(system: System, minutes: float) -> Run:
             for each in system.held.values():
                 each.sample()
             history.append(system.done())
-            for task in tasks:
-                if task.done():
-                    task.result()
+            if ended := all_ended(system, tasks):
+                break
             if number % 6 == 0:
                 columns = zip(*all_resources(system), strict=True)
                 sums = [sum(values[-1] for values in column) for column in columns]
@@ -220,13 +242,21 @@ async def watch(system: System, minutes: float) -> Run:
                     flush=True,
                 )
         own, foreign = processors.percent()  # before Chromium ends, because its time is then lost
-        return Run(history, own, foreign, system.tracebacks())
+        return Run(history, ended, own, foreign, system.tracebacks())
     finally:
         while running := [task for task in tasks if not task.done()]:
             for task in running:
                 task.cancel()
             # Chromium takes seconds to end; but wait_for in Python 3.11 and older may swallow a cancellation.
             await asyncio.wait(running, timeout=10)
+
+
+def all_ended(system: System, tasks: list[asyncio.Task[None]]) -> list[str]:
+    """Return the programs and the clients that have ended. Print the errors of the clients."""
+    failed = [task for task in tasks if task.done()]
+    for task in failed:
+        task.print_stack()
+    return system.ended() + [f"a client ({task.exception()!r})" for task in failed]
 
 
 def all_resources(system: System) -> list[tuple[list[float], ...]]:
@@ -240,20 +270,24 @@ def soak_system(minutes: float, kind: type[System] = System) -> int:
     signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
     random.seed(1)
     with tempfile.TemporaryDirectory() as folder:
-        system = kind(Path(folder))
+        system, run = kind(Path(folder)), None
         try:
             system.open()
             run = asyncio.run(watch(system, minutes))
+            if run.ended:
+                system.print_outputs()
         except KeyboardInterrupt:
-            return 130
+            pass
         except BaseException:
-            for name in system.running:
-                print(f"== {name}\n{system.output(name).read_text()[-2000:]}", file=sys.stderr)
+            system.print_outputs()
             raise
         finally:
             signal.signal(signal.SIGINT, signal.SIG_IGN)  # another one would leave processes running
-            system.close()
-    return report(system.held, run)
+            unclean = system.close()
+    status = report(system.held, run) if run else 130
+    if unclean:
+        print(f"not ended well by SIGINT: {', '.join(unclean)}")
+    return status or int(bool(unclean))
 
 
 def report(held: dict[str, Held], run: Run) -> int:
@@ -271,11 +305,13 @@ def report(held: dict[str, Held], run: Run) -> int:
     idle = [name for name, count in done.items() if name != FAILURES and count <= before[name]]
     print(f"processors: {run.own:.1f} % used by all of this, {run.foreign:.1f} % by others")
     print(f"verdict: {'flat' if not grown else 'grown: ' + ', '.join(grown)}; {done[FAILURES]} failures")
-    if idle:
+    if idle and not run.ended:
         print(f"stopped before the end: {', '.join(idle)}")
+    if run.ended:
+        print(f"ended early: {', '.join(run.ended)}")
     if run.tracebacks:
         print(f"tracebacks: {', '.join(run.tracebacks)}")
     is_too_busy = run.own > MOST_PROCESSOR_PERCENT
     if is_too_busy:
         print(f"more than {MOST_PROCESSOR_PERCENT:.0f} % of the processors were used")
-    return int(bool(grown or done[FAILURES] or idle or run.tracebacks or is_too_busy))
+    return int(bool(grown or done[FAILURES] or idle or run.ended or run.tracebacks or is_too_busy))

@@ -213,6 +213,8 @@ def test(world: World) -> dict[str, float]:
 
 
 def build(world: World) -> dict[str, float]:
+    if not shutil.which("catkin_make", path=world.environment["PATH"]):
+        return {}
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(EXAMPLE / "composiv_tryouts", Path(folder, "src", "composiv_tryouts"))
         argv = ("catkin_make", "-C", folder)

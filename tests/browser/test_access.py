@@ -150,8 +150,9 @@ def test_an_address_with_a_token_from_a_file_outlives_the_server(
 
 
 def test_another_server_on_the_host_gets_no_secret(
-    page: Page, open_tab: OpenTab, neighbour: Neighbour
+    page: Page, neighbour: Neighbour, open_tab: OpenTab
 ) -> None:
+    # The tabs are closed before the neighbour, so that no request for its icon fails.
     tab = open_tab(page, "graph")
     expect_open(tab)
     other = tab.context.new_page()

@@ -6,7 +6,9 @@ import signal
 from pathlib import Path
 
 import pytest
+from cryptography.x509 import load_pem_x509_certificate
 
+from pipros.fleet.key_files import CERTIFICATE
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 
@@ -67,6 +69,13 @@ def test_a_member_ends_with_ctrl_c_while_it_waits_for_the_router(
     member.wait_for("waiting")
     member.press_ctrl_c()
     assert member.wait() == 0
+
+
+def test_days_is_the_validity_of_the_certificates_of_routers_too(ros: RosSystem) -> None:
+    for name, words in (("router", ("create", "fleet")), ("robot1", ("add", "fleet", "robot1"))):
+        assert ros.pipros.run("pipros", "fleet", "keys", *words, "--days", "3").returncode == 0
+        made = load_pem_x509_certificate((ros.home / "fleet" / name / CERTIFICATE).read_bytes())
+        assert (made.not_valid_after_utc - made.not_valid_before_utc).days == 1 + 3
 
 
 @pytest.mark.parametrize(

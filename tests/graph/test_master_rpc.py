@@ -269,7 +269,7 @@ def test_the_asyncio_client_reads_the_reason_too_and_sends_large_values() -> Non
 
     async def calls() -> None:
         client = AsyncRpcClient(serving.uri)
-        with pytest.raises(ProtocolError, match=r"answered 413"):
+        with pytest.raises(ProtocolError, match=r"responded with 413"):
             await client.call("echo", "x" * 20_000_000, timeout_s=20)
         large = "x" * 900_000
         for _ in range(2):

@@ -13,7 +13,7 @@ from enum import Enum
 class Kind(Enum):
     """The kind of difference."""
 
-    NAMED = "can be imported and named, no more"
+    NAMED = "can only be imported and named"
     ABSENT = "does not exist"
     DIFFERS = "differs"
 
@@ -67,7 +67,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "threads and servers inside genuine's own processes, which pipros does not have; use "
+        "threads and servers of genuine processes, which pipros does not have; use "
         "`roslaunch.pmon`, `concurrent.futures`, or `rosgraph.xmlrpc.XmlRpcNode`",
         (
             "rosgraph.xmlrpc.*XMLRPC*",
@@ -132,7 +132,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "launch children inside genuine's own processes: pipros starts each node on another machine by ssh, "
+        "launch children in genuine processes: pipros starts each node on another machine by ssh, "
         "and `roslaunch --child` is `pipros.launch.child`",
         (
             "roslaunch.child*",
@@ -144,7 +144,7 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "parts that the launchers of pipros do not have, and names that modules import for internal use",
+        "parts that pipros's launchers do not have, and names that modules import for internal use",
         (
             "roslaunch.loader.rosparam",
             "rostest.runner.rostestRunner",

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from tests.interop.test_transforms_as_genuine import is_near
+from tests.support.same_results import is_near
 
 PROGRAM = Path(__file__).parent / "programs" / "examine_conversions.py"
 PYKDL = next(Path("/usr/lib/python3/dist-packages").glob("PyKDL.cpython*.so"))

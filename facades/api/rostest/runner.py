@@ -149,12 +149,12 @@ def failDuplicateRunner(testName: str) -> _Method:
 
 
 def setUp(self: unittest.TestCase) -> None:
-    """Start the master and the nodes. This is `setUp` of the classes created by `createUnitTest`."""
+    """Start the master and the nodes. The classes created by `createUnitTest` use this as `setUp`."""
     _run_of(self).set_up()
 
 
 def tearDown(self: unittest.TestCase) -> None:
-    """Stop the master and the nodes. This is `tearDown` of the classes created by `createUnitTest`."""
+    """Stop the master and the nodes. The classes created by `createUnitTest` use this as `tearDown`."""
     _run_of(self).tear_down()
 
 

@@ -19,7 +19,7 @@ _star_names(__name__, "argparse distutils.spawn:find_executable os platform rosp
 
 
 class CleanupException(Exception):
-    """A folder cannot be measured."""
+    """The size of a folder cannot be determined."""
 
 
 def get_disk_usage(d: str) -> int:

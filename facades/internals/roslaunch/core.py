@@ -176,7 +176,7 @@ class Machine:
         )
 
     def config_equals(self, m2: object) -> bool:
-        """Return whether `m2` is an equal machine, ignoring its name."""
+        """Return whether `m2` is a machine with the same settings. Names are ignored."""
         return isinstance(m2, Machine) and self.config_key() == m2.config_key()
 
     def to_model(self) -> model.Machine:

@@ -133,7 +133,7 @@ class Process:
         return False
 
     def should_respawn(self) -> bool | float:
-        """Return False, or the delay in seconds before the process should be restarted."""
+        """Return the delay in seconds before the process should be restarted, or False for no restart."""
         if not self.respawn or (self.time_of_death is None and self.is_alive()):
             return False
         return (self.time_of_death or 0.0) + self.respawn_delay - time.time()

@@ -1,4 +1,4 @@
-"""The command `roslaunch-logs`."""
+"""The command `roslaunch-logs`, which prints the folder of the current run's log files."""
 
 from __future__ import annotations
 

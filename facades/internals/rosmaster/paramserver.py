@@ -161,7 +161,7 @@ class ParamDictionary:
 def compute_param_updates(
     subscribers: Registrations, param_key: str, param_value: Any, caller_id_to_ignore: str | None = None
 ) -> list[Update]:
-    """Return the update notices for a parameter's change. The value of a deleted parameter is `{}`.
+    """Return the update notices for a change to a parameter. The value of a deleted parameter is `{}`.
 
     A subscriber of the parameter or of a parent namespace gets the parameter's name and value. A subscriber
     of a child gets the child's name and value, or `{}` if the child is not set. `caller_id_to_ignore`, the

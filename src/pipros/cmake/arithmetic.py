@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from pipros.basics.limits import process_limits
+from pipros.basics.limits import limit_text
 from pipros.cmake.scope import Scope
 
 _TWO_TO_63 = 2**63
@@ -23,9 +23,12 @@ def math(words: list[str], scope: Scope) -> None:
     """
     if words[:1] != ["EXPR"] or len(words) < 3:
         raise ValueError("must have the form math(EXPR variable expression)")
+    limit = scope.limits.expression_characters  # the depth that the parser allows depends on the process
+    if len(words[2]) > limit:
+        raise ValueError(
+            f"the expression has {len(words[2])} characters; {limit_text('expression_characters', limit)}"
+        )
     try:
-        if len(words[2]) > process_limits().expression_characters:
-            raise RecursionError  # the depth that the parser allows depends on the process
         # Unlike in Python, leading zeros are allowed.
         text = _LEADING_ZEROS.sub("", words[2].strip())
         value = _value(ast.parse(text, mode="eval").body)

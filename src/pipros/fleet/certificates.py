@@ -63,8 +63,8 @@ class Authority:
             raise KeysFailed(f"[{folder}] has no authority; `pipros fleet keys create {folder}` creates one")
 
     @classmethod
-    def create(cls, folder: str | Path) -> Authority:
-        """Create an authority and a certificate for its routers.
+    def create(cls, folder: str | Path, days: int = MEMBER_DAYS) -> Authority:
+        """Create an authority and a certificate for its routers, which is valid for `days`.
 
         Raises:
             KeysFailed: the folder already has an authority, or cannot be written.
@@ -87,7 +87,7 @@ class Authority:
             raise KeysFailed(f"cannot write [{folder}]: {error.strerror or error}") from None
         authority = cls(folder)
         authority._write_members({})
-        authority._issue(ROUTER, MEMBER_DAYS, is_router=True)
+        authority._issue(ROUTER, days, is_router=True)
         return authority
 
     def members(self) -> dict[str, Role]:

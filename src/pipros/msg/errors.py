@@ -18,6 +18,6 @@ class SerializationError(MessageException):
 
 
 class DeserializationError(MessageException):
-    """Bytes are not a serialized message of the expected type."""
+    """The data is not a serialized message of the expected type."""
 
     __module__ = "genpy.message"

@@ -116,10 +116,10 @@ _ONLY_SHOWN = Encoding("yuv422_yuy2", "8U", 2, Color.YUV422_YUY2)  # cv_bridge d
 
 
 def shown_encoding(name: str) -> Encoding:
-    """Return the encoding with which pictures and the web page show an image.
+    """Return the encoding used to show an image on the web page and in saved pictures.
 
     Types that do not define colours, such as 8UC3, are shown in the order of OpenCV's arrays: grey, BGR or
-    BGRA. In conversions (`cv_bridge`), they do not define colours, as in Noetic.
+    BGRA. `cv_bridge` conversions, as in Noetic, treat them as having no colours.
 
     Raises:
         UnknownEncoding: the name is unknown.

@@ -328,7 +328,7 @@ class Gateway:
         return found
 
     def _report(self, skipped: Mapping[str, LeftOut]) -> None:
-        """Log each reason once, except for names that the rules or their defaults exclude."""
+        """Log each reason once. Log nothing for names that the rules or their defaults exclude."""
         for name, each in skipped.items():
             text = f"{name}: {each.reason}"
             if not each.by_rule and text not in self._reported and len(self._reported) < _SKIPPED:

@@ -56,7 +56,7 @@ class Ros1Graph:
 
 
 class Ros1Looker:
-    """Takes snapshots of ROS 1. All calls may block, but only for a limited time."""
+    """Takes snapshots of a ROS 1 system. All calls may block, but only for a limited time."""
 
     def __init__(self, node: Node) -> None:
         self._node = node

@@ -25,7 +25,7 @@ class ResultTooLarge(PiprosError, ValueError):
 
 
 class Budget:
-    """The remaining work of one evaluation, which limits the total size of its results."""
+    """The work that one evaluation may still do. It limits the total size of the results."""
 
     def __init__(self, limits: Limits) -> None:
         self._size_limit = limits.expression_size

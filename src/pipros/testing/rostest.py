@@ -25,7 +25,7 @@ from pipros.workspace.index import PackageIndex
 __unittest = True
 
 _CASE_CLASS = "RosTest"
-# Genuine rostest's result files contain this class, and dashboards group by it.
+# The result files of genuine rostest contain this class, and dashboards group results by it.
 _CASE_MODULE = "rostest.runner"
 
 

@@ -42,11 +42,11 @@ class ShownBags:
         self._open_bags = open_bags
 
     def views(self, live: Mapping[str, View]) -> Mapping[str, View]:
-        """Return all views; those that show messages are redirected."""
+        """Return all views. Those that show messages are replaced by views of the bag."""
         return {**live, **{name: self._view(name, live[name]) for name in _VIEWS}}
 
     def actions(self, live: Mapping[str, Action]) -> Mapping[str, Action]:
-        """Return all actions; those that read messages are redirected."""
+        """Return all actions. Those that read messages are replaced by actions that read the bag."""
         return {**live, **{name: self._action(name, live[name]) for name in _ACTIONS}}
 
     def _view(self, name: str, live: View) -> View:

@@ -1,4 +1,4 @@
-"""Updates of the connection graph for the clients that display it. Performs no I/O."""
+"""Compute updates to the connection graph for the clients that display it. Performs no I/O."""
 
 from __future__ import annotations
 

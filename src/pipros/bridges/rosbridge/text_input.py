@@ -63,9 +63,10 @@ class JsonObjects:
         self._is_in_string = self._is_escaped = False
 
     def feed(self, text: str) -> Iterator[str | BadInput]:
-        """Yield the text of each completed object, and errors for overlong objects and text between objects.
+        """Yield the text of each completed object.
 
-        After an overlong object, the rest of `text` is discarded.
+        Yield an error for each overlong object and for any text between objects. After an overlong object,
+        the rest of `text` is discarded.
         """
         position = 0
         while position < len(text):

@@ -21,7 +21,7 @@ def main(argv: Sequence[str]) -> int:
 
     match arguments:
         case ["create", folder]:
-            Authority.create(folder)
+            Authority.create(folder, options.days)
             print(f"{folder}: authority created; `pipros fleet router tls/HOST:PORT --keys {folder}` uses it")
         case ["add", folder, name]:
             made = Authority(folder).add(

@@ -409,7 +409,10 @@ class _Converter(RunEmitter):
         self._count_field(self._outer)
         count = value.length if value.form is Form.ARRAY else 1
         if count * max(1, value.size) > self._limits.message_values:
-            raise NotConvertible(f"{pair.ros2.type}: a default value has too many elements")
+            raise NotConvertible(
+                f"{pair.ros2.type}: a default value has {count} elements of {value.size} bytes; "
+                f"{limit_text('message_values', self._limits.message_values)}"
+            )
         for size, alignment, octets in default_bytes(value, self._values, to_cdr=self.to_cdr):
             self._count_field(pair.ros2.type)
             if not octets.strip(b"\0"):

@@ -40,7 +40,7 @@ class MessageRule:
 
 @dataclass(frozen=True, slots=True)
 class ServiceRule:
-    """Two services that correspond."""
+    """A ROS 1 service type and the corresponding ROS 2 service type."""
 
     ros1: str
     ros2: str

@@ -42,8 +42,8 @@ class Simulation:
             seed: a seed >= 0 for the noise and for the random poses of robots without a starting pose.
 
         Raises:
-            InvalidSettings: a name is repeated, a starting pose is too close to a wall, or no free place was
-                found for a robot.
+            InvalidSettings: a name is repeated, a starting pose is too close to a wall or to the map's edge,
+                or no free place was found for a robot.
         """
         self.world = world
         self.robots: dict[str, Robot] = {}
@@ -56,7 +56,8 @@ class Simulation:
                 settings.start.x, settings.start.y, settings.radius
             ):
                 raise InvalidSettings(
-                    f"robot [{settings.name}] cannot start at {settings.start}: too close to a wall"
+                    f"robot [{settings.name}] cannot start at {settings.start}: "
+                    "too close to a wall or to the map's edge"
                 )
         for settings, own in zip(robots, seeds, strict=True):
             if settings.name in self.robots:

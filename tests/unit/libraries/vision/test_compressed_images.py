@@ -125,7 +125,7 @@ def test_unsupported_images_cannot_be_compressed() -> None:
         compressed(np.zeros((2, 2, 3), np.uint16), "rgb16", PNG, PILLOW)
     with pytest.raises(CompressionError, match="Unrecognized image encoding"):
         compressed(RAMP, "xyz", PNG, PILLOW)
-    with pytest.raises(CompressionError, match=r"\[mono8\] must have pixels|Pillow cannot write"):
+    with pytest.raises(CompressionError, match="Pillow cannot write"):
         compressed(np.zeros((0, 0), np.uint8), "mono8", PNG, PILLOW)
     with pytest.raises(CompressionError, match="must be jpeg or png, got 'gif'"):
         Settings("gif")

@@ -180,6 +180,8 @@ def test_invalid_robots_raise() -> None:
         simulation(RobotSettings("a"), RobotSettings("a"))
     with pytest.raises(InvalidSettings, match=r"robot \[a\] cannot start at .*: too close to a wall"):
         simulation(RobotSettings("a", start=Pose(0.0, 0.0, 0.0)))
+    with pytest.raises(InvalidSettings, match=r"robot \[a\] cannot start at .*or to the map's edge"):
+        simulation(RobotSettings("a", start=Pose(1000.0, 0.0, 0.0)))
     with pytest.raises(InvalidSettings, match=r"no free place found for robot \[a\] \(radius 6 m\)"):
         simulation(RobotSettings("a", radius=6))
 

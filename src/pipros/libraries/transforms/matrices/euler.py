@@ -31,7 +31,7 @@ def _conventions() -> dict[str, Convention]:
 
 
 def axes_of(inner: int, parity: int) -> tuple[int, int, int]:
-    """Return the indices of the three axes in the order of a convention."""
+    """Return the indices of the three axes, in the order that a convention specifies."""
     if parity:
         return inner, (inner + 2) % 3, (inner + 1) % 3
     return inner, (inner + 1) % 3, (inner + 2) % 3
