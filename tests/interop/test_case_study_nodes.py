@@ -54,7 +54,9 @@ def test_talker_and_listener_connect_in_either_order_and_again_after_a_restart(
 
 
 # Not with both from genuine ROS: there, the new listener sometimes gets the request meant for the old one.
-@pytest.mark.parametrize(("mastering", "listening"), [("genuine", "pipros"), ("pipros", "genuine")])
+@pytest.mark.parametrize(
+    ("mastering", "listening"), [("genuine", "pipros"), ("pipros", "genuine"), ("pipros", "pipros")]
+)
 def test_a_new_listener_ends_an_older_one_of_the_same_name(
     ros: RosSystem, mastering: str, listening: str
 ) -> None:

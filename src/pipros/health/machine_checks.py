@@ -66,7 +66,8 @@ def changed_packages(machine: MachineReport) -> Findings:
     yield error(
         "changed-packages",
         f"After pipros was installed, {by} files of its packages: {shown}",
-        "Install pipros again, last, with `--force-reinstall --no-deps`",
+        "Install pipros again, last, from the same place: "
+        "python -m pip install --force-reinstall --no-deps PLACE",
         *changed,
     )
 
