@@ -97,6 +97,58 @@ def test_a_crashed_server_is_unreachable(make_node: MakeNode) -> None:
         client.client("ghost", Empty).probe(1.0)
 
 
+def test_each_call_goes_to_the_server_that_the_master_names(make_node: MakeNode) -> None:
+    client = make_node("client")
+    proxy = client.client("set", SetBool)
+    first = make_node("first").serve("set", SetBool, answer("first"))
+    assert proxy.call(ON).message == "first"
+    second = make_node("second")
+    replacement = second.serve("set", SetBool, answer("second"))
+    assert proxy.call(ON).message == "second"
+    second.endpoints.stop_serving(replacement)
+    with pytest.raises(ServiceFailed, match=r"service \[/set\] unavailable"):
+        proxy.call(ON)
+    assert first.calls == 1  # it still listens
+
+
+def test_a_call_reaches_a_server_that_has_moved_from_a_silent_address(make_node: MakeNode) -> None:
+    client = make_node("client")
+    proxy = client.client("set", SetBool)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        port = silent.getsockname()[1]
+        client.master.register_service("/set", f"rosrpc://127.0.0.1:{port}", client.uri)
+        for _ in range(2):
+            with pytest.raises(CallTimeout):
+                proxy.call(ON, timeout_s=0.1)
+        make_node("server").serve("set", SetBool, answer("done"))
+        assert proxy.call(ON).message == "done"
+
+
+def test_a_client_connects_to_the_server_of_its_last_call_while_the_master_responds(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server, client = make_node("server"), make_node("client")
+    service = server.serve("set", SetBool, answer("done"))
+    proxy = client.client("set", SetBool)
+    proxy.call(ON)
+    events: list[str] = []
+    connect, lookup_service = proxy._link, client.master.lookup_service
+
+    def recording_connect(uri: str, deadline: float | None) -> Any:
+        events.append("connecting")
+        return connect(uri, deadline)
+
+    def recording_lookup(name: str, meanwhile: Callable[[], None] | None = None) -> str:
+        uri = lookup_service(name, meanwhile)
+        events.append("looked up")
+        return uri
+
+    monkeypatch.setattr(proxy, "_link", recording_connect)
+    monkeypatch.setattr(client.master, "lookup_service", recording_lookup)
+    assert proxy.call(ON).message == "done"
+    assert (events, service.calls) == (["connecting", "looked up"], 2)
+
+
 def test_a_probe_connects_without_a_call(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     service = server.serve("set", SetBool, answer(""))

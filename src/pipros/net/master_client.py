@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from pipros.basics.errors import ProtocolError, Refused, Unreachable
@@ -39,19 +40,32 @@ class MasterClient:
         self.caller_id = caller_id
         self._rpc = RpcClient(uri, timeout_s=timeout_s)
 
-    def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
-        """Call any method; the caller_id is added as the first parameter."""
-        code, text, value = self.call_raw(method, *params, timeout_s=timeout_s)
+    def call(
+        self,
+        method: str,
+        *params: Any,
+        timeout_s: float | None = TIMEOUT_OF_CLIENT,
+        meanwhile: Callable[[], None] | None = None,
+    ) -> Any:
+        """Call any method; the caller_id is added as the first parameter.
+
+        `meanwhile` is called when the request has been sent, and again if it has to be sent once more.
+        """
+        code, text, value = self.call_raw(method, *params, timeout_s=timeout_s, meanwhile=meanwhile)
         if code != 1:
             raise Refused(f"master [{self.uri}]", code, text)
         return value
 
     def call_raw(
-        self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT
+        self,
+        method: str,
+        *params: Any,
+        timeout_s: float | None = TIMEOUT_OF_CLIENT,
+        meanwhile: Callable[[], None] | None = None,
     ) -> tuple[int, str, Any]:
         """Like `call`, but return the code, text and value, regardless of the code."""
         try:
-            answer = self._rpc.call(method, self.caller_id, *params, timeout_s=timeout_s)
+            answer = self._rpc.call(method, self.caller_id, *params, timeout_s=timeout_s, meanwhile=meanwhile)
         except Unreachable as error:
             from pipros.basics.uri import host_of
             from pipros.net.address import is_loopback
@@ -128,9 +142,12 @@ class MasterClient:
         """Return a node's API URI. Raises `Refused` if the node is unknown."""
         return str(self.call("lookupNode", node))
 
-    def lookup_service(self, service: str) -> str:
-        """Return a service's URI, `rosrpc://HOST:PORT`. Raises `Refused` if no node offers it."""
-        return str(self.call("lookupService", service))
+    def lookup_service(self, service: str, meanwhile: Callable[[], None] | None = None) -> str:
+        """Return a service's URI, `rosrpc://HOST:PORT`. Raises `Refused` if no node offers it.
+
+        `meanwhile` is called when the request has been sent, and again if it has to be sent once more.
+        """
+        return str(self.call("lookupService", service, meanwhile=meanwhile))
 
     def get_system_state(self) -> list[list[list[Any]]]:
         """Return three lists of `[name, [node, …]]`: the publishers, subscribers and services."""

@@ -11,6 +11,7 @@ import os
 import socket
 import threading
 import time
+from collections.abc import Callable
 from typing import Any, Final
 
 from pipros.basics.errors import Interrupted, LimitExceeded, ProtocolError, Unreachable
@@ -77,8 +78,16 @@ class RpcClient:
         self._interruptions = 0
         self._is_closed = False
 
-    def call(self, method: str, *params: Any, timeout_s: float | None = TIMEOUT_OF_CLIENT) -> Any:
+    def call(
+        self,
+        method: str,
+        *params: Any,
+        timeout_s: float | None = TIMEOUT_OF_CLIENT,
+        meanwhile: Callable[[], None] | None = None,
+    ) -> Any:
         """Call `method` and return its value. Blocks until the response arrives or the timeout expires.
+
+        `meanwhile` is called when the request has been sent, and again if it has to be sent once more.
 
         Raises:
             Unreachable: the connection failed or was lost, or no response arrived in time.
@@ -94,7 +103,7 @@ class RpcClient:
             if timeout_s == TIMEOUT_OF_CLIENT:
                 timeout_s = self.timeout_s
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
-        response = self._exchange(body, deadline, interruptions)
+        response = self._exchange(body, deadline, interruptions, meanwhile)
         if response.status != 200:
             detail = response.body[:200].decode("utf-8", "replace").strip()
             raise ProtocolError(f"{self.uri} responded with {response.status} {response.reason}: {detail}")
@@ -126,14 +135,20 @@ class RpcClient:
             for connection in self._busy:
                 connection.abort()
 
-    def _exchange(self, body: bytes, deadline: float | None, interruptions: int) -> Response:
+    def _exchange(
+        self,
+        body: bytes,
+        deadline: float | None,
+        interruptions: int,
+        meanwhile: Callable[[], None] | None,
+    ) -> Response:
         request = build_request(host_and_port(self._host, self._port), self._path, body)
         try:
             if connection := self._pop_idle():
                 with contextlib.suppress(_ClosedBeforeAnswer):
-                    return self._use(connection, request, deadline, interruptions)
+                    return self._use(connection, request, deadline, interruptions, meanwhile)
             connection = _ClientConnection(self._host, self._port, self._answer_limit_bytes)
-            return self._use(connection, request, deadline, interruptions)
+            return self._use(connection, request, deadline, interruptions, meanwhile)
         except (OSError, HttpError) as error:
             raise self._explain(error) from error
 
@@ -143,7 +158,12 @@ class RpcClient:
             self.server_addresses = (found, *others)[:_KEPT_ADDRESSES]
 
     def _use(
-        self, connection: _ClientConnection, request: bytes, deadline: float | None, interruptions: int
+        self,
+        connection: _ClientConnection,
+        request: bytes,
+        deadline: float | None,
+        interruptions: int,
+        meanwhile: Callable[[], None] | None,
     ) -> Response:
         """Send a request and return the response. Close the connection if this fails or is interrupted."""
         with self._lock:
@@ -153,7 +173,7 @@ class RpcClient:
         try:
             if address := connection.open(deadline):
                 self._note_address(address)
-            response = connection.exchange(request, deadline)
+            response = connection.exchange(request, deadline, meanwhile)
         except BaseException:
             with self._lock:
                 self._busy.discard(connection)
@@ -254,13 +274,17 @@ class _ClientConnection:
             return False
         return False
 
-    def exchange(self, request: bytes, deadline: float | None) -> Response:
+    def exchange(
+        self, request: bytes, deadline: float | None, meanwhile: Callable[[], None] | None
+    ) -> Response:
         reader = self._reader
         has_answer_begun = False
         try:
             self._socket.settimeout(_left(deadline))
             self._socket.sendall(request)
             self._socket.settimeout(None)
+            if meanwhile is not None:
+                meanwhile()
             while True:
                 data = self._receiver.receive(self._socket, _READ_BYTES, deadline)
                 if not data:

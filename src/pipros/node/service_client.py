@@ -36,6 +36,9 @@ _pack_length = struct.Struct("<I").pack
 _HEADER_CHUNK_BYTES = 16 * 1024
 _CHUNK_BYTES = 64 * 1024
 _LARGEST_CHUNK_BYTES = 4 * 1024 * 1024
+EARLY_LIMIT_S = 0.05
+"""Maximum time for connecting to the server of the last call before the master's response is read."""
+
 PROBE_INTERVAL_S = 0.3
 PROBE_LIMIT_S = 10.0
 """Interval between probes while waiting for a service, and the maximum duration of one probe."""
@@ -95,6 +98,7 @@ class ServiceClient:
         self.calls = OpenCalls(part_of=calls)
         self.service = service
         self.uri: str | None = None  # the server's URI at the last call
+        self._expected_uri: str | None = None  # the same, unless connecting early did not help
         self._interface = WireType(service_class._type, service_class._md5sum)
         self._decode = decoder(service_class._response_class)
         self._master = master
@@ -195,18 +199,49 @@ class ServiceClient:
         if kept is not None:
             kept.close()
 
-    def _look_up(self) -> str:
+    def _look_up(self, meanwhile: Callable[[], None] | None = None) -> str:
         try:
-            return self._master().lookup_service(self.service)
+            return self._master().lookup_service(self.service, meanwhile)
         except Refused:
             raise ServiceFailed(f"service [{self.service}] unavailable") from None
         except PiprosError as error:
             raise ServiceFailed(f"unable to contact master: {error}") from error
 
     def _connect(self, deadline: float | None) -> ServiceLink:
-        self.uri = self._look_up()
+        """Look up the server and connect to it.
+
+        The server is usually that of the last call. The client therefore connects to it again while it waits
+        for the master, but uses this link only if the master returns the same URI.
+        """
+        expected = self._expected_uri
+        early: ServiceLink | None = None
+
+        def connect_early() -> None:
+            nonlocal early
+            soon = time.monotonic() + EARLY_LIMIT_S
+            if expected is not None and early is None:
+                with contextlib.suppress(ServiceFailed):
+                    early = self._link(expected, soon if deadline is None else min(soon, deadline))
+
+        try:
+            uri = self._look_up(None if expected is None else connect_early)
+        except BaseException:
+            if early is not None:
+                early.close()
+            raise
+        if uri != self.uri:
+            self.uri = self._expected_uri = uri
+        elif early is None:
+            self._expected_uri = None
+        if early is not None:
+            if uri == expected:
+                return early
+            early.close()
+        return self._link(uri, deadline)
+
+    def _link(self, uri: str, deadline: float | None) -> ServiceLink:
         return ServiceLink(
-            self.uri,
+            uri,
             self.service,
             self._master().caller_id,
             self._interface,
