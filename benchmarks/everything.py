@@ -40,12 +40,13 @@ BENCHMARKS = {
     "libraries": ("--rounds {rounds} --seconds {seconds}", "--rounds 1 --seconds 0.7 --only tf,filter"),
     "bags": ("--rounds {rounds}", "--rounds 1 --only none,lz4"),
     "scale": ("--rounds {rounds} --seconds {seconds} --svg {svg}", None),
-    "page": ("--no-drawing --seconds 5", None),
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
 NEEDS_GENUINE = ("codec", "bags")  # these run in genuine ROS's Python
-# Benchmarks that print tables of their own. `scene` needs Playwright and Chromium, `ros2` needs cyclonedds.
+# Benchmarks that print tables of their own. `page` and `scene` need Playwright and Chromium,
+# `ros2` needs cyclonedds.
 OWN_TABLES = {
+    "page": "--seconds 5",
     "fleet": "--rounds {rounds} --seconds 2",
     "ros2": "--rounds {rounds}",
     "scene": "--seconds 5",
@@ -89,7 +90,6 @@ BOUNDS = (
     ("subscribers,", "a send by one thread for each subscriber"),
     ("topics,", "calls to the master, and connections"),
     ("nodes,", "reading and writing XML in Python"),
-    ("page", "copies of images for each browser"),
     ("set_transform", "Python instead of C++"),
     ("lookup_", "Python instead of C++"),
     ("can_", "Python instead of C++"),

@@ -31,7 +31,6 @@ import time
 from urllib.parse import urlsplit
 
 import psutil
-from table import Row, write_json
 from websockets.asyncio.client import connect
 
 SCRIPTS = os.path.dirname(sys.executable)
@@ -136,11 +135,9 @@ def main():
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--heap", metavar="MINUTES", help="measure the browser's heap at these, such as 5,30")
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--no-drawing", action="store_true", help="leave the graph in Chromium out")
-    parser.add_argument("--json", help="also write the rows to this file")
     options = parser.parse_args()
     seconds = 3.0 if options.quick else options.seconds
-    if not options.no_drawing and shutil.which("chromium"):
+    if shutil.which("chromium"):
         print(drawing(3 if options.quick else 9), flush=True)
         print(four_panels(seconds), flush=True)
         if options.heap:
@@ -151,13 +148,8 @@ def main():
         rows = [("no page", None, False), ("a page, no browser", 0, False)]
         rows += [(f"{options.browsers} browsers", options.browsers, False)]
         rows += [(f"{options.browsers} browsers, one stuck", options.browsers, True)]
-        figures = {}
         for name, browsers, is_stuck in rows:
-            text, found = row(name, home, browsers, is_stuck, seconds)
-            figures.update(found)
-            print(text, flush=True)
-    if options.json:
-        write_json(options.json, [Row(label, {"pipros": [value]}) for label, value in figures.items()])
+            print(row(name, home, browsers, is_stuck, seconds), flush=True)
 
 
 def drawing(rounds):
@@ -363,12 +355,7 @@ def row(name, home, browsers, is_stuck, seconds):
         rates = [float(line) for line in publisher.communicate(timeout=20)[0].split()][-int(seconds) + 1 :]
         images = f"{received / browsers / seconds:.1f}/s" if browsers else ""
         use = f"{cpu:10.0f}% {memory / 1e6:11.1f} MB" if browsers is not None else ""
-        figures = {f"page, {name}: publisher of 1,000 Hz reaches Hz": sum(rates) / len(rates)}
-        if browsers:
-            figures[f"page, {name}: % of a processor"] = cpu
-            figures[f"page, {name}: MB"] = memory / 1e6
-        line = f"{name:28} {sum(rates) / len(rates):6.0f} Hz {own_cpu:7.0f}% {images:>12} {use}"
-        return line, figures
+        return f"{name:28} {sum(rates) / len(rates):6.0f} Hz {own_cpu:7.0f}% {images:>12} {use}"
     finally:
         for process in reversed(started):
             process.terminate()
