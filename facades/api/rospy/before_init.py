@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 from pipros.basics import names
 from pipros.basics.env import Environment
@@ -63,8 +62,8 @@ class BeforeInit:
         else:
             identity = Identity.unnamed(argv=sys.argv, environment=Environment.from_os())
         if self._arguments is not None:
-            identity = replace(identity, arguments=self._arguments)
-        return identity if self._remappings is None else replace(identity, remappings=self._remappings)
+            identity = identity._replace(arguments=self._arguments)
+        return identity if self._remappings is None else identity._replace(remappings=self._remappings)
 
     # -- master -----------------------------------------------------------------------
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from pipros.basics.lazy_names import lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
@@ -31,8 +30,7 @@ class ServiceException(Exception):
     """A service call failed."""
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceProtocol:
+class ServiceProtocol(NamedTuple):
     """The parts of a service connection that this module uses."""
 
     resolved_name: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg import time as msg_time
@@ -77,8 +77,7 @@ class Rate:
         _raise_if_interrupted(goes_on)
 
 
-@dataclass(frozen=True, slots=True)
-class TimerEvent:
+class TimerEvent(NamedTuple):
     """Argument of a Timer's callback: expected and real times of the previous and the current call.
 
     `last_duration` is the duration of the previous call in seconds. The `last_…` attributes are None in the

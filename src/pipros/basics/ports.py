@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.basics.uri import host_and_port, split_uri
@@ -64,8 +65,7 @@ class PortRange:
         return f"{self.first}-{self.last}" if len(self) > 1 else f"{self.first}"
 
 
-@dataclass(frozen=True, slots=True)
-class AdvertisedAddress:
+class AdvertisedAddress(NamedTuple):
     """The host at which peers reach a process, and the mapping of advertised ports to bound ports.
 
     Attributes:

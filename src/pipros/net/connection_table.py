@@ -27,7 +27,7 @@ class TableEntry(Protocol):
         """Close the connection immediately."""
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)
 class LinkEntry:
     """A connection in the table that another object owns, such as a topic link."""
 
@@ -39,7 +39,7 @@ class LinkEntry:
         self.close()
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class _Group:
     """The connections from one peer, or from all peers.
 

@@ -14,8 +14,7 @@ import logging
 import math
 import socket
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from pipros.basics.errors import ProtocolError, Unreachable
 from pipros.basics.limits import Limits, process_limits
@@ -56,8 +55,7 @@ OnHttp = Callable[[socket.socket, bytes], None]
 _log = logging.getLogger("pipros.tcpros")
 
 
-@dataclass(frozen=True, slots=True)
-class TcprosConnection:
+class TcprosConnection(NamedTuple):
     """A TCPROS connection whose peer has sent its header.
 
     Attributes:

@@ -12,9 +12,8 @@ import socket
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from pipros.basics.limits import Limits, process_limits
 from pipros.net.address import ANY, ANY_IPV6, LOOPBACK, is_loopback, plain_address
@@ -33,8 +32,7 @@ _ORPHAN: Final = "0"
 """The inode of a socket that is no longer open in any process. The table shows root as its owner."""
 
 
-@dataclass(frozen=True, slots=True)
-class Caller:
+class Caller(NamedTuple):
     """The two ends of a connection to a server in this process.
 
     All fields are empty if the connection has closed.
@@ -161,8 +159,7 @@ def addresses_of(host: str, limits: Limits | None = None, lookups: Lookups | Non
     return tuple(dict.fromkeys(plain_address(str(address[0])) for *_, address in found))
 
 
-@dataclass(frozen=True, slots=True)
-class _SocketEnd:
+class _SocketEnd(NamedTuple):
     """An entry in Linux's table of TCP sockets."""
 
     local: str

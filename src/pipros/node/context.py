@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from pipros.basics.limits import Limits
 from pipros.net.busy_poll import PublishCount
@@ -13,8 +13,7 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node.attempts import Attempts
 
 
-@dataclass(frozen=True, slots=True)
-class NodeContext:
+class NodeContext(NamedTuple):
     """The parts of a node that its topics and services use.
 
     Attributes:

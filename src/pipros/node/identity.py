@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 from pipros.basics import names
 from pipros.basics.env import Environment
@@ -13,8 +14,7 @@ UNNAMED = "unnamed"
 """Base name used by a process that has not started a node."""
 
 
-@dataclass(frozen=True, slots=True)
-class Identity:
+class Identity(NamedTuple):
     """A node's names, determined once.
 
     Attributes:

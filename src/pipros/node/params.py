@@ -60,7 +60,7 @@ _REGISTERED = {
 }
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class CachedParameter:
     """One cached parameter. The value `{}` means "not set": the master sends it for a deleted parameter.
 

@@ -6,8 +6,8 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Generic, Protocol
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol
 
 from pipros.basics.printable import printable
 from pipros.net.backlog import WireMessage
@@ -51,8 +51,7 @@ class PeerListener(Protocol):
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None: ...
 
 
-@dataclass(frozen=True, slots=True)
-class PublisherLink:
+class PublisherLink(NamedTuple):
     """One subscriber of a publication: its name, its number, and the link to it."""
 
     caller_id: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock, TimeMovedBackwards
@@ -50,8 +50,7 @@ class Rate:
         return goes_on
 
 
-@dataclass(frozen=True, slots=True)
-class Tick:
+class Tick(NamedTuple):
     """The argument of a timer's callback.
 
     Attributes:

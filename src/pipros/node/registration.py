@@ -39,7 +39,7 @@ class Entry(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)
 class PublicationEntry:
     topic: str
     type: str
@@ -54,7 +54,7 @@ class PublicationEntry:
         return f"publication [{self.topic}]"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)
 class SubscriptionEntry:
     """A subscription.
 
@@ -77,7 +77,7 @@ class SubscriptionEntry:
         return f"subscription [{self.topic}]"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)
 class ServiceEntry:
     service: str
     service_uri: str
@@ -92,7 +92,7 @@ class ServiceEntry:
         return f"service [{self.service}]"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)
 class ParameterEntry:
     key: str
     on_value: Callable[[object], object]

@@ -7,7 +7,7 @@ import functools
 import threading
 from collections.abc import AsyncIterator, Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Generic
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
 from pipros.basics.errors import LimitExceeded, MissingExtra, PiprosError, ProtocolError, Unreachable
 from pipros.basics.printable import printable
@@ -39,7 +39,7 @@ NO_ARGS = object()
 """Sentinel for "no callback_args", because None is a valid value."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False, repr=False)
 class SubscriberCallback:
     """One callback of a subscription, and its second argument, if any."""
 
@@ -50,8 +50,7 @@ class SubscriberCallback:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class SubscriberLink:
+class SubscriberLink(NamedTuple):
     """One publisher that a subscription receives from."""
 
     uri: str

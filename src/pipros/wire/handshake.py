@@ -8,7 +8,7 @@ sends first; a refusal is a header with the single field `error`, after which th
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from pipros.basics.errors import ProtocolError, Refused
 from pipros.basics.printable import printable
@@ -16,8 +16,7 @@ from pipros.basics.printable import printable
 ANY = "*"  # wildcard for an md5sum or a type
 
 
-@dataclass(frozen=True, slots=True)
-class WireType:
+class WireType(NamedTuple):
     """A message or service type, in the form that both ends of a connection compare."""
 
     type: str

@@ -9,7 +9,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -121,7 +120,7 @@ def test_connections_of_another_user_are_attributed_to_that_user() -> None:
             assert caller.user_id() == STRANGER
             assert caller.is_here
             assert user_listening("127.0.0.1", port) == 0
-            assert replace(caller, port=1).user_id() is None
+            assert caller._replace(port=1).user_id() is None
         other.communicate(timeout=60)
 
 
