@@ -15,7 +15,7 @@ class OverBudget(PiprosError, ValueError):
     """A launch's files read or generate more than the limits allow."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Budget:
     """Resources that a launch's files have used so far.
 

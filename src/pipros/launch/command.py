@@ -7,8 +7,8 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound, PiprosError
@@ -36,8 +36,7 @@ class CannotStart(CannotLaunch):
     """The operating system refuses to start a node's program. A launch that is still starting is aborted."""
 
 
-@dataclass(frozen=True, slots=True)
-class NodeCommand:
+class NodeCommand(NamedTuple):
     """A process to start.
 
     Attributes:

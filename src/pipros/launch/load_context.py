@@ -8,8 +8,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
@@ -28,8 +27,7 @@ class CommandFailed(PiprosError, ValueError):
     """The command in a `<param command="…">` could not be run, or failed."""
 
 
-@dataclass(frozen=True, slots=True)
-class LoadContext:
+class LoadContext(NamedTuple):
     """Access to packages, environment variables, files and commands.
 
     Attributes:
@@ -66,7 +64,7 @@ class LoadContext:
             budget.add_bytes(len(output))
             return output
 
-        return replace(self, read_file=read, run_command=run)
+        return self._replace(read_file=read, run_command=run)
 
 
 def find_resource(index: PackageIndex, package: str, path: str) -> str:

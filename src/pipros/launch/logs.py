@@ -6,8 +6,8 @@ import os
 import socket
 import time
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
@@ -25,8 +25,7 @@ class LogFolderUnusable(PiprosError):
     """Log files cannot be written to the configured folder."""
 
 
-@dataclass(frozen=True, slots=True)
-class LogFolder:
+class LogFolder(NamedTuple):
     """The folder for the log files of all processes in one run. `path` exists."""
 
     path: Path
@@ -76,8 +75,7 @@ class LogFolder:
                 probe.unlink()
 
 
-@dataclass(frozen=True, slots=True)
-class LauncherLog:
+class LauncherLog(NamedTuple):
     """A launcher's own log.
 
     Attributes:

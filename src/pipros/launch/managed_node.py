@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 from pipros.launch.command import NodeCommand
 from pipros.launch.model import Node, Output
 from pipros.launch.process import NodeProcess
 
 
-@dataclass(frozen=True, slots=True)
-class ProcessInfo:
+class ProcessInfo(NamedTuple):
     """A snapshot of one process in a launch. If the node has been restarted, this is its latest process.
 
     Attributes:
@@ -75,7 +74,7 @@ class AfterExit(Enum):
     START_AGAIN = "start again"
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class ManagedNode:
     """A node and its processes.
 

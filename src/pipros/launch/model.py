@@ -9,13 +9,12 @@ from __future__ import annotations
 import enum
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from pipros.basics.errors import PiprosError
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """The position of an element's start tag in a file; line and column are 1-based."""
 
     file: str
@@ -99,8 +98,7 @@ class Node:
         return self.namespace + self.name
 
 
-@dataclass(frozen=True, slots=True)
-class Test:
+class Test(NamedTuple):
     """A `<test>`: a process that reports results and exits. roslaunch ignores tests; rostest runs them."""
 
     node: Node
@@ -134,8 +132,7 @@ class ParameterAction(enum.Enum):
     DELETE = "delete"
 
 
-@dataclass(frozen=True, slots=True)
-class ParameterCommand:
+class ParameterCommand(NamedTuple):
     """A `<rosparam>` that dumps or deletes parameters on the running server before the launch sets
     parameters.
     """
@@ -145,8 +142,7 @@ class ParameterCommand:
     file: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Argument:
+class Argument(NamedTuple):
     """An `<arg>`: fixed if it has a value, optional if it has a default, otherwise required."""
 
     name: str

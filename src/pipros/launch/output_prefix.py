@@ -37,7 +37,7 @@ def is_available() -> bool:
     return False
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class LinePrefix:
     """Adds a prefix to each line of output. The output may arrive in pieces of any length."""
 

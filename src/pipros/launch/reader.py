@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from pipros.launch.builder import LaunchBuilder
 from pipros.launch.load_context import LoadContext
@@ -19,8 +18,7 @@ _SHOWN_CHARACTERS = 200
 _Choice = TypeVar("_Choice", Output, WorkingFolder)
 
 
-@dataclass(frozen=True, slots=True)
-class ElementReader:
+class ElementReader(NamedTuple):
     """An element and everything needed to read it. All errors name the element and its location.
 
     Attributes:

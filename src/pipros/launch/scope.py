@@ -13,7 +13,7 @@ from pipros.launch.model import Argument
 from pipros.launch.substitute import Substitution
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class LaunchScope:
     """The scope of an element.
 

@@ -49,7 +49,7 @@ class FindResource(Protocol):
         """
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Substitution:
     """The substitutions in one file, and the values to which they may refer.
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 import logging
 import reprlib
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from pipros.basics import names
 from pipros.master.registry import RegistryFull
@@ -39,8 +38,7 @@ _KEY = non_empty_text("key")
 _SUBGRAPH = empty_or_valid_name("subgraph")
 
 
-@dataclass(frozen=True, slots=True)
-class Arguments:
+class Arguments(NamedTuple):
     """One master's argument checks.
 
     Long names and URIs are refused, because parsing them would delay other callers.

@@ -6,14 +6,13 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, NamedTuple, TypedDict
 
 from pipros.basics.env import DEFAULT_MASTER_PORT
 from pipros.basics.limits import Limits, process_limits
 
 
-@dataclass(frozen=True, slots=True)
-class Probing:
+class Probing(NamedTuple):
     """Intervals and timeouts for probing nodes.
 
     Attributes:

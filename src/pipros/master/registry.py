@@ -11,7 +11,7 @@ from bisect import bisect_left, insort
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Final, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 from pipros.basics import names
 from pipros.basics.errors import PiprosError
@@ -25,8 +25,7 @@ REGISTRATION_BYTES: Final = 256
 """The weight of a registration, in addition to its text."""
 
 
-@dataclass(frozen=True, slots=True)
-class Notice:
+class Notice(NamedTuple):
     """One call to send to a node.
 
     Attributes:
@@ -56,7 +55,7 @@ class Role(Enum):
     PARAM_SUBSCRIBER = "parameter subscriber"
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class NodeEntry:
     """One node's registrations.
 

@@ -18,11 +18,10 @@ import queue
 import sqlite3
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from stat import S_ISLNK
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from pipros.basics.cache_files import Untrusted, check_owner
 from pipros.basics.errors import PiprosError
@@ -49,8 +48,7 @@ CREATE TABLE topic_types (topic TEXT PRIMARY KEY, type TEXT NOT NULL);
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Registration:
+class Registration(NamedTuple):
     """A registration in the store."""
 
     role: Role
@@ -60,8 +58,7 @@ class Registration:
     service_api: str | None
 
 
-@dataclass(frozen=True, slots=True)
-class StoredState:
+class StoredState(NamedTuple):
     """The contents of a store when it was opened.
 
     Attributes:

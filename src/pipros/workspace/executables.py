@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from pipros.workspace.index import Package
 from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
@@ -20,8 +20,7 @@ _ON_WINDOWS = os.name == "nt"
 _WINDOWS_SUFFIXES = ("", ".exe", ".bat", ".cmd", ".py")
 
 
-@dataclass(frozen=True, slots=True)
-class Executables:
+class Executables(NamedTuple):
     """The programs in a package that match a name.
 
     Attributes:

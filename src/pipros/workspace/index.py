@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
@@ -16,8 +16,7 @@ from pipros.packages.package_folders import PackageFolders
 SHARED_PACKAGES = Path(SHARE).resolve()
 
 
-@dataclass(frozen=True, slots=True)
-class Package:
+class Package(NamedTuple):
     """A ROS package: the name in its manifest, and the folder of the manifest."""
 
     name: str

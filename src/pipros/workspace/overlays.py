@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 MARKER = ".catkin"
 
 
-@dataclass(frozen=True, slots=True)
-class BuiltWorkspace:
+class BuiltWorkspace(NamedTuple):
     """A devel or install space: its folder, and the source folders of a devel space."""
 
     prefix: Path
