@@ -43,8 +43,8 @@ BENCHMARKS = {
     "bridges": ("--rounds {rounds} --seconds 5", None),
 }
 NEEDS_GENUINE = ("codec", "bags")  # these run in genuine ROS's Python
-# Benchmarks that print tables of their own. `page` and `scene` need Playwright and Chromium,
-# `ros2` needs cyclonedds.
+# Benchmarks that print tables of their own. `scene` and half of `page`
+# need Playwright and Chromium, `ros2` needs cyclonedds.
 OWN_TABLES = {
     "page": "--seconds 5",
     "fleet": "--rounds {rounds} --seconds 2",

@@ -18,6 +18,7 @@ after these panels were opened. `--quick` takes 3 seconds per run. Nothing else 
 import argparse
 import asyncio
 import contextlib
+import importlib.util
 import itertools
 import json
 import os
@@ -137,7 +138,7 @@ def main():
     parser.add_argument("--quick", action="store_true")
     options = parser.parse_args()
     seconds = 3.0 if options.quick else options.seconds
-    if shutil.which("chromium"):
+    if shutil.which("chromium") and importlib.util.find_spec("playwright"):
         print(drawing(3 if options.quick else 9), flush=True)
         print(four_panels(seconds), flush=True)
         if options.heap:

@@ -215,6 +215,7 @@ async def view_panels(browser: Browser, url: str, counts: Counter[str], heap: He
             if name != "images":  # its text, the size, stays the same
                 counts[f"panel {name} changed"] += old != new
         before = state["texts"]
+        await page.get_by_role("button", name="Clear").click()  # a log keeps 100,000 entries
         await collect(session, heap)
 
     await repeat("panels", counts, look)

@@ -149,6 +149,73 @@ def test_a_client_connects_to_the_server_of_its_last_call_while_the_master_respo
     assert (events, service.calls) == (["connecting", "looked up"], 2)
 
 
+def test_a_server_that_closes_the_early_connection_is_connected_to_again(
+    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server, client = make_node("server"), make_node("client")
+    server.serve("set", SetBool, answer("done"))
+    proxy = client.client("set", SetBool)
+    proxy.call(ON)
+    lookup_service = client.master.lookup_service
+
+    def slow_lookup(name: str, meanwhile: Callable[[], None]) -> str:
+        uri = lookup_service(name, meanwhile)
+        server.connections.close_all()
+        return uri
+
+    monkeypatch.setattr(client.master, "lookup_service", slow_lookup)
+    assert proxy.call(ON).message == "done"
+
+
+def test_an_interrupted_early_connection_ends_the_call(make_node: MakeNode) -> None:
+    client = make_node("client")
+    proxy = client.client("set", SetBool)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        uri = f"rosrpc://127.0.0.1:{silent.getsockname()[1]}"
+        client.master.register_service("/set", uri, client.uri)
+        proxy._expected_uri = uri
+
+        def interrupt() -> None:
+            accepted, _ = silent.accept()
+            proxy.calls.interrupt_present()
+            accepted.close()
+
+        interrupting = threading.Thread(target=interrupt)
+        interrupting.start()
+        with pytest.raises(ServiceFailed, match="the call was interrupted"):
+            proxy.call(ON)
+        interrupting.join()
+
+
+def test_extra_header_fields_are_sent_only_to_the_server_that_the_master_names(make_node: MakeNode) -> None:
+    client = make_node("client")
+    proxy = client.client("set", SetBool, headers={"token": "secret"})
+    with socket.create_server(("127.0.0.1", 0)) as stranger:
+        stranger.settimeout(0.0)
+        proxy._expected_uri = f"rosrpc://127.0.0.1:{stranger.getsockname()[1]}"
+        make_node("server").serve("set", SetBool, answer("done"))
+        assert proxy.call(ON).message == "done"
+        with pytest.raises(BlockingIOError):
+            stranger.accept()
+
+
+def test_threads_that_share_a_client_all_connect_early(make_node: MakeNode) -> None:
+    make_node("server").serve("set", SetBool, answer("done"))
+    proxy = make_node("client").client("set", SetBool)
+    together = threading.Barrier(4)
+
+    def call() -> None:
+        together.wait()
+        proxy.call(ON)
+
+    threads = [threading.Thread(target=call) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert proxy._expected_uri == proxy.uri is not None
+
+
 def test_a_probe_connects_without_a_call(make_node: MakeNode) -> None:
     server, client = make_node("server"), make_node("client")
     service = server.serve("set", SetBool, answer(""))

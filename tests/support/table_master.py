@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from pipros.basics.errors import Refused
@@ -26,7 +26,13 @@ class TableMaster(MasterClient):
         self._accepts = accepts
         self.calls: list[tuple[Any, ...]] = []
 
-    def call(self, method: str, *params: Any, timeout_s: float | None = None) -> Any:
+    def call(
+        self,
+        method: str,
+        *params: Any,
+        timeout_s: float | None = None,
+        meanwhile: Callable[[], None] | None = None,
+    ) -> Any:
         call = (method, *params)
         self.calls.append(call)
         if method in self._accepts:

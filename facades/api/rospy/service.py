@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 from pipros.basics.lazy_names import lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
@@ -30,7 +31,8 @@ class ServiceException(Exception):
     """A service call failed."""
 
 
-class ServiceProtocol(NamedTuple):
+@dataclass(slots=True, eq=False, repr=False)
+class ServiceProtocol:
     """The parts of a service connection that this module uses."""
 
     resolved_name: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg import time as msg_time
@@ -77,7 +77,8 @@ class Rate:
         _raise_if_interrupted(goes_on)
 
 
-class TimerEvent(NamedTuple):
+@dataclass(slots=True, eq=False, repr=False)
+class TimerEvent:
     """Argument of a Timer's callback: expected and real times of the previous and the current call.
 
     `last_duration` is the duration of the previous call in seconds. The `last_…` attributes are None in the

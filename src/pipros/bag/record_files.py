@@ -19,6 +19,10 @@ from pipros.msg.time import NS_PER_S
 if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
+BUFFER_BYTES = 8 * 1024
+"""Size of the buffer of an MCAP file. A killed recorder loses its content. Python 3.14's default is 128 KiB.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class FileOptions:
@@ -88,7 +92,8 @@ class RecordFiles:
         """Start a file. Raise `OSError` if it cannot be created."""
         self._path = Path(self._next_name())
         active = self._active()
-        self._file = active.open("w+b") if self._path.suffix == ".mcap" else WholeWrites(active, "w+")
+        is_mcap = self._path.suffix == ".mcap"
+        self._file = active.open("w+b", BUFFER_BYTES) if is_mcap else WholeWrites(active, "w+")
         try:
             self._writer = writer_for(
                 self._path,

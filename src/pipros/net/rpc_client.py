@@ -265,14 +265,7 @@ class _ClientConnection:
 
     def is_fresh(self) -> bool:
         """Return False if the server has closed the idle connection, or sent unexpected bytes."""
-        try:
-            self._socket.settimeout(0)
-            self._socket.recv(1, socket.MSG_PEEK)
-        except BlockingIOError:
-            return True
-        except OSError:
-            return False
-        return False
+        return sockets.is_idle(self._socket)
 
     def exchange(
         self, request: bytes, deadline: float | None, meanwhile: Callable[[], None] | None

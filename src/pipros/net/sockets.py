@@ -204,6 +204,11 @@ def share_packets(sock: socket.socket, *, share: bool) -> None:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(not share))
 
 
+def is_idle(sock: socket.socket) -> bool:
+    """Return False if the peer has closed the connection, or sent bytes that have not been read."""
+    return not wait_readable(sock, 0.0)
+
+
 def receive_now(sock: socket.socket, buffer: memoryview) -> int:
     """Receive available bytes from a blocking socket without waiting; return 0 at the end of the stream.
 

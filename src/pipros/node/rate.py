@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from pipros.msg.time import NS_PER_S
 from pipros.node.clock import Clock, TimeMovedBackwards
@@ -50,7 +50,8 @@ class Rate:
         return goes_on
 
 
-class Tick(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Tick:
     """The argument of a timer's callback.
 
     Attributes:

@@ -98,7 +98,7 @@ class ServiceClient:
         self.calls = OpenCalls(part_of=calls)
         self.service = service
         self.uri: str | None = None  # the server's URI at the last call
-        self._expected_uri: str | None = None  # the same, unless connecting early did not help
+        self._expected_uri: str | None = None  # the URI to which the next call connects early
         self._interface = WireType(service_class._type, service_class._md5sum)
         self._decode = decoder(service_class._response_class)
         self._master = master
@@ -204,6 +204,8 @@ class ServiceClient:
             return self._master().lookup_service(self.service, meanwhile)
         except Refused:
             raise ServiceFailed(f"service [{self.service}] unavailable") from None
+        except ServiceFailed:  # from `meanwhile`
+            raise
         except PiprosError as error:
             raise ServiceFailed(f"unable to contact master: {error}") from error
 
@@ -213,28 +215,31 @@ class ServiceClient:
         The server is usually that of the last call. The client therefore connects to it again while it waits
         for the master, but uses this link only if the master returns the same URI.
         """
-        expected = self._expected_uri
+        # Extra header fields may be secrets, which only the server that the master names should receive.
+        expected = None if self._persistent or self._headers else self._expected_uri
         early: ServiceLink | None = None
 
         def connect_early() -> None:
             nonlocal early
             soon = time.monotonic() + EARLY_LIMIT_S
             if expected is not None and early is None:
-                with contextlib.suppress(ServiceFailed):
+                try:
                     early = self._link(expected, soon if deadline is None else min(soon, deadline))
+                except ServiceFailed as error:
+                    if isinstance(error.__cause__, Interrupted):
+                        raise
 
         try:
-            uri = self._look_up(None if expected is None else connect_early)
+            self.uri = uri = self._look_up(connect_early)
         except BaseException:
+            self._expected_uri = None
             if early is not None:
                 early.close()
             raise
-        if uri != self.uri:
-            self.uri = self._expected_uri = uri
-        elif early is None:
-            self._expected_uri = None
+        # A server that did not respond soon enough is not tried early in the next call.
+        self._expected_uri = None if expected is not None and early is None else uri
         if early is not None:
-            if uri == expected:
+            if uri == expected and sockets.is_idle(early.sock):
                 return early
             early.close()
         return self._link(uri, deadline)
@@ -319,7 +324,8 @@ class ServiceLink:
             ) from error
         except (OSError, ProtocolError, Interrupted) as error:
             self.close()
-            raise _cannot_connect(service, error, deadline) from error
+            cause = Interrupted("the call was interrupted") if self._connector.is_interrupted else error
+            raise _cannot_connect(service, cause, deadline) from cause
         except BaseException:
             self.close()
             raise
