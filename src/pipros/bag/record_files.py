@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from pipros.basics.printable import Say
 
 BUFFER_BYTES = 8 * 1024
-"""Size of the buffer of an MCAP file. A killed recorder loses its content. Python 3.14's default is 128 KiB.
-"""
+"""Buffer of an MCAP file, which is lost if the recorder is killed. Python 3.14's default is 128 KiB."""
 
 
 @dataclass(frozen=True, slots=True)
