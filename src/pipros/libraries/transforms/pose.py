@@ -117,20 +117,25 @@ def interpolate(older: Pose, newer: Pose, ratio: float) -> Pose:
     to_px, to_py, to_pz, to_qx, to_qy, to_qz, to_qw = newer
     rest = 1.0 - ratio
     px, py, pz = rest * px + ratio * to_px, rest * py + ratio * to_py, rest * pz + ratio * to_pz
-    if qx == to_qx and qy == to_qy and qz == to_qz and qw == to_qw:
+    # As in `composed_up`, omit products with zeros if both rotations are about the z axis.
+    if is_flat := qx == qy == to_qx == to_qy == 0.0:
+        dot = qz * to_qz + qw * to_qw
+        cosine = abs(dot) / sqrt((qz * qz + qw * qw) * (to_qz * to_qz + to_qw * to_qw))
+    else:
+        dot = qx * to_qx + qy * to_qy + qz * to_qz + qw * to_qw
+        cosine = abs(dot) / sqrt(
+            (qx * qx + qy * qy + qz * qz + qw * qw)
+            * (to_qx * to_qx + to_qy * to_qy + to_qz * to_qz + to_qw * to_qw)
+        )
+    if not cosine < 1.0:
         return (px, py, pz, qx, qy, qz, qw)
-    dot = qx * to_qx + qy * to_qy + qz * to_qz + qw * to_qw
-    cosine = abs(dot) / sqrt(
-        (qx * qx + qy * qy + qz * qz + qw * qw)
-        * (to_qx * to_qx + to_qy * to_qy + to_qz * to_qz + to_qw * to_qw)
-    )
-    angle = acos(cosine) if cosine < 1.0 else 0.0
-    if angle == 0.0:
-        return (px, py, pz, qx, qy, qz, qw)
+    angle = acos(cosine)
     sine = sin(angle)
     first, second = sin(rest * angle) / sine, sin(ratio * angle) / sine
     if dot < 0.0:
         second = -second
+    if is_flat:
+        return (px, py, pz, qx, qy, qz * first + to_qz * second, qw * first + to_qw * second)
     return (
         px,
         py,
