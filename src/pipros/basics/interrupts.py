@@ -4,11 +4,15 @@ Python raises KeyboardInterrupt wherever the main thread is executing. In a `__d
 garbage collector, which can run during any import, Python can only report the exception as ignored, and the
 program continues. The hook that reports it therefore sends SIGINT again, from another thread, because an
 exception inside the hook would be ignored as well.
+
+After a KeyboardInterrupt in `Thread.start`, the new thread may first run when the exiting interpreter has
+freed the thread's state, which crashes Python 3.11. The exiting program therefore waits for such threads.
 """
 
 from __future__ import annotations
 
 import _thread
+import atexit
 import signal
 import sys
 import threading
@@ -24,11 +28,15 @@ _Arguments = ParamSpec("_Arguments")
 _AGAIN_S = 0.02
 """The delay before SIGINT is sent again, so that the hook has finished by then."""
 
+_STARTING_LIMIT_S = 0.3
+"""Maximum time that the exiting program waits for threads that are starting."""
+
 
 def install() -> None:
     """Make every Ctrl-C interrupt the program, even during a `__del__` method. May be called repeatedly."""
     if not isinstance(sys.unraisablehook, _InterruptKeeper):
         sys.unraisablehook = _InterruptKeeper(sys.unraisablehook)
+        atexit.register(_wait_for_starting_threads)
 
 
 def accept_ctrl_c() -> None:
@@ -108,6 +116,12 @@ class _InterruptKeeper:
 def _interrupt_again() -> None:
     time.sleep(_AGAIN_S)
     interrupt_main_thread()
+
+
+def _wait_for_starting_threads() -> None:
+    end = time.monotonic() + _STARTING_LIMIT_S
+    while any(thread.ident is None for thread in threading.enumerate()) and time.monotonic() < end:
+        time.sleep(0.001)
 
 
 def interrupt_main_thread() -> None:

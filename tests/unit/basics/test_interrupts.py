@@ -59,3 +59,31 @@ def test_other_ignored_exceptions_are_reported_as_ever() -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
     assert done.stdout == "went on\n"
     assert "ZeroDivisionError" in done.stderr
+
+
+STARTING = """
+import signal, threading, time
+from pipros.basics.interrupts import install
+install()
+
+class Late(threading.Thread):
+    def _bootstrap(self):  # what the new thread runs first
+        time.sleep(0.1)
+        print("started", flush=True)
+        super()._bootstrap()
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+signal.signal(signal.SIGALRM, interrupt)
+signal.setitimer(signal.ITIMER_REAL, 0.05)
+try:
+    Late(target=time.sleep, args=(60,), daemon=True).start()
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+
+
+def test_a_program_waits_at_exit_for_a_thread_whose_start_was_interrupted() -> None:
+    done = subprocess.run([sys.executable, "-c", STARTING], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "interrupted\nstarted\n", "")
