@@ -211,14 +211,15 @@ def status():
 # ---- the driver
 
 
-def flow(world, seconds, kind, queue, window, peers=1):
+def flow(world, seconds, kind, queue, window, peers=1, of_publisher=False):
+    """Return the messages/s at all subscribers, or the publisher's processor time in us per message."""
     sinks = [world.work("sink", kind, window) for _ in range(peers)]
     source = world.work("source", kind, queue, window, seconds, peers)
-    answer(source)
+    published = answer(source)
     rates = [answer(sink)["rate"] for sink in sinks]
     for process in (source, *sinks):
         finish(process)
-    return sum(rates)
+    return published["cpu"] / published["sent"] * 1e6 if of_publisher else sum(rates)
 
 
 def trip(world, seconds, kind, queue):
@@ -314,6 +315,22 @@ WORKLOADS = (
     ("trip", "round trip 1 MB, queue_size=10: us", trip, ("image", 10), LESS, 1330 / 410),
     ("fan", "1 to 10 processes, 16 B, queue_size=None: messages/s", flow, ("string", None, 0, 10), MORE, 1.0),
     ("fan", "1 to 10 processes, 16 B, queue_size=1000: messages/s", flow, ("string", 1000, 0, 10), MORE, 8.0),
+    (
+        "fan",
+        "1 to 10 processes, 16 B, queue_size=None: us of processor time of the publisher per message",
+        flow,
+        ("string", None, 0, 10, True),
+        LESS,
+        1.0,
+    ),
+    (
+        "fan",
+        "1 to 10 processes, 16 B, queue_size=1000: us of processor time of the publisher per message",
+        flow,
+        ("string", 1000, 0, 10, True),
+        LESS,
+        1.0,
+    ),
     ("service", "service call: us", service, (False,), LESS, 606 / 250),
     ("service", "service call, persistent: us", service, (True,), LESS, 1.0),
     (
