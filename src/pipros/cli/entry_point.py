@@ -19,6 +19,11 @@ OUTPUT_FAILED = 120
 
 _Arguments = ParamSpec("_Arguments")
 
+_replaced_streams: list[Any] = []
+"""Standard outputs of commands that have ended. Without a reference, a stream is freed, which crashes a
+thread that is just printing to it: in Python 3.11, `print` holds no reference of its own.
+"""
+
 
 class OutputFailed(OSError):
     """Standard output cannot be written to, for example because its disk is full."""
@@ -60,6 +65,8 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
             discard_output()
             return 0
         finally:
+            if sys.stdout is not before:
+                _replaced_streams.append(sys.stdout)
             sys.stdout = before
 
     return guarded

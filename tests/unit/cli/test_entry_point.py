@@ -1,0 +1,29 @@
+"""Every command has usable standard streams, also in threads that outlive it."""
+
+import subprocess
+import sys
+
+PRINTING = """
+import threading
+from pipros.cli.entry_point import command
+
+class Slow:
+    def __str__(self):
+        has_ended.wait()
+        return "slow"
+
+def main():
+    printing.start()
+    return 0
+
+has_ended = threading.Event()
+printing = threading.Thread(target=lambda: print(Slow(), flush=True))
+command(main)()
+has_ended.set()
+printing.join()
+"""
+
+
+def test_a_thread_may_print_while_its_command_ends() -> None:
+    done = subprocess.run([sys.executable, "-c", PRINTING], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "slow\n", "")
