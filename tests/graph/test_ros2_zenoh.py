@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 import sys
 import threading
@@ -84,9 +85,10 @@ def test_messages_reach_ros2_with_their_attachments(engine: Ros2Engine, peer: Pe
     received = peer.subscribe("/chatter")
     publisher = engine.announce("/chatter", KIND, STRING, TopicQos())
     wait_until(lambda: publisher.subscriber_count == 1, what="the subscriber")
+    published = itertools.count(1)
 
     def arrived() -> bool:
-        publisher.publish(b"x" * size)
+        publisher.publish((b"%010d" % next(published)).ljust(size, b"x"))
         return len(received) > 2
 
     wait_until(arrived, what="messages in ROS 2")
@@ -95,9 +97,10 @@ def test_messages_reach_ros2_with_their_attachments(engine: Ros2Engine, peer: Pe
     assert "/MP/%/%robot/gateway/%chatter/std_msgs::msg::dds_::String_/" in token
     assert token.endswith("/::,10:,:,:,,")
     payloads, attachments = zip(*received, strict=True)
-    assert set(payloads) == {b"x" * size}
+    assert {len(each) for each in payloads} == {size}
     numbers = [struct.unpack_from("<q", each)[0] for each in attachments]
-    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    # In order; on a busy machine, Zenoh drops some large messages.
+    assert numbers == sorted(set(numbers)) == [int(each[:10]) for each in payloads]
     assert {each[16:] for each in attachments} == {b"\x10" + gid_of(token)}
 
 
