@@ -32,6 +32,8 @@ from tests.support.ros2_domains import free_domain  # noqa: E402
 PEERS = ROOT / "tests" / "support" / "dds"
 BLOB, TYPE = "uint32 number\nuint8[] data\n", "example_interfaces::msg::dds_::Blob_"
 CLIENTS_SLACK_MB = 30.0
+CURVE_MB = 1.4
+"""A curve keeps up to 60,000 samples of 16 bytes (`plot/curve.js`); arrays reserve half as much again."""
 CYCLONE_ON_LOOPBACK = (
     '<General><Interfaces><NetworkInterface name="lo"/></Interfaces><AllowMulticast>false</AllowMulticast>'
     "</General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
@@ -51,7 +53,7 @@ class Everything(System):
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
         self._domain = ExitStack()
-        self.heaps = Heap(), Heap()
+        self.heaps = Heap(), Heap(history_mb=CURVE_MB)
         (folder / "example_interfaces" / "msg").mkdir(parents=True)
         (folder / "example_interfaces" / "package.xml").write_text(
             "<package><name>example_interfaces</name></package>"

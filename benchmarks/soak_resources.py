@@ -114,14 +114,21 @@ class Browser(Held):
 
 @dataclass(slots=True)
 class Heap(Held):
-    """The heap of a page's JavaScript after garbage collection. The client of the page appends the sizes."""
+    """The heap of a page's JavaScript after garbage collection. The client of the page appends the sizes.
+
+    Attributes:
+        history_mb: what the page may keep of the data that it shows.
+    """
+
+    history_mb: float = 0.0
 
     def growth(self) -> list[float]:
         # The minima, because the heap includes memory that is only in use briefly.
         return [_growth(self.megabytes, min), 0.0, 0.0]
 
     def allowed(self) -> tuple[float, float, float]:
-        return max(HEAP_SLACK_MB, BROWSER_SLACK * min(self.megabytes, default=0.0)), 0.0, 0.0
+        slack_mb = max(HEAP_SLACK_MB, BROWSER_SLACK * min(self.megabytes, default=0.0))
+        return slack_mb + self.history_mb, 0.0, 0.0
 
 
 def _field(status: str, name: str) -> str:
