@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 import shutil
 
 PACKAGES = ("chromium", "fonts-dejavu-core")
-INSTALL = f"apt-get install --no-install-recommends {' '.join(PACKAGES)} && .venv/bin/pip install playwright"
+INSTALL = f"apt-get install --no-install-recommends {' '.join(PACKAGES)}"
 
 
 def find_chromium() -> str | None:
@@ -15,9 +14,8 @@ def find_chromium() -> str | None:
 
 
 def missing() -> list[str]:
-    """Return the missing packages."""
-    has_playwright = importlib.util.find_spec("playwright") is not None
-    return [*([] if find_chromium() else PACKAGES), *([] if has_playwright else ["playwright"])]
+    """Return the missing packages. Playwright itself is in the extra `dev`."""
+    return [] if find_chromium() else list(PACKAGES)
 
 
 if __name__ == "__main__":
