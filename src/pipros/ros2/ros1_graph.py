@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -64,6 +64,7 @@ class Ros1Looker:
         self._loop = BackgroundLoop(f"definitions of {node.name}")
         self._definitions = Definitions(node, self._loop, self._calls)
         self._queries = NodeQueries(f"queries of {node.name}")
+        self._topics: dict[str, Ros1Topic] = {}
 
     def start(self) -> None:
         """Start the loop that queries publishers."""
@@ -72,7 +73,8 @@ class Ros1Looker:
     def look(self) -> Ros1Graph | None:
         """Return the current graph, or None if the master does not answer.
 
-        Topics and services whose nodes do not answer within `_ANSWERS_S` appear in a later graph.
+        Topics and services whose nodes do not answer within `_ANSWERS_S` appear in a later graph. A topic
+        that has an additional publisher remains as it was until all publishers have answered.
         """
         found = read_state(self._node.master)
         if found is None:
@@ -96,9 +98,18 @@ class Ros1Looker:
         self._queries.wait(_ANSWERS_S)
         self._queries.forget_all_but({*topics, *services})
         self._definitions.forget_all_but({*state.publishers})
-        found_topics = self._answered(topics)
+        self._topics = found_topics = self._kept(topics) | self._answered(topics)
         actions = actions_of(found_topics, state.subscribers)
         return Ros1Graph(found_topics, self._answered(services), actions)
+
+    def _kept(self, names: Mapping[_Key, str]) -> dict[str, Ros1Topic]:
+        """Return the topics of the last graph that have the same type and one of the same publishers."""
+        kept = {}
+        for name, kind, publishers in names:
+            last = self._topics.get(name)
+            if last is not None and last.definition.type == kind and {*last.publishers} & {*publishers}:
+                kept[name] = replace(last, publishers=publishers)
+        return kept
 
     def _answered(self, names: Mapping[_Key, str]) -> dict[str, Any]:
         answers = {name: self._queries.answer(key) for key, name in names.items()}

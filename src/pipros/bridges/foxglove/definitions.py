@@ -29,6 +29,10 @@ RETRY_S: Final = 10.0
 CORRECTION_S: Final = 10.0
 """Minimum time between two replacements of a definition, if publishers have different definitions."""
 
+PROBE_SUFFIX: Final = "_types"
+"""Appended to the node's name in queries to publishers. Genuine rospy drops the older of two connections with
+the same caller ID: with the node's own name, a query would end the node's subscription to the topic."""
+
 Key = tuple[str, str, tuple[str, ...]]
 """Name, type (of topics) and nodes of a topic or service."""
 
@@ -124,7 +128,7 @@ class Definitions:
 
     async def _header(self, uri: str, topic: str) -> Mapping[str, str]:
         """Request the connection header of a publisher, without receiving messages."""
-        name = self._node.name
+        name = self._node.name + PROBE_SUFFIX
         answer = await call_async(uri, "requestTopic", name, topic, [["TCPROS"]], timeout_s=HEADER_S)
         match answer:
             case [1, _, ["TCPROS", str(host), int(port)]]:
