@@ -543,6 +543,34 @@ def test_tcp_clients_may_use_bson(node: Node, robot: Node) -> None:
         server.close()
 
 
+@pytest.mark.parametrize("is_bson", [False, True])
+@pytest.mark.parametrize("start", [b"POST / HTTP/1.1\r\n", b"\r\nPUT / HTTP/1.1\r\n", b"QUIT\r\n"])
+def test_tcp_connections_that_begin_as_a_web_request_end_before_anything_is_read(
+    node: Node, robot: Node, caplog: pytest.LogCaptureFixture, start: bytes, is_bson: bool
+) -> None:
+    received = Inbox()
+    robot.subscribe("/cmd_vel", STRING, received)
+    operations = [
+        {"op": "advertise", "topic": "/cmd_vel", "type": "std_msgs/String"},
+        {"op": "publish", "topic": "/cmd_vel", "msg": {"data": "drive"}},
+    ]
+    body = b"".join(bson.encode(each) if is_bson else json.dumps(each).encode() for each in operations)
+    server = TcpServer(node, ServerOptions(port=0, settings=Settings(is_bson=is_bson)))
+    port = server.start()
+    try:
+        for _ in range(2):
+            with socket.create_connection(("127.0.0.1", port), 20) as connection, suppress(ConnectionError):
+                connection.sendall(start + b"Host: localhost\r\n\r\n" + body)
+                assert connection.recv(100) == b""
+        with socket.create_connection(("127.0.0.1", port), 20) as connection:
+            connection.sendall(body.replace(b"drive", b"stop!"))
+            wait_until(lambda: [each.data for each in received.messages] == ["stop!"], 20)
+    finally:
+        server.close()
+    if not (is_bson and start.startswith(b"\r")):  # in BSON, these bytes are an absurd length
+        assert caplog.text.count("must begin with an operation") == 1
+
+
 def test_a_client_that_sends_too_much_is_read_more_slowly(make_node: MakeNode) -> None:
     limits = Limits()._replace(bridge_client_rate=5)
     server = WebSocketServer(make_node("bridge", limits=limits), ServerOptions(port=0))

@@ -106,7 +106,7 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
         port=int(arguments.get("port") or _number("port", 9090)),
         certificate=str(certificate) if certificate else None,
         key=str(_parameter("keyfile", None) or certificate) if certificate else None,
-        allows_null_origin=bool(_parameter("websocket_null_origin", True)),
+        allows_null_origin=bool(_parameter("websocket_null_origin", False)),
         authenticator=authenticator if is_websocket else None,
         ping_s=ping_s or None,
         pong_s=_number("websocket_ping_timeout", 30.0) or None,

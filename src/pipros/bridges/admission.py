@@ -28,13 +28,15 @@ class Admission:
         secret: the secret whose token is required; None if no token is required.
         origins: origins of other pages that may connect, such as `https://app.example.org`; `*` allows all.
             Pages served from this machine may always connect.
-        allows_null_origin: whether pages without an origin, such as local files and sandboxed frames, may
-            connect.
+        allows_null_origin: whether pages without an origin may connect: local files, but also the sandboxed
+            frames that any website can create.
+        null_origin_option: the option that sets `allows_null_origin`, for the error text.
     """
 
     secret: Secret | None = None
     origins: Collection[str] = ()
     allows_null_origin: bool = False
+    null_origin_option: str = "--origin null"
 
     def check_origin(self, origin: str | None) -> None:
         """Raise `Denied` if a page with this origin may not connect. None means that the request has none."""
@@ -42,6 +44,12 @@ class Admission:
             return
         if self.allows_null_origin if origin == "null" else _is_loopback(origin):
             return
+        if origin == "null":
+            raise Denied(
+                "Pages without an origin may not connect here. For an HTML file opened by double click, run "
+                "'python -m http.server --bind 127.0.0.1' in its folder and open http://127.0.0.1:8000; "
+                f"{self.null_origin_option} allows such files, but also every website."
+            )
         raise Denied(f"Pages from {printable(origin)} may not connect here; --origin allows them.")
 
     def has_token(self, path: str, authorization: str | None) -> bool:

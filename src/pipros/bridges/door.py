@@ -134,6 +134,7 @@ class Door:
         self._server_port = ServerPort(entrance, self._limits)
         self._clients: dict[Client, tuple[Session, float]] = {}
         self._numbers = itertools.count(1)
+        self._has_reported_origin = False
         self._wakeups: Wakeups
         self._access: Access
 
@@ -219,6 +220,9 @@ class Door:
                 return self._answer_http(path, request)
             self._admission.check_origin(_origin(request))
         except Denied as error:
+            if is_upgrade and not self._has_reported_origin:  # a browser does not show the response
+                self._has_reported_origin = True
+                logger.warning("A page was refused: %s", error)
             return plain_response(HTTPStatus.FORBIDDEN, str(error))
         connection.is_known = self._admission.has_token(
             request.path, only_header(request.headers, "Authorization")

@@ -46,6 +46,13 @@ def test_options_allow_further_origins() -> None:
     Admission(allows_null_origin=True).check_origin("null")
 
 
+def test_the_refusal_of_a_file_says_how_to_open_it() -> None:
+    with pytest.raises(Denied, match=r"python -m http\.server.*websocket_null_origin:=true"):
+        Admission(null_origin_option="websocket_null_origin:=true").check_origin("null")
+    with pytest.raises(Denied, match="--origin null"):
+        Admission().check_origin("null")
+
+
 @pytest.mark.parametrize(
     ("path", "authorization"),
     [

@@ -112,7 +112,8 @@ class ServerOptions:
         host, port: the address to listen on; port 0 selects a free one.
         certificate, key: PEM files for TLS; None to disable TLS.
         origins: origins of pages that may connect, in addition to pages served from this machine.
-        allows_null_origin: whether pages without an origin, such as files, may connect.
+        allows_null_origin: whether pages without an origin may connect, such as files. Every website can open
+            such pages.
         authenticator: checks each client's operation `auth`; None to disable authentication.
         ping_s: interval between pings; None disables them.
         pong_s: maximum time to wait for a pong; None waits forever.
@@ -124,7 +125,7 @@ class ServerOptions:
     certificate: str | None = None
     key: str | None = None
     origins: Collection[str] = ()
-    allows_null_origin: bool = True
+    allows_null_origin: bool = False
     authenticator: Authenticator | None = None
     ping_s: float | None = PING_S
     pong_s: float | None = PONG_S
@@ -196,7 +197,9 @@ class WebSocketServer:
         handler = RosbridgeHandler(self.bridge, options.authenticator, self._report)
         # With authentication, clients that have not logged in may send only little data and must log in soon.
         secret = Secret() if options.authenticator is not None else None
-        admission = Admission(secret, options.origins, options.allows_null_origin)
+        admission = Admission(
+            secret, options.origins, options.allows_null_origin, "websocket_null_origin:=true"
+        )
         self.door = Door({"": handler}, admission, limits=self._runtime.limits)
 
     def start(self) -> int:

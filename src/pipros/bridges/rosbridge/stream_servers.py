@@ -5,12 +5,15 @@ from __future__ import annotations
 import asyncio
 import codecs
 import ipaddress
+import logging
+import re
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.printable import printable
 from pipros.bridges.client import Wakeups
 from pipros.bridges.door import DESCRIPTORS_SHARE
 from pipros.bridges.outbox import Outbox
@@ -21,6 +24,8 @@ from pipros.net import sockets
 from pipros.net.address import plain_address
 from pipros.node import Node
 from pipros.web.daemon_pool import DaemonPool
+
+logger = logging.getLogger("pipros.bridges")
 
 CHUNK_BYTES: Final = 64 * 1024
 ENTERING: Final = 16
@@ -34,6 +39,8 @@ SILENT_S: Final = 600.0
 WAITING_DATAGRAMS: Final = 100
 """Maximum number of queued datagrams of a client."""
 LARGEST_DATAGRAM: Final = 65_507
+_HTTP: Final = re.compile(rb"[A-Z]{3}[A-Z ]")
+_SHOWN_BYTES: Final = 60
 _LENGTH_BYTES: Final = 4
 _SMALLEST_DOCUMENT: Final = 5
 
@@ -98,6 +105,7 @@ class TcpServer(_Server):
         # longest silent client first
         self._sessions: dict[asyncio.StreamWriter, ClientSession] = {}
         self._entrance = asyncio.Lock()  # ensures that a new client gets the slot freed for it
+        self._has_reported_strangers = False
 
     async def _open(self) -> int:
         self._wakeups = Wakeups(asyncio.get_running_loop())
@@ -168,7 +176,13 @@ class TcpServer(_Server):
     async def _receive_json(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
         """Handle the data from the client, and yield the size of each part."""
         decoder = codecs.getincrementaldecoder("utf-8")("replace")
+        has_begun = False
         while data := await self._first_in_time(session, reader.read(CHUNK_BYTES)):
+            if not has_begun and (start := data.lstrip()):
+                has_begun = True
+                if not start.startswith(b"{"):
+                    self._report_stranger(start)
+                    return
             await self._threads.run(session.receive_stream, decoder.decode(data))
             yield len(data)
 
@@ -177,6 +191,9 @@ class TcpServer(_Server):
         while True:
             head = await self._first_in_time(session, reader.readexactly(_LENGTH_BYTES))
             size = int.from_bytes(head, "little")
+            if _HTTP.match(head):
+                self._report_stranger(head)
+                return
             if not _SMALLEST_DOCUMENT <= size <= self._limits.bridge_message_bytes:
                 return
             parts = [head]
@@ -188,6 +205,17 @@ class TcpServer(_Server):
                 left -= len(parts[-1])
             await self._threads.run(session.receive, b"".join(parts))
             yield size
+
+    def _report_stranger(self, start: bytes) -> None:
+        """Report, once, a connection that begins with something else, such as a request from a web page.
+
+        A page of any website can make its visitor's browser send an HTTP request with rosbridge operations as
+        the body. Therefore, a connection must begin with an operation.
+        """
+        if not self._has_reported_strangers:
+            self._has_reported_strangers = True
+            found = printable(start[:_SHOWN_BYTES].decode(errors="replace"))
+            logger.warning("A client was disconnected: it must begin with an operation, got [%s]", found)
 
     async def _first_in_time(self, session: ClientSession, read: Any) -> bytes:
         """Read data. Until the client has logged in, the login timeout applies."""
