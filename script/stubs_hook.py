@@ -28,7 +28,14 @@ class StubsHook(BuildHookInterface[Any]):
             included = build_data["force_include_editable"] = dict(self.build_config.get_force_include())
         else:
             included = build_data["force_include"]
-        for file in write_stubs(packages, Path(self._folder.name), definitions, suffix="-stubs"):
+        modules = {file.parent.name for file in Path(self.root).glob("facades/*/*/__init__.py")}
+        for file in write_stubs(
+            packages,
+            Path(self._folder.name),
+            definitions,
+            suffix="-stubs",
+            has_module=modules.__contains__,
+        ):
             included[str(file)] = str(file.relative_to(self._folder.name))
         # these modules are typed, so they serve as stubs themselves
         for module in share.glob("*/src/*/[a-z]*.py"):

@@ -91,7 +91,9 @@ class CvBridge:
             return image
         return self._converted(image, img_msg.encoding, desired_encoding)
 
-    def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Header | None = None) -> Any:
+    def cv2_to_imgmsg(
+        self, cvim: Any, encoding: str = "passthrough", header: Header | None = None
+    ) -> sensor_msgs.msg.Image:
         """Convert an array to a `sensor_msgs/Image`. "passthrough" selects the array's type, such as 8UC3.
 
         Raises:
@@ -140,7 +142,7 @@ class CvBridge:
             raise CvBridgeError(f"OpenCV cannot read this compressed image ({data.size} bytes)")
         return self._converted(image, "bgr8", desired_encoding)
 
-    def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> Any:
+    def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> sensor_msgs.msg.CompressedImage:
         """Encode an array as a `sensor_msgs/CompressedImage`.
 
         Args:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.vision.distortion import undistorted
 from pipros.libraries.vision.extras import numpy as np
 from pipros.libraries.vision.opencv import opencv
+
+if TYPE_CHECKING:
+    from pipros.msg.stub_types import Indexable
 
 _star_names(__name__, "cv2 numpy")
 
@@ -86,7 +88,7 @@ class PinholeCameraModel:
         )
         cv2.remap(raw, self.mapx, self.mapy, cv2.INTER_CUBIC, rectified)
 
-    def rectifyPoint(self, uv_raw: Sequence[float]) -> Any:
+    def rectifyPoint(self, uv_raw: Any) -> Any:
         """Convert the pixel (u, v) of the raw image to a rectified pixel. Return an array of shape (2,).
 
         Raises:
@@ -95,7 +97,7 @@ class PinholeCameraModel:
         coefficients = None if self.D is None else self.D.A1
         return undistorted(uv_raw, self.K, coefficients, self.R, self.P)
 
-    def project3dToPixel(self, point: Sequence[float]) -> tuple[float, float]:
+    def project3dToPixel(self, point: Indexable) -> tuple[float, float]:
         """Project a point (x, y, z) in the camera frame to the rectified pixel (u, v).
 
         Return NaN for a point in the camera plane.
@@ -105,7 +107,7 @@ class PinholeCameraModel:
             return math.nan, math.nan
         return x / w, y / w
 
-    def projectPixelTo3dRay(self, uv: Sequence[float]) -> tuple[float, float, float]:
+    def projectPixelTo3dRay(self, uv: Indexable) -> tuple[float, float, float]:
         """Return the unit vector (x, y, z) of the ray through the rectified pixel (u, v)."""
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = (uv[0] - self.cx()) / self.fx(), (uv[1] - self.cy()) / self.fy()
@@ -220,11 +222,11 @@ class StereoCameraModel:
         """Return the frame ID of the left camera."""
         return self.left.tfFrame()
 
-    def project3dToPixel(self, point: Sequence[float]) -> tuple[tuple[float, float], tuple[float, float]]:
+    def project3dToPixel(self, point: Indexable) -> tuple[tuple[float, float], tuple[float, float]]:
         """Project a point (x, y, z) to the rectified pixels (u, v) of the left and the right image."""
         return self.left.project3dToPixel(point), self.right.project3dToPixel(point)
 
-    def projectPixelTo3d(self, left_uv: Sequence[float], disparity: float) -> tuple[float, float, float]:
+    def projectPixelTo3d(self, left_uv: Indexable, disparity: float) -> tuple[float, float, float]:
         """Return the point (x, y, z) for a rectified pixel of the left image, or zeros if the disparity is 0.
 
         Args:

@@ -10,6 +10,7 @@ _interrupts.install()  # Import this first: Python is most likely to drop a Ctrl
 
 # Noetic's rospy imports these submodules, so scripts use them after only `import importlib` or `import xml`.
 import importlib.util as _importlib_util  # noqa: F401
+import typing as _typing
 import xml.etree.ElementTree as _ElementTree  # noqa: F401
 import xml.parsers.expat as _expat  # noqa: F401
 
@@ -105,7 +106,10 @@ from rospy.topics import SubscribeListener as SubscribeListener
 from rospy.topics import Subscriber as Subscriber
 
 # Few programs use this name, and importing it would load a message type at every start-up.
-__getattr__, __dir__ = _lazy_names(__name__, {"Header": "std_msgs.msg"})
+if _typing.TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+    from std_msgs.msg import Header as Header
+else:
+    __getattr__, __dir__ = _lazy_names(__name__, {"Header": "std_msgs.msg"})
 
 _star_names(
     __name__,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import typing as _typing
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -176,7 +177,7 @@ def namespace(name: str | None) -> str:
     return graph_names.namespace(name)
 
 
-def __getattr__(name: str) -> Any:
+def _variable(name: str) -> Any:
     """Return the module variables that some packages read."""
     if name == "_mappings":
         return get_mappings()
@@ -187,3 +188,7 @@ def __getattr__(name: str) -> Any:
     if name == "_caller_namespace":
         return get_namespace()
     raise AttributeError(f"module 'rospy.names' has no attribute '{name}'")
+
+
+if not _typing.TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+    __getattr__ = _variable

@@ -11,7 +11,6 @@ from pipros.node.codec import AnyMessage
 _star_names(__name__, "numpy")
 
 
-@cache
 def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
     """Return the class to publish or subscribe with, instead of `msg_type`.
 
@@ -21,12 +20,18 @@ def numpy_msg(msg_type: type[AnyMessage]) -> type[AnyMessage]:
 
     >>> rospy.Subscriber("floats", numpy_msg(Float32MultiArray), callback)       # doctest: +SKIP
     """
+    key: Any = msg_type
+    return _class_of(key)
+
+
+@cache
+def _class_of(msg_type: type[Any]) -> type[Any]:
     import numpy
 
-    def from_bytes(cls: type[AnyMessage], data: bytes | memoryview) -> AnyMessage:
+    def from_bytes(cls: type[Any], data: bytes | memoryview) -> Any:
         return cls().deserialize_numpy(bytes(data), numpy)  # the arrays refer to the copy, and keep it alive
 
-    def deserialize(self: AnyMessage, str: bytes) -> AnyMessage:  # noqa: A002  # genpy's name for it
+    def deserialize(self: Any, str: bytes) -> Any:  # noqa: A002  # genpy's name for it
         return self.deserialize_numpy(bytes(str), numpy)
 
     members: dict[str, Any] = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from pipros.basics.lazy_names import lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
@@ -14,7 +14,7 @@ from pipros.msg.base import Message
 from pipros.node import Node
 from pipros.node.endpoints import NameInUse
 from pipros.node.service_client import ServiceClient, ServiceFailed
-from pipros.node.service_server import HandlerError, ServiceServer
+from pipros.node.service_server import HandlerError, ServiceClass, ServiceServer
 from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.msg import args_kwds_to_message
@@ -22,13 +22,29 @@ from rospy.rostime import in_seconds
 from rospy.session import session
 from rospy.topics import DEFAULT_BUFF_SIZE
 
+if TYPE_CHECKING:
+    from pipros.msg.stub_types import FieldValue
+
 logger = logging.getLogger("rospy.service")
 
+Request = TypeVar("Request", bound=Message)
+Response = TypeVar("Response", bound=Message)
+_Request_co = TypeVar("_Request_co", bound=Message, covariant=True)
+_Response_co = TypeVar("_Response_co", bound=Message, covariant=True)
 ErrorHandler = Callable[[BaseException, type[BaseException], BaseException, Any], object]
 
 
 class ServiceException(Exception):
     """A service call failed."""
+
+
+class TypedServiceClass(ServiceClass, Protocol[_Request_co, _Response_co]):
+    """A class such as `std_srvs.srv.SetBool`, which names those of its request and response."""
+
+    @property
+    def _request_class(self) -> type[_Request_co]: ...
+    @property
+    def _response_class(self) -> type[_Response_co]: ...
 
 
 @dataclass(slots=True, eq=False, repr=False)
@@ -50,8 +66,8 @@ class Service:
     def __init__(
         self,
         name: str,
-        service_class: Any,
-        handler: Callable[[Any], Any],
+        service_class: TypedServiceClass[Request, Response],
+        handler: Callable[[Request], Response | FieldValue | Mapping[str, Any] | Message],
         buff_size: int = DEFAULT_BUFF_SIZE,
         error_handler: ErrorHandler | None = None,
     ) -> None:
@@ -71,7 +87,7 @@ class Service:
         self.service_class = service_class
         self.request_class = service_class._request_class
         self.response_class = service_class._response_class
-        self.handler = handler
+        self.handler: Callable[[Any], Any] = handler
         self._node: Node | None = None
         self._server: ServiceServer | None = None
 
@@ -179,13 +195,13 @@ def convert_return_to_response(response: Any, response_class: type[Message]) -> 
         raise HandlerError(f"handler returned {fault}: {error}") from None
 
 
-class ServiceProxy:
+class ServiceProxy(Generic[Request, Response]):
     """A callable that calls a service with a request, or with the request's fields as arguments."""
 
     def __init__(
         self,
         name: str,
-        service_class: Any,
+        service_class: TypedServiceClass[Request, Response],
         persistent: bool = False,
         headers: Mapping[str, str] | None = None,
         *,
@@ -202,8 +218,8 @@ class ServiceProxy:
         """
         self.resolved_name = session.resolve(name)
         self.service_class = service_class
-        self.request_class: type[Message] = service_class._request_class
-        self.response_class: type[Message] = service_class._response_class
+        self.request_class: type[Request] = service_class._request_class
+        self.response_class: type[Response] = service_class._response_class
         self.persistent = persistent
         self.buff_size = DEFAULT_BUFF_SIZE
         self.protocol = ServiceProtocol(self.resolved_name, service_class, self.buff_size)
@@ -218,11 +234,11 @@ class ServiceProxy:
             headers=headers,
         )
 
-    def __call__(self, *args: Any, **kwds: Any) -> Any:
+    def __call__(self, *args: Any, **kwds: Any) -> Response:
         """Call the service, like `call`."""
         return self.call(*args, **kwds)
 
-    def call(self, *args: Any, **kwds: Any) -> Any:
+    def call(self, *args: Any, **kwds: Any) -> Response:
         """Call the service and return its response.
 
         The arguments are the request, all its fields in order, or some of its fields by name. The keyword
@@ -239,11 +255,12 @@ class ServiceProxy:
         request = args_kwds_to_message(self.request_class, args, kwds)
         self.seq += 1
         try:
-            return self._client.call(request, None if timeout is None else in_seconds(timeout))
+            response: Response = self._client.call(request, None if timeout is None else in_seconds(timeout))
         except ServiceFailed as error:
             if session.is_shutdown:
                 raise ROSInterruptException("node shutdown interrupted service call") from None
             raise ServiceException(str(error)) from None
+        return response
 
     def wait_for_service(self, timeout: float | msg_time.Duration | None = None) -> None:
         """Wait for the service; see `rospy.wait_for_service`."""
@@ -301,21 +318,22 @@ class _AnyService:
     _request_class = _response_class = Message
 
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "BIDIRECTIONAL": "rospy.impl.transport",
-        "DeadTransport": "rospy.impl.transport",
-        "INBOUND": "rospy.impl.transport",
-        "OUTBOUND": "rospy.impl.transport",
-        "ProtocolHandler": "rospy.impl.transport",
-        "Registration": "rospy.listeners",
-        "ServiceManager": "rospy.managers",
-        "Transport": "rospy.impl.transport",
-        "get_registration_listeners": "rospy.impl.registration",
-        "set_service_manager": "rospy.impl.registration",
-    },
-)
+if not TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "BIDIRECTIONAL": "rospy.impl.transport",
+            "DeadTransport": "rospy.impl.transport",
+            "INBOUND": "rospy.impl.transport",
+            "OUTBOUND": "rospy.impl.transport",
+            "ProtocolHandler": "rospy.impl.transport",
+            "Registration": "rospy.listeners",
+            "ServiceManager": "rospy.managers",
+            "Transport": "rospy.impl.transport",
+            "get_registration_listeners": "rospy.impl.registration",
+            "set_service_manager": "rospy.impl.registration",
+        },
+    )
 
 _star_names(
     __name__,

@@ -25,6 +25,7 @@ from rospy.msg import serialize_message as serialize_message
 from rospy.session import session
 
 if TYPE_CHECKING:
+    from pipros.msg.stub_types import FieldValue
     from rospy.topic_impl import PublisherImpl, SubscriberImpl, TopicImpl
 
 DEFAULT_BUFF_SIZE = 65536
@@ -158,6 +159,14 @@ class Publisher(Topic[AnyMessage]):
         session.publishers.add(self)
         session.when_started(advertise)
 
+    @overload
+    def publish(self, message: AnyMessage, /) -> None: ...
+    @overload
+    def publish(self, value: FieldValue = ..., /) -> None: ...
+    @overload
+    def publish(self, first: Any, second: Any, /, *more: Any) -> None: ...
+    @overload
+    def publish(self, **fields: Any) -> None: ...
     def publish(self, *args: Any, **kwds: Any) -> None:
         """Publish a message, given as an object or as field values: all positionally, or some by keyword.
 
@@ -325,23 +334,24 @@ class Subscriber(Topic[AnyMessage]):
         return self._impl
 
 
-__getattr__, __dir__ = lazy_names(
-    __name__,
-    {
-        "Poller": "rospy.impl.poller",
-        "QueuedConnection": "rospy.impl.tcpros_pubsub",
-        "Registration": "rospy.listeners",
-        "SubscriberStatisticsLogger": "rospy.impl.statistics",
-        "_PublisherImpl": "rospy.topic_impl:PublisherImpl",
-        "_SubscriberImpl": "rospy.topic_impl:SubscriberImpl",
-        "_TopicImpl": "rospy.topic_impl:TopicImpl",
-        "_TopicManager": "rospy.managers:TopicManager",
-        "get_registration_listeners": "rospy.impl.registration",
-        "get_tcpros_handler": "rospy.impl.tcpros_pubsub",
-        "get_topic_manager": "rospy.impl.registration",
-        "set_topic_manager": "rospy.impl.registration",
-    },
-)
+if not TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+    __getattr__, __dir__ = lazy_names(
+        __name__,
+        {
+            "Poller": "rospy.impl.poller",
+            "QueuedConnection": "rospy.impl.tcpros_pubsub",
+            "Registration": "rospy.listeners",
+            "SubscriberStatisticsLogger": "rospy.impl.statistics",
+            "_PublisherImpl": "rospy.topic_impl:PublisherImpl",
+            "_SubscriberImpl": "rospy.topic_impl:SubscriberImpl",
+            "_TopicImpl": "rospy.topic_impl:TopicImpl",
+            "_TopicManager": "rospy.managers:TopicManager",
+            "get_registration_listeners": "rospy.impl.registration",
+            "get_tcpros_handler": "rospy.impl.tcpros_pubsub",
+            "get_topic_manager": "rospy.impl.registration",
+            "set_topic_manager": "rospy.impl.registration",
+        },
+    )
 
 _star_names(
     __name__,

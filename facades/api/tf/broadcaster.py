@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
 from std_msgs.msg import Header
 
 from pipros.basics.lazy_names import star_names as _star_names
 from tf2_ros.transform_broadcaster import TransformBroadcaster as Tf2Broadcaster
+
+if TYPE_CHECKING:
+    from pipros.msg.stub_types import Indexable
 
 _star_names(__name__, "geometry_msgs tf2_ros")
 
@@ -21,12 +23,12 @@ class TransformBroadcaster:
         self.tf2_broadcaster = Tf2Broadcaster()
 
     def sendTransform(
-        self, translation: Sequence[float], rotation: Sequence[float], time: Any, child: str, parent: str
+        self, translation: Indexable, rotation: Indexable, time: Any, child: str, parent: str
     ) -> None:
         """Publish the pose of `child` relative to `parent`.
 
         Args:
-            translation: position (x, y, z) in metres.
+            translation: position (x, y, z) in metres, such as a tuple or a numpy array.
             rotation: quaternion (x, y, z, w).
         """
         x, y, z = translation[0], translation[1], translation[2]

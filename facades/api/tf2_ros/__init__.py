@@ -1,5 +1,7 @@
 """Drop-in replacement for Noetic's tf2_ros: transform buffers with topics, services and actions."""
 
+import typing as _typing
+
 from pipros.basics.lazy_names import lazy_names as _lazy_names
 from pipros.basics.lazy_names import star_names as _star_names
 from tf2_py import BufferCore as BufferCore
@@ -23,21 +25,34 @@ from tf2_ros.transform_broadcaster import TransformBroadcaster as TransformBroad
 from tf2_ros.transform_listener import TransformListener as TransformListener
 
 # Imported on first use: most programs need neither actionlib nor these message classes.
-__getattr__, __dir__ = _lazy_names(
-    __name__,
-    {
-        "BufferClient": "tf2_ros.buffer_client",
-        "BufferServer": "tf2_ros.buffer_server",
-        "FrameGraph": "tf2_msgs.srv",
-        "FrameGraphResponse": "tf2_msgs.srv",
-        "GoalStatus": "actionlib_msgs.msg",
-        "Header": "std_msgs.msg",
-        "LookupTransformAction": "tf2_msgs.msg",
-        "LookupTransformGoal": "tf2_msgs.msg",
-        "TFMessage": "tf2_msgs.msg",
-        "TransformStamped": "geometry_msgs.msg",
-    },
-)
+if _typing.TYPE_CHECKING:
+    from actionlib_msgs.msg import GoalStatus as GoalStatus
+    from geometry_msgs.msg import TransformStamped as TransformStamped
+    from std_msgs.msg import Header as Header
+    from tf2_msgs.msg import LookupTransformAction as LookupTransformAction
+    from tf2_msgs.msg import LookupTransformGoal as LookupTransformGoal
+    from tf2_msgs.msg import TFMessage as TFMessage
+    from tf2_msgs.srv import FrameGraph as FrameGraph
+    from tf2_msgs.srv import FrameGraphResponse as FrameGraphResponse
+
+    from tf2_ros.buffer_client import BufferClient as BufferClient
+    from tf2_ros.buffer_server import BufferServer as BufferServer
+else:
+    __getattr__, __dir__ = _lazy_names(
+        __name__,
+        {
+            "BufferClient": "tf2_ros.buffer_client",
+            "BufferServer": "tf2_ros.buffer_server",
+            "FrameGraph": "tf2_msgs.srv",
+            "FrameGraphResponse": "tf2_msgs.srv",
+            "GoalStatus": "actionlib_msgs.msg",
+            "Header": "std_msgs.msg",
+            "LookupTransformAction": "tf2_msgs.msg",
+            "LookupTransformGoal": "tf2_msgs.msg",
+            "TFMessage": "tf2_msgs.msg",
+            "TransformStamped": "geometry_msgs.msg",
+        },
+    )
 
 _star_names(
     __name__,

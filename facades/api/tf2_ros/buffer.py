@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tf2_msgs.srv import FrameGraph, FrameGraphResponse
 
@@ -12,6 +12,11 @@ from pipros.basics.lazy_names import star_names as _star_names
 from pipros.libraries.transforms.messages import in_ns
 from tf2_py import BufferCore
 from tf2_ros.buffer_interface import BufferInterface
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
+    from pipros.msg.time import Duration, Time
 
 _star_names(__name__, "rosgraph tf2=tf2_py tf2_ros")
 
@@ -48,8 +53,8 @@ class Buffer(BufferCore, BufferInterface):
         return FrameGraphResponse(self.all_frames_as_yaml())
 
     def lookup_transform(
-        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME
-    ) -> Any:
+        self, target_frame: str, source_frame: str, time: Time, timeout: Duration = _NO_TIME
+    ) -> TransformStamped:
         """Return the transform (TransformStamped) from the source frame to the target frame.
 
         Args:
@@ -67,12 +72,12 @@ class Buffer(BufferCore, BufferInterface):
     def lookup_transform_full(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: Time,
         source_frame: str,
-        source_time: Any,
+        source_time: Time,
         fixed_frame: str,
-        timeout: Any = _NO_TIME,
-    ) -> Any:
+        timeout: Duration = _NO_TIME,
+    ) -> TransformStamped:
         """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`.
 
         `fixed_frame` must not move between these times.
@@ -86,8 +91,8 @@ class Buffer(BufferCore, BufferInterface):
         self,
         target_frame: str,
         source_frame: str,
-        time: Any,
-        timeout: Any = _NO_TIME,
+        time: Time,
+        timeout: Duration = _NO_TIME,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Wait up to `timeout`. Return 1 if `lookup_transform` would succeed, otherwise 0.
@@ -100,11 +105,11 @@ class Buffer(BufferCore, BufferInterface):
     def can_transform_full(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: Time,
         source_frame: str,
-        source_time: Any,
+        source_time: Time,
         fixed_frame: str,
-        timeout: Any = _NO_TIME,
+        timeout: Duration = _NO_TIME,
         return_debug_tuple: bool = False,
     ) -> Any:
         """Like `can_transform`, for `lookup_transform_full`."""

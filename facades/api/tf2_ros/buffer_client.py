@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from actionlib_msgs.msg import GoalStatus
 from tf2_msgs.msg import LookupTransformAction, LookupTransformGoal, TF2Error
@@ -19,6 +19,11 @@ from tf2_py import (
     TransformException,
 )
 from tf2_ros.buffer_interface import BufferInterface
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
+    from pipros.msg.time import Duration, Time
 
 _star_names(__name__, "actionlib tf2=tf2_py tf2_ros", hidden="ERRORS TF2Error")
 
@@ -59,38 +64,40 @@ class BufferClient(BufferInterface):
         return self.client.wait_for_server(timeout)
 
     def lookup_transform(
-        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME
-    ) -> Any:
+        self, target_frame: str, source_frame: str, time: Time, timeout: Duration = _NO_TIME
+    ) -> TransformStamped:
         """Return the transform (TransformStamped) from the source frame to the target frame.
 
         Raises:
             TransformException: the server reported an error. The exception is the matching subclass.
             TimeoutException: the server did not reply in time, or did not complete the goal.
         """
-        return self._send(
+        found: TransformStamped = self._send(
             LookupTransformGoal(
                 target_frame=target_frame, source_frame=source_frame, source_time=time, timeout=timeout
             )
         )
+        return found
 
     def lookup_transform_full(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: Time,
         source_frame: str,
-        source_time: Any,
+        source_time: Time,
         fixed_frame: str,
-        timeout: Any = _NO_TIME,
-    ) -> Any:
+        timeout: Duration = _NO_TIME,
+    ) -> TransformStamped:
         """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`.
 
         `fixed_frame` must not move between these times.
         """
-        return self._send(
+        found: TransformStamped = self._send(
             LookupTransformGoal(
                 target_frame, source_frame, source_time, timeout, target_time, fixed_frame, True
             )
         )
+        return found
 
     def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME) -> bool:
         """Return whether `lookup_transform` succeeds."""

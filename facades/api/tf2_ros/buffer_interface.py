@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from std_msgs.msg import Header
 
 import rospy
 from pipros.basics.lazy_names import star_names as _star_names
+
+if TYPE_CHECKING:
+    from geometry_msgs.msg import TransformStamped
+
+    from pipros.msg.time import Duration, Time
 
 _star_names(__name__, "tf2=tf2_py tf2_ros")
 
@@ -67,35 +72,37 @@ class BufferInterface:
         return convert(moved, new_type) if new_type else moved
 
     def lookup_transform(
-        self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME
-    ) -> Any:
+        self, target_frame: str, source_frame: str, time: Time, timeout: Duration = _NO_TIME
+    ) -> TransformStamped:
         """Return the transform from the source frame to the target frame."""
         raise NotImplementedException
 
     def lookup_transform_full(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: Time,
         source_frame: str,
-        source_time: Any,
+        source_time: Time,
         fixed_frame: str,
-        timeout: Any = _NO_TIME,
-    ) -> Any:
+        timeout: Duration = _NO_TIME,
+    ) -> TransformStamped:
         """Like `lookup_transform`, but with the source at `source_time` and the target at `target_time`."""
         raise NotImplementedException
 
-    def can_transform(self, target_frame: str, source_frame: str, time: Any, timeout: Any = _NO_TIME) -> Any:
+    def can_transform(
+        self, target_frame: str, source_frame: str, time: Time, timeout: Duration = _NO_TIME
+    ) -> Any:
         """Return whether `lookup_transform` would succeed."""
         raise NotImplementedException
 
     def can_transform_full(
         self,
         target_frame: str,
-        target_time: Any,
+        target_time: Time,
         source_frame: str,
-        source_time: Any,
+        source_time: Time,
         fixed_frame: str,
-        timeout: Any = _NO_TIME,
+        timeout: Duration = _NO_TIME,
     ) -> Any:
         """Return whether `lookup_transform_full` would succeed."""
         raise NotImplementedException

@@ -6,9 +6,16 @@ import sys
 from argparse import ArgumentParser
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.cli.entry_point import command
+
+if TYPE_CHECKING:
+    from pipros.msg.stub_files import StubFiles
+
+_WATCH_INTERVAL_S = 0.5
 
 
 @command
@@ -23,22 +30,32 @@ def main(argv: Sequence[str] | None = None) -> int:
         "-o", "--output", type=Path, default=Path("typings"), metavar="DIR", help="default: typings"
     )
     parser.add_argument(
+        "-w", "--watch", action="store_true", help="go on, and write stubs again when definitions change"
+    )
+    parser.add_argument(
         "--installable", action="store_true", help="name the folders PKG-stubs, to be installed (PEP 561)"
     )
     arguments = parser.parse_args(argv)
-    from pipros.msg.importing.hook import installed_library
-    from pipros.msg.stubs import write_stubs
+    from pipros.msg.stub_files import StubFiles
 
-    try:
-        written = write_stubs(
-            arguments.packages,
-            arguments.output,
-            installed_library().definitions,
-            suffix="-stubs" if arguments.installable else "",
-        )
-    except (PiprosError, OSError) as error:
-        print(f"pipros stubs: {error}", file=sys.stderr)
+    suffix = "-stubs" if arguments.installable else ""
+    stubs = StubFiles(arguments.packages, arguments.output, suffix=suffix)
+    if not _update(stubs) and not arguments.watch:
         return 1
-    for file in written:
-        print(file)
+    if arguments.watch:
+        over = OnceEvent()
+        with set_by_signals(over):
+            while not over.wait(_WATCH_INTERVAL_S):
+                _update(stubs)
     return 0
+
+
+def _update(stubs: StubFiles) -> bool:
+    """Write the stubs of changed packages and print their paths. Return False if an error was printed."""
+    try:
+        for file in stubs.update():
+            print(file, flush=True)
+    except (PiprosError, OSError) as error:
+        print(f"pipros stubs: {error}", file=sys.stderr, flush=True)
+        return False
+    return True

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Protocol, TypeAlias, TypeVar
 
+from pipros.msg.time import Duration, Time
+
 Element = TypeVar("Element")
 
 
@@ -14,5 +16,13 @@ class SupportsArray(Protocol):
     def __array__(self) -> Any: ...
 
 
+class Indexable(Protocol):
+    """A tuple, list or numpy array of numbers."""
+
+    def __getitem__(self, index: int, /) -> Any: ...
+
+
 Array: TypeAlias = Sequence[Element] | SupportsArray
 Octets: TypeAlias = bytes | bytearray | memoryview | Sequence[int] | SupportsArray
+FieldValue: TypeAlias = float | Sequence[Any] | SupportsArray | Time | Duration
+"""The only field of a message, in place of the message. Other messages are left out, to find wrong ones."""

@@ -8,7 +8,7 @@ definitions become docstrings.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from pipros.basics.printable import printable_lines
@@ -37,12 +37,18 @@ _IMPORTS = {
 
 
 def write_stubs(
-    packages: Iterable[str], folder: Path, definitions: Definitions, *, suffix: str = ""
+    packages: Iterable[str],
+    folder: Path,
+    definitions: Definitions,
+    *,
+    suffix: str = "",
+    has_module: Callable[[str], bool] = lambda _: False,
 ) -> list[Path]:
     """Write the stubs for packages, in files such as `<folder>/<package><suffix>/msg/__init__.pyi`.
 
     Args:
         suffix: `-stubs` for installed packages (PEP 561), or empty for a folder of stubs.
+        has_module: returns whether a package has Python modules of its own, which its stubs must not hide.
 
     Returns:
         The paths of all stub files, including unchanged ones.
@@ -54,17 +60,24 @@ def write_stubs(
     """
     written = []
     for package in packages:
-        texts = package_stubs(package, definitions)
+        texts = package_stubs(package, definitions, has_module=has_module(package))
         for name, text in texts.items():
             file = folder / f"{package}{suffix}" / name
             file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(text, encoding="utf-8")
+            if not file.is_file() or file.read_bytes() != text.encode():  # editors look at each change
+                file.write_bytes(text.encode())
             written.append(file)
+        outdated = folder / f"{package}{suffix}" / "__init__.pyi"
+        if texts and "__init__.pyi" not in texts:
+            outdated.unlink(missing_ok=True)
     return written
 
 
-def package_stubs(package: str, definitions: Definitions) -> dict[str, str]:
+def package_stubs(package: str, definitions: Definitions, *, has_module: bool = False) -> dict[str, str]:
     """Return the stubs for one package, as a mapping from the path within the package to the contents.
+
+    If the package has Python modules of its own, there is no `__init__.pyi`, and `py.typed` says `partial`
+    (PEP 561), so that type checkers read these modules too.
 
     Raises `NotFound` or `DefinitionError` like `write_stubs`.
     """
@@ -77,7 +90,7 @@ def package_stubs(package: str, definitions: Definitions) -> dict[str, str]:
         halves = [half for service in services for half in (service.request, service.response)]
         stubs["srv/__init__.pyi"] = _module("Services", package, halves, services)
     if stubs:
-        stubs["__init__.pyi"] = ""
+        stubs["py.typed" if has_module else "__init__.pyi"] = "partial\n" if has_module else ""
     return stubs
 
 

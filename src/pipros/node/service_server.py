@@ -30,10 +30,14 @@ if TYPE_CHECKING:
 class ServiceClass(Protocol):
     """A generated service class, for example `std_srvs.srv.Empty`."""
 
-    _type: str
-    _md5sum: str
-    _request_class: type[Message]
-    _response_class: type[Message]
+    @property
+    def _type(self) -> str: ...
+    @property
+    def _md5sum(self) -> str: ...
+    @property
+    def _request_class(self) -> type[Message]: ...
+    @property
+    def _response_class(self) -> type[Message]: ...
 
 
 class HandlerError(Exception):

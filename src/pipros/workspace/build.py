@@ -18,9 +18,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pipros
-from pipros.basics.errors import PiprosError
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
+from pipros.msg.language.spec import DefinitionError
+from pipros.msg.stubs import write_stubs
 from pipros.safe.xml import XmlError
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build_options import BuildOptions
@@ -161,6 +163,7 @@ class _Build:
             if package.name in self._result.projects and not self._is_blocked(package):
                 self._build_package(package, definitions, native_names)
         self._build_natives(packages, natives, native_names)
+        self._update_typings(definitions)
         (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
         if self._layout.build != self._layout.source:
             # The build folder contains links to packages, so a crawl of the workspace would find these
@@ -173,6 +176,16 @@ class _Build:
             self._install(packages, underlays)
         write_if_changed(self._state_file, json.dumps(self._state, indent=1, sort_keys=True))
         return self._result
+
+    def _update_typings(self, definitions: Definitions) -> None:
+        """Update the stubs in `typings`, which `pipros stubs` creates, for packages with definitions."""
+        typings = self._layout.base / "typings"
+        for name in (*self._result.built, *self._result.unchanged) if typings.is_dir() else ():
+            project = self._result.projects[name]
+            if project.interfaces:
+                has_module = dict.fromkeys([name], project.has_python_setup).__getitem__
+                with suppress(DefinitionError, NotFound):  # of a file that the package does not list
+                    write_stubs([name], typings, definitions, has_module=has_module)
 
     def _wanted(self, packages: Sequence[SourcePackage]) -> list[SourcePackage]:
         missing = self._options.only - {package.name for package in packages}

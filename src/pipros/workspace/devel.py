@@ -145,7 +145,7 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
 def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> None:
     """Write type stubs for editors, which cannot see classes that are generated on import."""
     try:
-        stubs = package_stubs(project.name, definitions)
+        stubs = package_stubs(project.name, definitions, has_module=True)
     except (DefinitionError, NotFound):
         return  # the package does not list the invalid file, so the build ignores it
     for path, text in stubs.items():

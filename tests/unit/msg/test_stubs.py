@@ -123,3 +123,17 @@ def test_a_package_without_definitions_has_none(packages: Path) -> None:
 def test_an_unknown_package_is_an_error(packages: Path) -> None:
     with pytest.raises(NotFound, match="no_robot"):
         stubs(packages, "no_robot")
+
+
+def test_the_stubs_of_a_package_with_modules_do_not_hide_them(packages: Path) -> None:
+    def find(name: str) -> Path | None:
+        return packages / name if (packages / name).is_dir() else None
+
+    folder = packages / "stubs"
+    definitions = Definitions(DefinitionFiles(find))
+    write_stubs(["robot"], folder, definitions)  # as earlier versions left them
+    write_stubs(["robot"], folder, definitions, has_module={"robot"}.__contains__)
+
+    assert not (folder / "robot/__init__.pyi").exists()
+    assert (folder / "robot/py.typed").read_text() == "partial\n"
+    assert (folder / "robot/msg/__init__.pyi").is_file()

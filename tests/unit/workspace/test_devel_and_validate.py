@@ -160,3 +160,24 @@ def test_types_of_all_kinds_are_looked_up(monkeypatch: pytest.MonkeyPatch) -> No
     assert ACTIONS.names("actionlib_tutorials")
     lookup = MESSAGES.definitions.message
     assert expanded(lookup("geometry_msgs/Pose2D"), lookup) == "float64 x\nfloat64 y\nfloat64 theta\n"
+
+
+def test_stubs_in_the_workspace_follow_its_definitions(workspace: Workspace) -> None:
+    folder = workspace.add(
+        "p",
+        f"{FIND}catkin_python_setup()\nadd_message_files(FILES A.msg)\ngenerate_messages()",
+        msg__A_dot_msg="int32 number\n",
+        setup_dot_py="from setuptools import setup\nsetup(packages=['p'], package_dir={'': 'src'})\n",
+        src__p__words_dot_py="",
+    )
+    (folder / "src/p/__init__.py").touch()
+    assert workspace.build().errors == []
+    assert not (workspace.base / "typings").exists()  # `pipros stubs` creates it
+
+    (workspace.base / "typings").mkdir()
+    assert workspace.build().errors == []
+    assert "number: int" in (workspace.base / "typings/p/msg/__init__.pyi").read_text()
+    (folder / "msg" / "A.msg").write_text("string name\n")
+    assert workspace.build().errors == []
+    assert "name: str" in (workspace.base / "typings/p/msg/__init__.pyi").read_text()
+    assert not (workspace.base / "typings/p/__init__.pyi").exists()  # which would hide p.words

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipros.basics.lazy_names import star_names as _star_names
 from rospy.core import add_preshutdown_hook as add_preshutdown_hook
@@ -60,7 +60,7 @@ def set_service_manager(sm: Any) -> None:
     managers.services = sm
 
 
-def __getattr__(name: str) -> Any:
+def _variable(name: str) -> Any:
     """Return the managers and the listeners, under the private names that some packages use."""
     if name == "_topic_manager":
         return managers.topics
@@ -69,6 +69,10 @@ def __getattr__(name: str) -> Any:
     if name == "_registration_listeners":
         return _listeners
     raise AttributeError(f"module 'rospy.impl.registration' has no attribute '{name}'")
+
+
+if not TYPE_CHECKING:  # which accepts any name of a module that has __getattr__
+    __getattr__ = _variable
 
 
 _star_names(__name__, "errno logging socket sys threading time traceback xmlrpcclient=xmlrpc.client")

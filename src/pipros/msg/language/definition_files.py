@@ -45,7 +45,7 @@ class DefinitionFiles:
             NotFound: the package or the file does not exist.
         """
         package, _, name = type_name.partition("/")
-        folder = self._folder(package)
+        folder = self.folder(package)
         candidates = [os.path.join(folder, kind, f"{name}.{kind}")]
         if kind == "msg":
             candidates += [
@@ -69,7 +69,7 @@ class DefinitionFiles:
         Raises:
             NotFound: the package does not exist.
         """
-        folder = self._folder(package)
+        folder = self.folder(package)
         found = set(_stems(os.path.join(folder, kind), f".{kind}"))
         if kind == "msg":
             found.update(
@@ -79,7 +79,8 @@ class DefinitionFiles:
             )
         return sorted(found)
 
-    def _folder(self, package: str) -> str:
+    def folder(self, package: str) -> str:
+        """Return the folder of a package. Raises `NotFound` if it does not exist."""
         folder = self._find_package(package)
         if folder is None:
             raise NotFound(f"there is no package {package}: {_advice(package)}")

@@ -1,0 +1,77 @@
+"""Stubs of packages that follow their definitions, for `pipros stubs --watch` and `catkin_make`."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.basics.errors import NotFound
+from pipros.msg.importing.hook import installed_library
+from pipros.msg.language.definition_files import NOUNS, DefinitionFiles
+from pipros.msg.language.definitions import Definitions
+from pipros.msg.stubs import write_stubs
+
+
+class StubFiles:
+    """Stubs of some packages, in a folder.
+
+    Args:
+        suffix: see `write_stubs`.
+    """
+
+    def __init__(self, packages: Sequence[str], folder: Path, *, suffix: str = "") -> None:
+        self._packages = list(packages)
+        self._folder = folder
+        self._suffix = suffix
+        self._written: dict[str, tuple[object, ...]] = {}
+
+    def update(self) -> list[Path]:
+        """Write the stubs of each package with changed definitions. Return the paths of its files.
+
+        A failed package is tried again only after the next change.
+
+        Raises:
+            NotFound: a package does not exist.
+            DefinitionError: a definition is invalid.
+            OSError: a file cannot be written.
+        """
+        paths: list[Path] = []
+        for package in self._packages:
+            state = self._state(package)
+            if state == self._written.get(package):
+                continue
+            self._written[package] = state
+            definitions = Definitions(DefinitionFiles(installed_library().files.folder))
+            paths += write_stubs(
+                [package], self._folder, definitions, suffix=self._suffix, has_module=has_python_modules
+            )
+        return paths
+
+    def _state(self, package: str) -> tuple[object, ...]:
+        """Return the names, times and sizes of the package's definitions."""
+        try:
+            home = installed_library().files.folder(package)
+        except NotFound:
+            return ()  # the caller reports it
+        found = []
+        for kind in NOUNS:
+            for folder, _, names in os.walk(os.path.join(home, kind)):
+                for name in names:
+                    file = os.path.join(folder, name)
+                    try:
+                        status = os.stat(file)
+                    except OSError:
+                        continue  # it was removed in the meantime, as editors do when they save
+                    found.append((file, status.st_mtime_ns, status.st_size))
+        return tuple(sorted(found))
+
+
+def has_python_modules(package: str) -> bool:
+    """Return whether `import PACKAGE` finds a module in a file, rather than only messages and services."""
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        return False
+    return spec is not None and spec.origin is not None and os.path.isfile(spec.origin)
