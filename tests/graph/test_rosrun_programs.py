@@ -55,7 +55,7 @@ def test_python_nodes_get_the_python_that_pipros_is_in(ros: RosSystem, folder: P
     [
         ("import rospy\n", "make '#!/usr/bin/env python3' its first line", 126),
         ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line endings", 127),
-        ("#!/no/such/python\n", "/no/such/python, which does not exist", 127),
+        ("#!/no/such/ruby\n", "/no/such/ruby, which does not exist", 127),
     ],
 )
 def test_a_script_that_cannot_start_is_explained(

@@ -27,6 +27,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         "and service is queried. Each problem is printed with its solution. Exits with 1 if an error was "
         "found.",
     )
+    parser.add_argument(
+        "nodes",
+        nargs="*",
+        metavar="FILE",
+        help="only name the interpreter with which rosrun and roslaunch start the program of a node",
+    )
     parser.add_argument("--offline", action="store_true", help="check only the setup of this machine")
     parser.add_argument(
         "--both-ways",
@@ -51,6 +57,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
     if not 0 < options.timeout < float("inf"):
         parser.error(f"--timeout must be a positive number of seconds, got {options.timeout}")
+    if options.nodes:
+        return run(lambda: _describe_programs(options.nodes, as_json=options.json))
     if options.self_test:
         return run(lambda: _run_self_test(as_json=options.json))
 
@@ -69,6 +77,23 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0 if examination.is_healthy else 1
 
     return run(body)
+
+
+def _describe_programs(files: Sequence[str], *, as_json: bool) -> int:
+    import os
+    from pathlib import Path
+
+    from pipros.workspace.program_description import describe_program
+    from pipros.workspace.program_start import program_environment
+
+    environment = program_environment(os.environ)
+    descriptions = [describe_program(Path(file), environment) for file in files]
+    if as_json:
+        _print_json([found.as_json() for found in descriptions])
+    else:
+        for found in descriptions:
+            print(f"{found}.")
+    return 0 if all(found.is_startable for found in descriptions) else 1
 
 
 def _run_self_test(*, as_json: bool) -> int:

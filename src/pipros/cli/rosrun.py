@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.cli.entry_point import command
 from pipros.workspace.executables import Executables, find_executables, list_executables
 from pipros.workspace.index import Package, PackageIndex
@@ -70,14 +71,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         _report_missing_program(package, name, found, programs)
         _print_advice(package_name, name, rest, programs)
         return NOT_FOUND
+    environment = program_environment(os.environ)
     try:
-        command = command_of(program, rest, prefix)
+        command = command_of(program, rest, prefix, environment)
+    except InvalidEnvironment as error:
+        print(f"[rosrun] {error}", file=sys.stderr)
+        return CANNOT_RUN
     except ValueError as error:
         print(f"[rosrun] the prefix [{prefix}] is not a valid command: {error}", file=sys.stderr)
         return CANNOT_RUN
     if debug:
         print(f"[rosrun] Running {prefix} {' '.join([str(program), *rest])}")
-    return _run(program, command)
+    return _run(program, command, environment)
 
 
 def _choose(found: Executables) -> Path | None:
@@ -95,15 +100,14 @@ def _choose(found: Executables) -> Path | None:
     return None
 
 
-def _run(program: Path, command: list[str]) -> int:
+def _run(program: Path, command: list[str], environment: dict[str, str]) -> int:
     # The operating system's error for a script with a bad shebang is unhelpful.
-    reason = why_not_startable(program) if command[0] == str(program) else None
+    reason = why_not_startable(program, environment) if command[0] == str(program) else None
     if reason is not None:
         print(f"[rosrun] {reason}", file=sys.stderr)
         with program.open("rb") as file:
             names_interpreter = file.read(2) == b"#!"
         return NO_SUCH_COMMAND if names_interpreter else CANNOT_RUN
-    environment = program_environment(os.environ)
     sys.stdout.flush()
     try:
         if os.name == "nt":

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pipros.basics.env import Environment
+from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.packages.well_known import why_not_here
@@ -132,10 +132,13 @@ class CommandMaker:
         program = self._program(node)
         prefix = _words(node.launch_prefix, "launch-prefix", node)
         folder = program.parent if node.working_folder is WorkingFolder.NODE else self._ros_home
-        argv = [*prefix, *command_of(program, arguments)]
         variables = {**self._environment, **overlay}
         if "ROS_NAMESPACE" not in overlay:
             variables.pop("ROS_NAMESPACE", None)
+        try:
+            argv = [*prefix, *command_of(program, arguments, variables=variables)]
+        except InvalidEnvironment as error:
+            raise CannotLaunch(str(error), node) from None
         return NodeCommand(tuple(argv), variables, overlay, folder)
 
     def _program(self, node: Node) -> Path:

@@ -8,16 +8,18 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import process_limits
 from pipros.launch.budget import Budget
 from pipros.launch.substitute import FindResource, anonymous_name
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.overlays import built_workspaces
-from pipros.workspace.program_start import program_environment
+from pipros.workspace.program_start import program_environment, starter_of
 
 if TYPE_CHECKING:
     import subprocess
@@ -97,8 +99,11 @@ def _run_command(command_line: str) -> str:
         raise CommandFailed("the command is empty")
     environment = program_environment(os.environ)  # run `$(find xacro)/xacro` with pipros's Python
     try:
-        with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603
+        starter = starter_of(Path(command[0]), environment) if os.sep in command[0] else ()
+        with subprocess.Popen([*starter, *command], stdout=subprocess.PIPE, env=environment) as process:  # noqa: S603
             printed = _read_output(process, command)
+    except InvalidEnvironment as error:
+        raise CommandFailed(f"{error} [{command}]") from None
     except OSError as error:
         reason = "no such command" if isinstance(error, FileNotFoundError) else str(error)
         raise CommandFailed(f"{reason} [{command}]") from None

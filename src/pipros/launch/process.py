@@ -17,7 +17,7 @@ from pipros.basics.posix import signal_group
 from pipros.launch.command import CannotLaunch, CannotStart, NodeCommand
 from pipros.launch.guardian import SIGKILL, Guardian
 from pipros.launch.output_prefix import PrefixedOutput
-from pipros.workspace.program_start import has_windows_line_ends, why_not_startable
+from pipros.workspace.program_start import has_windows_line_ends, is_left_to_env, why_not_startable
 
 _ON_WINDOWS = os.name == "nt"
 
@@ -170,10 +170,12 @@ def _opened(log: Path, *, append: bool) -> IO[bytes]:
 def _check_first_line(command: NodeCommand) -> None:
     """Check a script's shebang before starting it, because the operating system's error is unhelpful."""
     program = Path(command.argv[0])
-    reason = why_not_startable(program) if program.is_file() else None
+    variables = command.environment
+    reason = why_not_startable(program, variables) if program.is_file() else None
     if reason is not None:
-        # If the shebang ends in CRLF, `env` starts and then fails; only this node is affected.
-        kind = CannotLaunch if has_windows_line_ends(program) else CannotStart
+        # If the shebang ends in CRLF or names `env`, `env` starts and then fails; only this node is affected.
+        is_single = has_windows_line_ends(program) or is_left_to_env(program, variables)
+        kind = CannotLaunch if is_single else CannotStart
         raise kind(f"Unable to launch [{' '.join(command.argv)}]: {reason}")
 
 

@@ -66,15 +66,19 @@ class BareTest:
         prepare_path(results)
         if not os.access(self._file, os.X_OK) and self._file.suffix != ".py":
             case.fail(f"test [{self._name}]: [{self._file}] does not exist or is not executable")
-        command = [
-            *command_of(self._file, [*self._arguments, XML_OUTPUT_FLAG + str(results)]),
+        arguments = [
+            *self._arguments,
+            XML_OUTPUT_FLAG + str(results),
             *(["--text"] if self._text else []),
         ]
+        environment = program_environment(os.environ)
         if self._file.suffix == ".py" and not os.access(self._file, os.X_OK):
-            command.insert(0, sys.executable)
+            command = [sys.executable, str(self._file), *arguments]
+        else:
+            command = command_of(self._file, arguments, variables=environment)
         try:
             subprocess.run(  # noqa: S603
-                command, timeout=self._time_limit_s, env=program_environment(os.environ), check=False
+                command, timeout=self._time_limit_s, env=environment, check=False
             )
         except subprocess.TimeoutExpired:
             raise TestProgramTimedOut("test max time allotted") from None

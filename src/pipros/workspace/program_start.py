@@ -1,8 +1,9 @@
 """Environments and command lines that run a workspace's programs with pipros's Python.
 
-The first line of a node is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a pipros
-tool is called by its full path, without an activated virtual environment, that is usually a Python without
-pipros. Therefore, the tools put the folder of their own interpreter first.
+The first line of most nodes is `#!/usr/bin/env python3`, which runs the first `python3` in `PATH`. If a
+pipros tool is called by its full path, without an activated virtual environment, that is usually a Python
+without pipros. Therefore, the tools put the folder of their own interpreter first. `script_interpreter`
+decides about first lines that name one interpreter, such as `#!/usr/bin/python3`.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.workspace.script_interpreter import ScriptInterpreter, interpreter_of
 
 _ON_WINDOWS = os.name == "nt"
 _POSIX_SHELL = "/bin/sh"
@@ -35,32 +37,59 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
     return environment
 
 
-def command_of(program: Path, arguments: Sequence[str] = (), prefix: str = "") -> list[str]:
+def command_of(
+    program: Path,
+    arguments: Sequence[str] = (),
+    prefix: str = "",
+    variables: Mapping[str, str] = os.environ,
+) -> list[str]:
     """Return the command line that runs a program, with a prefix such as `gdb -ex run --args`.
 
-    The prefix is split into words as in a shell; no shell is run.
+    The prefix is split into words as in a shell; no shell is run. `variables` are the environment of the
+    program.
 
     Raises:
+        InvalidEnvironment: `PIPROS_INTERPRETER` has an unknown value.
         ValueError: the prefix has an unclosed quote.
     """
-    starter: list[str] = []
+    starter: Sequence[str] = ()
     if _ON_WINDOWS and program.suffix.lower() == ".py":
-        starter = [sys.executable]
+        starter = (sys.executable,)
     elif not _ON_WINDOWS and _is_bare_shell_script(program):
-        starter = [_POSIX_SHELL]
+        starter = (_POSIX_SHELL,)
+    else:
+        starter = starter_of(program, variables)
     return [*shlex.split(prefix), *starter, str(program), *arguments]
 
 
-def why_not_startable(program: Path) -> str | None:
+def starter_of(program: Path, variables: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the words that start a Python script with pipros's interpreter.
+
+    Empty if the operating system starts the program, or refuses to.
+
+    Raises:
+        InvalidEnvironment: `PIPROS_INTERPRETER` has an unknown value.
+    """
+    chosen = _script_interpreter(program, variables)
+    return () if chosen is None else chosen.words
+
+
+def why_not_startable(program: Path, variables: Mapping[str, str] = os.environ) -> str | None:
     """Return a description of the problem with a script's first line, or None if there is none.
 
-    The kernel's own error is unhelpful.
+    The kernel's own error is unhelpful. `variables` are the environment of the program.
+
+    Raises:
+        InvalidEnvironment: `PIPROS_INTERPRETER` has an unknown value.
     """
     try:
         start = _start_of(program)
     except OSError as error:
         return f"{program} cannot be read: {error.strerror}"
     first_line = start.split(b"\n", 1)[0]
+    chosen = _script_interpreter(program, variables)
+    if chosen is not None:
+        return None if chosen.interpreter else f"{program} {chosen.reason}"
     if start.startswith(b"#!"):
         if first_line.endswith(b"\r"):
             return (
@@ -82,6 +111,21 @@ def has_windows_line_ends(program: Path) -> bool:
     except OSError:
         return False
     return start.startswith(b"#!") and start.split(b"\n", 1)[0].endswith(b"\r")
+
+
+def is_left_to_env(program: Path, variables: Mapping[str, str] = os.environ) -> bool:
+    """Return whether `env`, which exists, looks for the Python of a script."""
+    chosen = _script_interpreter(program, variables)
+    return chosen is not None and chosen.has_env
+
+
+def _script_interpreter(program: Path, variables: Mapping[str, str]) -> ScriptInterpreter | None:
+    if _ON_WINDOWS or not program.is_file() or not os.access(program, os.X_OK):
+        return None
+    try:
+        return interpreter_of(program, variables)
+    except OSError:  # reported when it is started
+        return None
 
 
 def _start_of(program: Path) -> bytes:

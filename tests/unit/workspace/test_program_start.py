@@ -48,7 +48,7 @@ def test_a_script_without_a_first_line_is_run_by_the_shell(tmp_path: Path) -> No
     [
         ("import rospy\n", "make '#!/usr/bin/env python3' its first line"),
         ("#!/usr/bin/env python3\r\nimport rospy\r\n", "Windows line endings"),
-        ("#!/opt/none/python3\n", "/opt/none/python3, which does not exist"),
+        ("#!/opt/none/ruby\n", "/opt/none/ruby, which does not exist"),
     ],
 )
 def test_a_bad_first_line_is_explained(tmp_path: Path, content: str, complaint: str) -> None:
