@@ -5,12 +5,16 @@ They need Node.js. `python -m tests.support.npm` prints the command, or an empty
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 from pathlib import Path
 
+from tests.support.environments import REPOSITORY
+
 MODULES = Path(sys.prefix) / "node_modules"
-PACKAGES = ("pyright", "eslint@10", "@eslint/js@10", "globals@16", "typescript@5", "axe-core@4")
+_LISTED = json.loads((REPOSITORY / "tests" / "page" / "package.json").read_text())["devDependencies"]
+PACKAGES = tuple(f"{name}@{version}" for name, version in _LISTED.items())
 """Installed by one command, because npm removes packages that its command line does not name."""
 INSTALL = f"npm install --no-save --no-package-lock --prefix .venv {' '.join(PACKAGES)}"
 
@@ -22,8 +26,7 @@ def is_installed() -> bool:
 
 def missing() -> list[str]:
     """Return the names of the packages that are not in the virtual environment."""
-    names = [package if "@" not in package[1:] else package[: package.rindex("@")] for package in PACKAGES]
-    return [name for name in names if not (MODULES / name).is_dir()]
+    return [name for name in _LISTED if not (MODULES / name).is_dir()]
 
 
 if __name__ == "__main__":

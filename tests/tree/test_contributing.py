@@ -38,11 +38,11 @@ def test_all_paths_in_the_guide_exist() -> None:
 
 def test_pre_commit_hooks_are_the_parts_of_the_check() -> None:
     (local,) = read_yaml(".pre-commit-config.yaml")["repos"]
-    assert [hook["entry"] for hook in local["hooks"]] == [
-        "script/check lint",
-        "script/check format",
-        "script/check types",
-    ]
+    assert {hook["entry"]: hook["stages"] for hook in local["hooks"]} == {
+        "script/check lint": ["pre-commit"],
+        "script/check format": ["pre-commit"],
+        "script/check types": ["pre-push"],
+    }
 
 
 def test_an_unknown_part_of_the_check_is_refused() -> None:
@@ -51,9 +51,12 @@ def test_an_unknown_part_of_the_check_is_refused() -> None:
     assert "must be lint, format, types, platforms or page, got spelling" in ended.stderr
 
 
-def test_the_workflow_runs_ci_and_all_python_versions() -> None:
+def test_the_workflow_runs_all_parts_of_ci_and_all_python_versions() -> None:
     jobs = read_yaml(".github/workflows/ci.yml")["jobs"]
-    assert {"run": ".ci/run"} in jobs["everything"]["steps"]
+    listed = re.search(r'^parts="install (.*)"$', (REPOSITORY / ".ci" / "run").read_text(), re.MULTILINE)
+    assert listed
+    assert jobs["part"]["strategy"]["matrix"]["part"] == listed[1].split()
+    assert {"run": ".ci/run install ${{ matrix.part }}"} in jobs["part"]["steps"]
     assert jobs["tests"]["strategy"]["matrix"]["python"] == ["3.10", "3.11", "3.12", "3.13", "3.14"]
     assert not any(job.get("continue-on-error") for job in jobs.values())
 
