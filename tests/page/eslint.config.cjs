@@ -25,4 +25,8 @@ module.exports = [
       "prefer-const": "error",
     },
   },
+  {
+    files: ["tests/page/unit/*.js"],
+    languageOptions: { globals: globals.node },
+  },
 ];

@@ -1,4 +1,4 @@
-"""Checks of the page's JavaScript by eslint and the TypeScript compiler."""
+"""Checks of the page's JavaScript: eslint, the TypeScript compiler, and the tests of its pure modules."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.support import page_units
 from tests.support.environments import REPOSITORY
 from tests.support.npm import INSTALL, MODULES
 
@@ -31,7 +32,7 @@ def missing() -> list[Path]:
 def findings() -> list[str]:
     """Return the lines that the two programs print, except those about vendored files."""
     config = str(SETTINGS / "eslint.config.cjs")
-    lint = ["eslint", "--format", "stylish", "--config", config, *map(str, PAGES)]
+    lint = ["eslint", "--format", "stylish", "--config", config, *map(str, PAGES), str(SETTINGS / "unit")]
     types = ["tsc", "--pretty", "false", "--project", str(SETTINGS)]
     found = []
     for program, *words in (lint, types):
@@ -60,7 +61,7 @@ def main() -> int:
         return 1
     lines = findings()
     print("\n".join(lines))
-    return 1 if lines else 0
+    return max(1 if lines else 0, page_units.main())
 
 
 if __name__ == "__main__":
