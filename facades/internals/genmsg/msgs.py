@@ -13,7 +13,7 @@ from genmsg.names import (
 )
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.msg.language.parse import parse_message
-from pipros.msg.language.spec import BUILTINS, CONSTANT_TYPES, DefinitionError, MessageSpec
+from pipros.msg.language.spec import BUILTINS, CONSTANT_TYPES, NUMBERS, DefinitionError, MessageSpec
 from pipros.msg.language.spec import HEADER as HEADER_FULL_NAME
 
 HEADER = "Header"
@@ -21,10 +21,8 @@ TIME = "time"
 DURATION = "duration"
 TIME_MSG = "uint32 secs\nuint32 nsecs"
 DURATION_MSG = "int32 secs\nint32 nsecs"
-PRIMITIVE_TYPES = [
-    *("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"),
-    *("string", "bool", "char", "byte"),
-]
+_LAST = ("string", "bool", "char", "byte")
+PRIMITIVE_TYPES = [*(name for name in NUMBERS if name not in _LAST), *_LAST]
 BUILTIN_TYPES = [*PRIMITIVE_TYPES, TIME, DURATION]
 
 __all__ = [

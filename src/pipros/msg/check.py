@@ -5,6 +5,7 @@ These functions are called only after serializing a message has failed, so they 
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 from pipros.msg.errors import SerializationError
@@ -12,11 +13,8 @@ from pipros.msg.fields import HasFields, is_message
 from pipros.msg.language.spec import FLOATS, INTEGERS, OCTETS
 from pipros.msg.time import Duration, Time
 
-_BITS = {"b": 8, "h": 16, "i": 32, "q": 64}
 _HEADERS = ("std_msgs/Header", "roslib/Header")
-_FLOAT_TYPE_NAMES = frozenset(
-    ("float32", "float64", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
-)
+_NUMPY_NUMBERS = frozenset((*FLOATS, *INTEGERS)) - {"byte", "char"}
 
 
 def check_type(field_name: str, field_type: str, field_val: Any) -> None:
@@ -71,7 +69,7 @@ def _check_integer(name: str, type_name: str, value: Any) -> None:
         raise SerializationError(f"field {name} must be an integer type")
     if not is_signed and (type(value) is not int or value < 0):
         raise SerializationError(f"field {name} must be unsigned integer type")
-    bits = _BITS[code.lower()]
+    bits = 8 * struct.calcsize(f"<{code}")
     low, high = (-(1 << bits - 1), 1 << bits - 1) if is_signed else (0, 1 << bits)
     if not low <= value < high:
         raise SerializationError(f"field {name} exceeds specified width [{type_name}]")
@@ -111,4 +109,4 @@ def _check_message(name: str, type_name: str, value: Any) -> None:
 
 
 def _is_numpy_number(value: Any) -> bool:
-    return type(value).__module__ == "numpy" and type(value).__name__ in _FLOAT_TYPE_NAMES
+    return type(value).__module__ == "numpy" and type(value).__name__ in _NUMPY_NUMBERS

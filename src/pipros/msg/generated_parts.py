@@ -16,23 +16,9 @@ from itertools import groupby
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.msg.language.spec import BUILTINS, FLOATS
+from pipros.msg.language.spec import BUILTINS, FLOATS, NUMBERS
 
-SIMPLE = {
-    "int8": "b",
-    "uint8": "B",
-    "bool": "B",
-    "int16": "h",
-    "uint16": "H",
-    "int32": "i",
-    "uint32": "I",
-    "int64": "q",
-    "uint64": "Q",
-    "float32": "f",
-    "float64": "d",
-    "char": "B",
-    "byte": "b",
-}
+SIMPLE = {**NUMBERS, "bool": "B"}
 """The types that are serialized as a single number, with their `struct` format characters."""
 
 _HEADERS = ("Header", "std_msgs/Header")

@@ -9,7 +9,8 @@ import re
 import pytest
 
 from pipros.web.server import IMPORT_MAP_HASH
-from tests.support.environments import REPOSITORY
+from tests.support import page_primitives
+from tests.support.environments import FACADES, REPOSITORY, SRC
 from tests.support.page_checks import PAGES
 
 PAGE = REPOSITORY / "src" / "pipros" / "web" / "page"
@@ -63,3 +64,21 @@ def test_every_tab_has_a_file() -> None:
     sections = (PAGE / "sections.js").read_text()
     parts = re.findall(r'\["(\w+)", "\w+"\]', sections)
     assert {file.stem for file in (PAGE / "tabs").iterdir()} == {*tabs, *parts}
+
+
+def test_the_table_of_numbers_is_that_of_the_library() -> None:
+    assert page_primitives.FILE.read_text() == page_primitives.module(), (
+        "python -m tests.support.page_primitives"
+    )
+
+
+def test_no_other_table_repeats_the_primitive_types() -> None:
+    files = [
+        file for folder in (SRC, *FACADES) for pattern in ("*.py", "*.js") for file in folder.rglob(pattern)
+    ]
+    tables = {file.name for file in files if re.search(r'^\s*"?uint16"?: ', file.read_text(), re.MULTILINE)}
+    assert tables == {
+        "spec.py",
+        "primitives.js",
+        "type_hash.py",  # the numbers that ROS 2 assigns in hashes
+    }

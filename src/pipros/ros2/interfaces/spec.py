@@ -5,25 +5,14 @@ Type names have three parts (`std_msgs/msg/Header`), even if a file uses a short
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-SIZES = {
-    "bool": 1,
-    "byte": 1,
-    "char": 1,
-    "int8": 1,
-    "uint8": 1,
-    "int16": 2,
-    "uint16": 2,
-    "int32": 4,
-    "uint32": 4,
-    "int64": 8,
-    "uint64": 8,
-    "float32": 4,
-    "float64": 8,
-}
+from pipros.msg.language.spec import NUMBERS
+
+SIZES = {name: struct.calcsize(f"<{code}") for name, code in NUMBERS.items()}
 """Numeric types, with their size in bytes in CDR, which is also their alignment."""
 
 PRIMITIVES = frozenset((*SIZES, "string", "wstring"))

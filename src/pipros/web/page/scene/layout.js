@@ -1,24 +1,20 @@
 // Decoders for serialized messages, composed from the layout that the server sends (message_layout.py).
 // Times are nanoseconds (BigInt), arrays of numbers are typed arrays.
 
+import { PRIMITIVES } from "./primitives.js";
+
 const TEXT = new TextDecoder();
 const NS = 1000000000n;
 
-const SCALARS = {
-  bool: [1, (view, at) => view.getUint8(at) !== 0, Uint8Array],
-  int8: [1, (view, at) => view.getInt8(at), Int8Array],
-  byte: [1, (view, at) => view.getInt8(at), Int8Array],
-  uint8: [1, (view, at) => view.getUint8(at), Uint8Array],
-  char: [1, (view, at) => view.getUint8(at), Uint8Array],
-  int16: [2, (view, at) => view.getInt16(at, true), Int16Array],
-  uint16: [2, (view, at) => view.getUint16(at, true), Uint16Array],
-  int32: [4, (view, at) => view.getInt32(at, true), Int32Array],
-  uint32: [4, (view, at) => view.getUint32(at, true), Uint32Array],
-  int64: [8, (view, at) => view.getBigInt64(at, true), BigInt64Array],
-  uint64: [8, (view, at) => view.getBigUint64(at, true), BigUint64Array],
-  float32: [4, (view, at) => view.getFloat32(at, true), Float32Array],
-  float64: [8, (view, at) => view.getFloat64(at, true), Float64Array],
-};
+// Returns the size, the reader and the typed array of a number.
+function scalar(name, [kind, size]) {
+  const get = DataView.prototype[`get${kind}`];
+  const Numbers = globalThis[`${kind}Array`];
+  if (name === "bool") return [size, (view, at) => view.getUint8(at) !== 0, Numbers];
+  return [size, (view, at) => get.call(view, at, true), Numbers];
+}
+
+const SCALARS = Object.fromEntries(Object.entries(PRIMITIVES).map(([name, form]) => [name, scalar(name, form)]));
 
 const NONE = -1; // not an array
 const EMPTY_ELEMENTS = 65536; // maximum number of elements without bytes in one array
