@@ -7,6 +7,7 @@ import sys
 import textwrap
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -262,3 +263,29 @@ def test_the_plugin_is_found_by_its_entry_point() -> None:
 
     assert found.value == "pipros.testing.pytest_plugin"
     assert Path(sys.modules[found.load().__name__].__file__ or "").name == "pytest_plugin.py"
+
+
+@pytest.mark.parametrize("words", [(), ("-n", "2")], ids=["one process", "pytest-xdist"])
+def test_the_junit_file_has_each_case_of_a_launch_file(
+    run: Run, pytester: pytest.Pytester, words: tuple[str, ...]
+) -> None:
+    write(pytester, "test_plain.py", "def test_plain(): pass\n")
+
+    result = run("--junitxml", "results.xml", "--ros-arg=level:=3", *words)
+
+    result.assert_outcomes(passed=1, failed=2)
+    (suite,) = ElementTree.parse(pytester.path / "results.xml").getroot()  # noqa: S314
+    cases = {
+        (case.get("classname"), case.get("name")): [child.tag for child in case if child.tag != "system-out"]
+        for case in suite.iter("testcase")
+    }
+    assert cases == {
+        ("level.test.first.__main__.T", "test_level"): ["failure"],
+        ("level.test.first.__main__.T", "test_nothing"): [],
+        ("level.test.second.__main__.T", "test_level"): ["failure"],
+        ("level.test.second.__main__.T", "test_nothing"): [],
+        ("test_plain", "test_plain"): [],
+    }
+    assert [suite.get(count) for count in ("tests", "failures", "errors")] == ["5", "2", "0"]
+    messages = [failure.get("message") for failure in suite.iter("failure")]
+    assert messages == ["3 != 25 : the level is wrong"] * 2

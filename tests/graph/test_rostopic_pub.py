@@ -10,9 +10,11 @@ import pytest
 
 from pipros.master.master import Master
 from pipros.msg import load_message_class
+from pipros.net.master_client import MasterClient
 from tests.support.nodes import Inbox, MakeNode
 from tests.support.processes import Process
 from tests.support.ros import RosSystem
+from tests.support.slaves import FakeSlave
 from tests.support.waiting import wait_until
 
 String = load_message_class("std_msgs/String")
@@ -128,3 +130,27 @@ def test_a_value_of_the_wrong_type_is_refused_before_anything_is_sent(ros: RosSy
     )
     assert pub.returncode == 1
     assert pub.stderr == ["ERROR: field data must be an integer type", "", "Args are: [data]"]
+
+
+def test_a_subscriber_that_did_not_connect_is_named(ros: RosSystem, master: Master) -> None:
+    slave = FakeSlave()  # it is notified, but does not connect
+    lost = MasterClient(master.uri, "/base")
+    lost.register_subscriber("/words", "std_msgs/String", slave.api)
+
+    pub = ros.pipros.run(
+        "rostopic", "pub", "-1", "/words", "std_msgs/String", "hello", ROS_MASTER_URI=master.uri
+    )
+
+    assert pub.returncode == 0
+    (line,) = pub.stderr
+    assert line.startswith("/base subscribes, but has not connected to this publisher.")
+    assert "ROS_IP" in line
+    lost.close()
+    slave.stop()
+
+
+def test_nothing_is_said_of_a_topic_without_subscribers(ros: RosSystem, master: Master) -> None:
+    pub = ros.pipros.run(
+        "rostopic", "pub", "-1", "/nobody", "std_msgs/String", "hello", ROS_MASTER_URI=master.uri
+    )
+    assert (pub.returncode, pub.stderr) == (0, [])

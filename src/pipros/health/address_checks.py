@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from urllib.parse import urlsplit
 
 from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.health.finding import Finding, error, warning
@@ -83,12 +84,23 @@ def master_calls_back(machine: MachineReport) -> Findings:
     """Check that the master can connect to the address that programs on this machine advertise."""
     if not machine.not_called_back:
         return
+    host = urlsplit(machine.not_called_back).hostname or ""
+    mapping = (
+        f"In a container or behind a router, map ports to it and export PIPROS_PORTS={EXAMPLE_PORTS} "
+        "PIPROS_ADVERTISE=ADDRESS, the address outside. Genuine nodes there cannot be reached: the container "
+        "needs the host's network."
+    )
+    cure = f"Set ROS_IP to an address of this machine that the master's machine can reach. {mapping}"
+    if host == machine.address_towards_master:
+        cure = (
+            "The address is right, so a firewall drops what comes in: let it pass TCP from the other "
+            "machines (`sudo ufw allow from ADDRESS`, firewall-cmd, nft or iptables), or export "
+            f"PIPROS_PORTS={EXAMPLE_PORTS} and let it pass these ports. {mapping}"
+        )
     yield error(
         "not-called-back",
         f"The master did not connect to [{machine.not_called_back}], the address that programs of this "
         "machine advertise: others cannot reach them either",
-        "Set ROS_IP to an address of this machine that the master's machine can reach. In a container or "
-        f"behind a router, map ports to it and export PIPROS_PORTS={EXAMPLE_PORTS} PIPROS_ADVERTISE=ADDRESS, "
-        "the address outside. Genuine nodes there cannot be reached: the container needs the host's network.",
+        cure,
         "PIPROS_ADVERTISE",
     )

@@ -243,9 +243,10 @@ def _own_name(machine: MachineReport, what: str, name: str) -> Findings:
 def _own_ip(machine: MachineReport, ip: str, *, is_master_here: bool) -> Findings:
     good = machine.address_towards_master
     if ip not in machine.own_hosts:
+        known = [*machine.addresses, *([good] if good and good not in machine.addresses else [])]
         yield error(
             "ip-of-another",
-            f"ROS_IP [{ip}] is not an address of this machine, which has {', '.join(machine.addresses)}",
+            f"ROS_IP [{ip}] is not an address of this machine, which has {', '.join(known)}",
             f"export ROS_IP={good or 'ADDRESS'}, or unset it.",
             "ROS_IP",
         )

@@ -21,6 +21,11 @@ RETRY_REFUSED_LONGEST_S = 60.0
 room later.
 """
 
+LOST_GRACE_S = 3.0
+"""Time after a link has ended in which failures to connect again are not logged: the publisher's process may
+have ended, and the master notifies subscribers only afterwards.
+"""
+
 LinkEnd = asyncio.Future[str]
 """Future that is resolved when a link ends: with the error that broke it, or with an empty string."""
 
@@ -89,7 +94,8 @@ class PublisherConnector:
     async def _keep_linked(self, uri: str) -> None:
         """Keep a link to a publisher for as long as the master lists the publisher."""
         delay_s, explained, is_first = RETRY_FIRST_S, "", True
-        refused_s = RETRY_REFUSED_FIRST_S
+        refused_s, quiet_until = RETRY_REFUSED_FIRST_S, 0.0
+        now = asyncio.get_running_loop().time
         try:
             while uri in self._listed:
                 try:
@@ -97,7 +103,8 @@ class PublisherConnector:
                 except (PiprosError, ValueError) as error:
                     # ValueError: the publisher registered an invalid URI
                     is_first = False
-                    if str(error) != explained:  # each problem is logged once
+                    is_lost = isinstance(error, Unreachable) and now() < quiet_until
+                    if not is_lost and str(error) != explained:  # each problem is logged once
                         explained = str(error)
                         await self._explain(uri, error)
                     if isinstance(error, Refused):
@@ -106,6 +113,7 @@ class PublisherConnector:
                 else:
                     if await self._wait_for_end(uri, ended):
                         delay_s, explained, is_first = RETRY_FIRST_S, "", True
+                    quiet_until = now() + LOST_GRACE_S
                 await asyncio.sleep(delay_s)
                 delay_s = min(2 * delay_s, RETRY_LONGEST_S)
         finally:

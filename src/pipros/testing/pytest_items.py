@@ -22,6 +22,7 @@ from pipros.launch.model import Launch, Test
 from pipros.launch.run_id import new_run_id
 from pipros.launch.xml import load
 from pipros.testing.fixture import LaunchFixture
+from pipros.testing.junit_cases import as_property
 from pipros.testing.results import Case, Outcome
 from pipros.testing.rostest import Plan, Rostest
 from pipros.testing.runner import CaseResult
@@ -110,8 +111,11 @@ class LaunchTestItem(pytest.Item):
         for suite in suites:
             self.add_report_section("call", f"stdout of {self.name}", suite.stdout)
             self.add_report_section("call", f"stderr of {self.name}", suite.stderr)
-        cases = [*result.cases, *(case for suite in suites for case in suite.cases)]
-        return [case for case in cases if case.outcome is not Outcome.PASSED]
+        of_program = [case for suite in suites for case in suite.cases]
+        if self.config.getoption("xmlpath", None) or "workerinput" in vars(self.config):  # of pytest-xdist
+            started = [case for case in result.cases if case.outcome is not Outcome.PASSED or not of_program]
+            self.user_properties.append(as_property([*started, *of_program]))
+        return [case for case in (*result.cases, *of_program) if case.outcome is not Outcome.PASSED]
 
 
 def _report(case: Case) -> str:

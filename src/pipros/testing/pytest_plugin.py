@@ -68,6 +68,21 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
     return LaunchFileCollector.from_parent(parent, path=file_path)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_sessionfinish(session: pytest.Session) -> Iterator[None]:
+    """Write the cases of launch files into the JUnit file that pytest has written."""
+    yield
+    named = session.config.getoption("xmlpath", None)
+    if not named or hasattr(session.config, "workerinput"):
+        return
+    from pipros.testing.junit_cases import PROPERTY, with_cases
+
+    file = Path(named).expanduser()
+    text = file.read_text("utf-8") if file.is_file() else ""
+    if PROPERTY in text:
+        file.write_text(with_cases(text), "utf-8")
+
+
 @pytest.fixture
 def ros_master(monkeypatch: pytest.MonkeyPatch) -> Iterator[Core]:
     """A master for the test, in this process and on a free port.

@@ -110,3 +110,21 @@ def test_the_cure_names_the_address_that_others_can_reach() -> None:
 
 def test_a_zip_file_may_be_in_the_python_path() -> None:
     assert check_machine(machine({"PYTHONPATH": "/x.zip"}, paths={"/x.zip": PathKind.FILE})) == []
+
+
+def test_an_address_that_is_right_but_not_reached_points_to_a_firewall() -> None:
+    (finding,) = check_machine(machine(not_called_back="http://10.0.0.2:41000/"))
+    assert finding.rule == "not-called-back"
+    assert "a firewall drops what comes in" in finding.cure
+    (finding,) = check_machine(machine(not_called_back="http://192.168.7.2:41000/"))
+    assert "firewall" not in finding.cure
+    assert finding.cure.startswith("Set ROS_IP to an address of this machine")
+
+
+def test_the_addresses_of_this_machine_include_the_one_that_the_cure_names() -> None:
+    (finding,) = check_machine(machine({"ROS_IP": "10.9.9.9"}, addresses=("127.0.0.1",)))
+    assert (
+        finding.summary
+        == "ROS_IP [10.9.9.9] is not an address of this machine, which has 127.0.0.1, 10.0.0.2"
+    )
+    assert finding.cure.startswith("export ROS_IP=10.0.0.2")

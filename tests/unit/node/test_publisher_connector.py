@@ -12,7 +12,13 @@ from pipros.net import unreachable
 from pipros.net.busy_poll import PublishCount
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
-from pipros.node.publisher_connector import RETRY_FIRST_S, RETRY_LONGEST_S, LinkEnd, PublisherConnector
+from pipros.node.publisher_connector import (
+    LOST_GRACE_S,
+    RETRY_FIRST_S,
+    RETRY_LONGEST_S,
+    LinkEnd,
+    PublisherConnector,
+)
 from tests.support.instant_loop import run_instantly
 from tests.support.nodes import listening_log
 
@@ -194,5 +200,30 @@ def test_a_stopped_topic_connects_to_no_publisher() -> None:
         topic.update([A])
         await asyncio.sleep(0.01)
         assert publishers.attempts() == {}
+
+    run_instantly(run())
+
+
+def test_a_lost_publisher_is_logged_only_if_it_stays_registered(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def explain(_: str) -> str:
+        return ""
+
+    monkeypatch.setattr(unreachable, "explain", explain)
+
+    async def run() -> None:
+        publishers = Publishers()
+        topic, lines = following(publishers)
+        topic.update([A, B])
+        await asyncio.sleep(0.01)
+        publishers.errors = {uri: Unreachable(uri, "Connection refused") for uri in (A, B)}
+        publishers.ends[A].set_result("")
+        publishers.ends[B].set_result("")
+        await asyncio.sleep(LOST_GRACE_S / 2)
+        assert publishers.attempts()[A] > 1
+        topic.update([B])  # A has unregistered
+        await asyncio.sleep(60)
+        (line,) = lines
+        assert line.startswith(f"cannot receive [/chatter] from the publisher at {B}: ")
+        topic.stop()
 
     run_instantly(run())

@@ -159,6 +159,8 @@ class _Publishing:
         deadline = time.monotonic() + LINK_DEADLINE_S
         while publisher.connection_count < len(expected) and time.monotonic() < deadline:
             self._wait(POLL_PERIOD_S)
+        if not publisher.connection_count and not self._node.is_shutdown:
+            _warn_of_silence(expected)
         return publisher
 
     def _ticks(self, rate_hz: float) -> Iterator[None]:
@@ -184,6 +186,21 @@ class _Publishing:
     def _print_message(self, message: Message) -> None:
         if self._options.verbose:
             print(f"publishing {message}", flush=True)
+
+
+def _warn_of_silence(subscribers: Sequence[str]) -> None:
+    """Say that no subscriber has connected, if the master knows any. They may still do so later."""
+    if subscribers:
+        names, verbs = (
+            ", ".join(subscribers),
+            ("subscribe", "have") if subscribers[1:] else ("subscribes", "has"),
+        )
+        print(
+            f"{names} {verbs[0]}, but {verbs[1]} not connected to this publisher. If the machine cannot "
+            "reach this one, set ROS_IP; `pipros doctor` says to which address",
+            file=sys.stderr,
+            flush=True,
+        )
 
 
 def _is_one_document(file: str | None) -> bool:
