@@ -275,3 +275,38 @@ def test_the_former_name_of_rqt_reconfigure_opens_its_page(ros: RosSystem) -> No
     ros.pipros.start_master()
     page = Page.of(ros.pipros.start("rosrun", "dynamic_reconfigure", "reconfigure_gui", "--no-browser"))
     assert page.place == "reconfigure"
+
+
+@pytest.mark.parametrize(
+    ("launch", "line"),
+    [
+        ("headers", r"I heard \[hello world \d+\.\d+\], number \d+, sent at \d+\.\d{3}"),
+        ("listener_with_user_data", r"The second callback heard \[hello world"),
+        ("listener_subscribe_notify", r"I heard Welcome!"),
+        ("connection_header", r"from \[/talker_connection_header\] with \[oreo, /talker_connection_header\]"),
+        ("on_shutdown", "the motor stops"),
+        ("advanced_publish", "I heard as its only field"),
+    ],
+)
+def test_the_later_tutorials_of_rospy_run(ros: RosSystem, launch: str, line: str) -> None:
+    ros.pipros.start_master()
+    launched = ros.pipros.start("roslaunch", "rospy_tutorials", f"{launch}.launch")
+    launched.wait_for(line)
+    launched.press_ctrl_c()
+    assert launched.wait() == 0
+
+
+@pytest.mark.parametrize("model", ["01-myfirst.urdf", "06-flexible.urdf", "08-macroed.urdf.xacro"])
+def test_robots_of_the_urdf_tutorial_are_shown(ros: RosSystem, model: str) -> None:
+    ros.pipros.start_master()
+    folder = ros.pipros.run("rospack", "find", "urdf_tutorial").stdout[0]
+    launched = ros.pipros.start(
+        "roslaunch", "urdf_tutorial", "display.launch", f"model:={folder}/urdf/{model}", "gui:=false"
+    )
+    launched.wait_for(r"http://localhost:\d+/#token=")  # the page of rviz
+    ros.wait_for_publisher("/joint_states")
+    if not model.startswith("01"):
+        state = ros.pipros.run("rostopic", "echo", "-n", "1", "/joint_states/name")
+        assert "right_front_wheel_joint" in state.output
+    launched.press_ctrl_c()
+    assert launched.wait() == 0

@@ -16,6 +16,7 @@ SOURCES = Path("src", "pipros")
 PAGES = (
     SOURCES / "web" / "page",
     SOURCES / "web" / "sliders" / "page",
+    SOURCES / "web" / "windows" / "page",
     SOURCES / "simulation" / "robots" / "page",
     SOURCES / "simulation" / "turtlesim" / "page",
     Path("docs", "in-browser"),

@@ -93,7 +93,7 @@ def master_calls_back(machine: MachineReport) -> Findings:
     cure = f"Set ROS_IP to an address of this machine that the master's machine can reach. {mapping}"
     if host == machine.address_towards_master:
         cure = (
-            "The address is right, so a firewall drops what comes in: let it pass TCP from the other "
+            "The address is right, so a firewall drops incoming connections: let it pass TCP from the other "
             "machines (`sudo ufw allow from ADDRESS`, firewall-cmd, nft or iptables), or export "
             f"PIPROS_PORTS={EXAMPLE_PORTS} and let it pass these ports. {mapping}"
         )

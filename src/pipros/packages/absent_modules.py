@@ -19,10 +19,20 @@ _REASONS: Mapping[str, str] = {
 }
 
 
+_PACKAGES = frozenset(("moveit_commander", "smach", "smach_ros", "smach_viewer"))
+"""Modules that are packages of ROS, with advice in `well_known.py`."""
+
+
 class _Loader(Loader):
     """Loader that raises ImportError for a module."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        if spec.name in _PACKAGES:
+            from pipros.packages.well_known import why_missing
+
+            raise ModuleNotFoundError(
+                f"No module named '{spec.name}': {why_missing(spec.name)}", name=spec.name
+            )
         reason = _REASONS[spec.name].format(spec.name)
         if spec.name == "em":
             from pipros.basics.extras import install_command
@@ -36,4 +46,4 @@ class _Loader(Loader):
 
 def absent_spec(name: str) -> ModuleSpec | None:
     """Return a spec whose import fails and suggests the replacement, or None for other modules."""
-    return ModuleSpec(name, _Loader()) if name in _REASONS else None
+    return ModuleSpec(name, _Loader()) if name in _REASONS or name in _PACKAGES else None

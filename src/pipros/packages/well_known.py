@@ -56,13 +56,22 @@ _PYPI = {"catkin": "catkin-tools", "rosdep": "rosdep"}
 """Commands of Noetic, and the distributions on PyPI that contain them."""
 
 _PYTHON_NAMES = """
-    executive_smach ros_numpy rosserial_python smach smach_msgs smach_ros sound_play
+    executive_smach ros_numpy rosserial_python smach smach_ros sound_play
     turtlebot3_bringup turtlebot3_description turtlebot3_example turtlebot3_msgs turtlebot3_teleop
-    turtlebot_teleop turtlesim_cleaner urdf_tutorial
+    turtlebot_teleop turtlesim_cleaner
 """
 
 _PYTHON = frozenset(_PYTHON_NAMES.split())
 """Packages from Noetic and from courses that do not contain C++ programs."""
+
+_SOURCES = dict.fromkeys(("executive_smach", "smach", "smach_ros"), "https://github.com/ros/executive_smach")
+"""Where the sources of packages are."""
+
+_DESKTOP = {
+    "moveit_commander": "moveit_commander calls a library in C++ and plans with move_group, also in C++",
+    "smach_viewer": "smach_viewer is a window of wxPython, which pip does not install without a compiler",
+}
+"""Packages with Python programs that need other software, and which."""
 
 _QT_NAMES = """
     rqt_action rqt_bag_plugins rqt_common_plugins rqt_controller_manager rqt_dep
@@ -101,9 +110,15 @@ def why_not_here(
     """
     is_here = any(not name.endswith(".cfg") for name in programs)  # `.cfg` files are also executable
     if package in _PYTHON and not is_here:
+        where = f"git clone {_SOURCES[package]}" if package in _SOURCES else "git clone them"
         return (
             f"{package} does not come with pipros, but needs no compiler: its sources on ROS_PACKAGE_PATH "
-            "are enough. git clone them into the src folder of a workspace."
+            f"are enough. {where} into the src folder of a workspace."
+        )
+    if package in _DESKTOP and not is_here:
+        return (
+            f"{_DESKTOP[package]}. Run it where ROS 1 is installed: with this machine's ROS_MASTER_URI, it "
+            "joins the same graph."
         )
     if package in _QT and not is_here:
         return (

@@ -115,7 +115,7 @@ def test_a_zip_file_may_be_in_the_python_path() -> None:
 def test_an_address_that_is_right_but_not_reached_points_to_a_firewall() -> None:
     (finding,) = check_machine(machine(not_called_back="http://10.0.0.2:41000/"))
     assert finding.rule == "not-called-back"
-    assert "a firewall drops what comes in" in finding.cure
+    assert "a firewall drops incoming connections" in finding.cure
     (finding,) = check_machine(machine(not_called_back="http://192.168.7.2:41000/"))
     assert "firewall" not in finding.cure
     assert finding.cure.startswith("Set ROS_IP to an address of this machine")

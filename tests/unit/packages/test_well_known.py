@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import importlib
 import re
 from pathlib import Path
 
@@ -107,3 +108,19 @@ def test_all_tools_give_the_same_advice(
     assert advice in str(launch.value)
     assert rosmsg(["show", f"{package}/Type"]) == 1
     assert advice in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("module", "advice"),
+    [
+        ("smach", "git clone https://github.com/ros/executive_smach"),
+        ("smach_ros", "git clone https://github.com/ros/executive_smach"),
+        ("smach_viewer", "Run it where ROS 1 is installed"),
+        ("moveit_commander", "Run it where ROS 1 is installed"),
+    ],
+)
+def test_the_import_of_a_package_that_is_not_included_gives_advice(module: str, advice: str) -> None:
+    with pytest.raises(ModuleNotFoundError, match=re.escape(advice)) as caught:
+        importlib.import_module(module)
+    assert caught.value.name == module
+    assert advice in (why_missing(module) or "")
