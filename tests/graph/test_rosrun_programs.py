@@ -119,3 +119,20 @@ def test_every_tool_is_a_program_of_its_package(ros: RosSystem, tool: str) -> No
     ended = ros.pipros.run("rosrun", tool, tool, "-h")
     assert f"{tool}" in ended.output
     assert ended.returncode in (0, 64), ended.output
+
+
+def test_a_script_for_python_2_is_named_with_its_remedy(ros: RosSystem) -> None:
+    scripts = ros.home / "src" / "old" / "scripts"
+    scripts.mkdir(parents=True)
+    (scripts.parent / "package.xml").write_text("<package><name>old</name></package>")
+    script = scripts / "talker.py"
+    script.write_text("#!/usr/bin/env python3\nprint 'hello'\n")
+    script.chmod(0o755)
+    (scripts.parent / "old.launch").write_text('<launch><node pkg="old" type="talker.py" name="t"/></launch>')
+    path = str(ros.home / "src")
+    ended = ros.pipros.run("rosrun", "old", "talker.py", ROS_PACKAGE_PATH=path)
+    assert ended.returncode == 1
+    assert f"[rosrun] {script}:2 is Python 2, and Noetic runs Python 3: " in ended.output
+    ros.pipros.start_master()
+    launched = ros.pipros.start("roslaunch", "old", "old.launch", ROS_PACKAGE_PATH=path)
+    launched.wait_for(r"\[t-1\] .*talker.py:2 is Python 2.*python -m fissix -w ")

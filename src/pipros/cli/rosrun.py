@@ -13,6 +13,7 @@ from pipros.cli.entry_point import command
 from pipros.workspace.executables import Executables, find_executables, list_executables
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.program_start import command_of, program_environment, why_not_startable
+from pipros.workspace.python2 import python2_advice
 
 USAGE = """\
 Usage: rosrun [--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
@@ -108,6 +109,9 @@ def _run(program: Path, command: list[str], environment: dict[str, str]) -> int:
         with program.open("rb") as file:
             names_interpreter = file.read(2) == b"#!"
         return NO_SUCH_COMMAND if names_interpreter else CANNOT_RUN
+    advice = python2_advice(program)
+    if advice is not None:
+        print(f"[rosrun] {advice}", file=sys.stderr)
     sys.stdout.flush()
     try:
         if os.name == "nt":

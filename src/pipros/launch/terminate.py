@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pipros.launch.console import Console
 from pipros.launch.guardian import SIGKILL
 from pipros.launch.process import SIGINT, SIGTERM, NodeProcess, last_lines
+from pipros.workspace.python2 import python2_advice
 
 SIGINT_TIMEOUT_S = 15.0
 SIGTERM_TIMEOUT_S = 2.0
@@ -92,3 +93,7 @@ def report_end(process: NodeProcess, log_stem: str, console: Console, *, is_requ
     if lines:
         shown = "\n".join(f"[{process.name}]   {line}" for line in lines)
         console.error(f"[{process.name}] its last output:\n{shown}")
+    for word in process.command.argv[:2]:  # the script, perhaps after its interpreter
+        advice = python2_advice(word) if word.endswith(".py") else None
+        if advice is not None:
+            console.error(f"[{process.name}] {advice}")

@@ -308,8 +308,9 @@ class _Build:
             **self._options.definitions,
         }
 
-    def _fail(self, package: SourcePackage, reason: str) -> None:
-        self._say(reason)
+    def _fail(self, package: SourcePackage, reason: str, *, is_said: bool = True) -> None:
+        if is_said:
+            self._say(reason)
         self._failed[package.name] = package.name
         self._result.errors.append(f"{package.name}: {reason}")
         self._state.pop(package.name, None)
@@ -370,7 +371,8 @@ class _Build:
             for package in natives:
                 target = self._result.projects[package.name].needs_cmake[0]
                 place = f"{target.file}:{target.line}"
-                self._fail(package, f"{place}: the package [{package.name}] {target.what}, but {error}")
+                text = f"{place}: the package [{package.name}] {target.what}, but {error}"
+                self._fail(package, text, is_said=False)  # it is long, and the list of errors has it
         except genuine_catkin.NativeBuildFailed as error:
             for package in natives:
                 self._fail(package, str(error))

@@ -1,0 +1,60 @@
+"""Recognise scripts written for Python 2, and say how to convert them."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import warnings
+
+_LIMIT_BYTES = 256 * 1024
+_SUSPICIOUS = re.compile(
+    rb"^[ \t]*(?:print(?:[ \t]+[^\s(=.,:\[+*/-]|[ \t]*>>)|exec[ \t]+[\w\"']|raise[ \t]+[\w.]+[ \t]*,)"
+    rb"|^[^\n#]*(?:<>|`)|^[ \t]*except\b[^\n:(]*,[^\n:]*:|^[ \t]*print[ \t]+\(|\b0[0-7]+\b",
+    re.MULTILINE,
+)
+"""Text that is rare in Python 3. Only files with it are parsed, so others cost one search."""
+
+_MIXED = re.compile(rb"^(?: +\t|\t)", re.MULTILINE)
+_SPACES = re.compile(rb"^ ", re.MULTILINE)
+
+
+def python2_advice(file: str | os.PathLike[str]) -> str | None:
+    """Return how to convert a script for Python 2, in one line; None for other files.
+
+    The file is parsed, not run.
+    """
+    try:
+        with open(file, "rb") as script:
+            text = script.read(_LIMIT_BYTES + 1)
+    except OSError:
+        return None
+    is_mixed = bool(_MIXED.search(text) and _SPACES.search(text))
+    if len(text) > _LIMIT_BYTES or b"\0" in text or not (is_mixed or _SUSPICIOUS.search(text)):
+        return None
+    error = _syntax_error(text)
+    if error is None:
+        return None
+    untab = f"expand -t 8 {file} > /tmp/script.py && cat /tmp/script.py > {file}"
+    if isinstance(error, TabError):
+        if _syntax_error(text.expandtabs(8)) is None:
+            return f"{file}:{error.lineno} mixes tabs and spaces, as only Python 2 allows: {untab}"
+    elif not _SUSPICIOUS.search(text):
+        return None
+    first = f"{untab}; " if is_mixed else ""
+    return (
+        f"{file}:{error.lineno} is Python 2, and Noetic runs Python 3: {first}"
+        f"pip install fissix && python -m fissix -w {file} (with Python 3.10 to 3.13)"
+    )
+
+
+def _syntax_error(text: bytes) -> SyntaxError | None:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            ast.parse(text)
+    except SyntaxError as error:
+        return error
+    except (ValueError, RecursionError, MemoryError):
+        return None
+    return None
