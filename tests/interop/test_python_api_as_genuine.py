@@ -83,10 +83,9 @@ PRIVATE_NAMES = {
 SCRIPTS = {
     "examine_api_catkin.py": 50,
     "examine_api_definitions.py": 500,
-    "examine_api_genpy.py": 200,
-    "examine_api_nodes.py": 700,
-    "examine_api_parts.py": 150,
-    "examine_api_roslib.py": 250,
+    "examine_api_nodes.py": 400,
+    "examine_api_parts.py": 130,
+    "examine_api_roslib.py": 150,
     "examine_api_tools.py": 100,
 }
 """Programs that call functions with good and bad arguments: how many calls there are at least."""
@@ -225,7 +224,8 @@ def test_nearly_all_names_are_the_same(both: tuple[Described, Described]) -> Non
     names = {f"{module}.{name}" for module, found in genuine.items() for name in found}
     missing = {name for name, what in differences(*both) if what == "missing"} & names
     assert len(names) > 2800
-    assert len(missing) < len(names) / 10
+    # A quarter of them are in modules of genuine's processes that are left out as a whole.
+    assert len(missing) < len(names) / 8
 
 
 def test_the_documentation_has_the_same_table() -> None:

@@ -8,8 +8,4 @@ from rosmaster.master import DEFAULT_MASTER_PORT
 
 __all__ = ["DEFAULT_MASTER_PORT", "rosmaster_main"]
 
-_star_names(
-    __name__,
-    "rosmaster.exceptions rosmaster.main rosmaster.master rosmaster.master_api rosmaster.paramserver "
-    "rosmaster.registrations rosmaster.util rosmaster.validators",
-)
+_star_names(__name__, "rosmaster.exceptions rosmaster.main rosmaster.master")

@@ -26,7 +26,6 @@ def call_each(prefix, module, names, arguments):
 
 
 def examine_checks():
-    import rosmaster.validators
     import rospy.core
     import rospy.impl.validators
     import rospy.names
@@ -34,9 +33,6 @@ def examine_checks():
     values = [*TEXTS, 0, 5, b"a", ["a"], "/", "*", "rosrpc://x:1"]
     checks = [(rospy.core, "is_topic"), (rospy.names, "global_name"), (rospy.names, "valid_name")]
     checks += [(rospy.impl.validators, "non_empty")]
-    # The global_name of genuine rosmaster.validators is broken: it calls a function that does not exist.
-    names = "empty_or_valid_name is_api is_service is_topic non_empty non_empty_str not_none valid_name"
-    checks += [(rosmaster.validators, name) for name in [*names.split(), "valid_type_name"]]
     for module, name in checks:
         check = getattr(module, name)("p")
         for value in values:
@@ -247,136 +243,6 @@ def examine_rosgraph():
         call("Master", lambda uri: rosgraph.Master("/me", uri).master_uri, uri)
 
 
-def examine_rosmaster():
-    import rosmaster.master_api
-    import rosmaster.paramserver
-    import rosmaster.registrations
-    import rosmaster.util
-
-    begin("rosmaster registrations")
-    kinds = rosmaster.registrations.Registrations
-    for kind in (kinds.TOPIC_PUBLICATIONS, kinds.SERVICE, 9):
-        call("Registrations", lambda kind: kinds(kind).type, kind)
-    topics, services = kinds(kinds.TOPIC_PUBLICATIONS), kinds(kinds.SERVICE)
-    for registrations, *args in (
-        (topics, "/t", "/n", "http://h:1"),
-        (topics, "/t", "/m", "http://h:2"),
-        (topics, "/u", "/n", "http://h:1"),
-        (services, "/s", "/n", "http://h:1", "rosrpc://h:9"),
-        (services, "/s", "/m", "http://h:2", "rosrpc://h:8"),
-    ):
-        call("register", registrations.register, *args)
-    for registrations in (topics, services):
-        for name in ("get_state", "__bool__"):
-            call(name, getattr(registrations, name))
-        for key in ("/t", "/s", "/none"):
-            call("get_apis", registrations.get_apis, key)
-            call("has_key", registrations.has_key, key)
-            call("getitem", lambda key: list(registrations[key]), key)
-        examine("map", lambda: (dict(registrations.map), list(registrations.iterkeys())))
-    for service in ("/s", "/none"):
-        call("get_service_api", services.get_service_api, service)
-    for args in (("/t", "/n", "http://h:7"), ("/t", "/n", "http://h:1"), ("/none", "/n", "http://h:1")):
-        call("unregister", topics.unregister, *args)
-    for args in (("/s", "/m", None, "rosrpc://h:1"), ("/s", "/m", None, "rosrpc://h:8")):
-        call("unregister", services.unregister, *args)
-    call("unregister_all", topics.unregister_all, "/n")
-    examine("map", lambda: (dict(topics.map), dict(services.map)))
-    examine_registration_manager(rosmaster)
-    examine_parameters(rosmaster)
-    begin("rosmaster handler")
-    handler = rosmaster.master_api.ROSMasterHandler()
-    for method, *args in (
-        ("registerPublisher", "/x", "t", "std_msgs/String", "http://a:1"),
-        ("registerService", "/x", "s", "rosrpc://a:2", "http://a:1"),
-        ("getSystemState", "/x"),
-        ("setParam", "/x", "p", {"a": 1}),
-        ("getParam", "/x", "p"),
-        ("getParam", "/x", "none"),
-        ("lookupNode", "/x", "/x"),
-        ("lookupNode", "/x", "/none"),
-        ("lookupService", "/x", "s"),
-        ("getPublishedTopics", "/x", ""),
-        ("getParam", "/x"),
-        ("_ready", "http://u:1"),
-        ("getUri", "/x"),
-    ):
-        call(method, getattr(handler, method), *args)
-    for uri in ("http://x:1", "", None, "x"):
-        examine(f"xmlrpcapi({uri!r})", lambda: rosmaster.util.xmlrpcapi(uri) is None)
-
-
-def examine_registration_manager(rosmaster):
-    class Pool:
-        def queue_task(self, marker, task, args=None):
-            tasks.append((marker, args[:2]))
-
-    tasks = []
-    manager = rosmaster.registrations.RegistrationManager(Pool())
-    for method, *args in (
-        ("register_publisher", "/t", "/n", "http://h:1"),
-        ("register_subscriber", "/t", "/m", "http://h:2"),
-        ("register_service", "/s", "/n", "http://h:1", "rosrpc://h:9"),
-        ("register_param_subscriber", "/p", "/n", "http://h:1"),
-        ("unregister_publisher", "/t", "/none", "http://h:5"),
-        ("unregister_service", "/s", "/n", "rosrpc://h:9"),
-        ("unregister_service", "/s", "/n", "rosrpc://h:9"),
-    ):
-        call(method, getattr(manager, method), *args)
-    for name in ("/n", "/m", "/none"):
-        examine(f"node {name}", lambda: sorted(vars(manager.get_node(name)).items()))
-    call("register_publisher", manager.register_publisher, "/t", "/n", "http://h:5")
-    examine("tasks", lambda: tasks)
-    examine("node", lambda: sorted(vars(manager.get_node("/n")).items()))
-
-
-def examine_parameters(rosmaster):
-    begin("rosmaster parameters")
-    manager = rosmaster.registrations.RegistrationManager(None)
-    parameters = rosmaster.paramserver.ParamDictionary(manager)
-    told = []
-
-    def hear(updates):
-        told.append(repr(updates))  # the lists are changed later
-
-    for method, *args in (
-        ("set_param", "/a", 1),
-        ("set_param", "/b/c", {"d": 2}),
-        ("get_param", "/"),
-        ("get_param", "/b"),
-        ("has_param", "/b/c/d"),
-        ("has_param", "/none"),
-        ("get_param_names",),
-        ("search_param", "/b", "c/d"),
-        ("search_param", "/x/y", "a"),
-        ("search_param", "/b", "/a"),
-        ("search_param", "b", "a"),
-        ("search_param", "/b", ""),
-        ("search_param", "/b", "~x"),
-        ("delete_param", "/b/c"),
-        ("delete_param", "/b/c"),
-        ("delete_param", "/"),
-        ("set_param", "/", 5),
-        ("set_param", "/", {"z": 1}),
-        ("subscribe_param", "/n/x", ("/sub", "http://s:1")),
-        ("set_param", "/n/x/y", 9, hear),
-        ("set_param", "/n", {"x": {"y": 3}}, hear),
-        ("set_param", "/other", 3, hear),
-        ("set_param", "/n/x", 4, hear, "/sub"),
-        ("delete_param", "/n/x", hear),
-        ("unsubscribe_param", "/n/x", ("/sub", "http://s:1")),
-        ("unsubscribe_param", "/n/x", ("/sub", "http://s:1")),
-    ):
-        examine(f"{method}{args[:1]}", lambda: getattr(parameters, method)(*args))
-    examine("told", lambda: told)
-    subscribers = manager.param_subscribers
-    subscribers.register("/p/", "/c", "http://s:1")
-    subscribers.register("/p/a/", "/d", "http://s:2")
-    for key, value in (("/p", {"a": 1, "b": {"c": 2}}), ("/p/a/", 5), ("/x", 5), ("/", {"p": {"a": 1}})):
-        call("updates", rosmaster.paramserver.compute_param_updates, subscribers, key, value)
-
-
 examine_checks()
 examine_rospy()
 examine_rosgraph()
-examine_rosmaster()

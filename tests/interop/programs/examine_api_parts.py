@@ -11,7 +11,6 @@ from examination import begin, examine
 from std_msgs.msg import String
 
 import genmsg.msgs
-import roslib.gentools
 import roslib.msgs
 import roslib.rosenv
 import rospy.msg
@@ -53,23 +52,6 @@ def types():
         examine(f"roslib header {kind}", lambda: roslib.msgs.Field("foo", kind).is_header)
 
 
-def sums():
-    msgs, tools = roslib.msgs, roslib.gentools
-    msgs.register("nowhere/B", msgs.load_from_string("int32 x\n", "nowhere", "nowhere/B", "B"))
-    text = "B b\nB[3] c\nstd_msgs/Header h\nint32 X=3\nstring s=a # b\n"
-    for label, spec in (
-        ("named", msgs.load_from_string(text, "nowhere", "nowhere/A", "A")),
-        ("nameless", msgs.load_from_string(text, "nowhere")),
-        ("no text", msgs.MsgSpec(["int32", "B"], ["x", "b"], [], "")),
-        ("constant", msgs.MsgSpec(["B"], ["b"], [msgs.Constant("int32", "X", 3, "3")], "")),
-        ("header", msgs.MsgSpec(["Header"], ["header"], [], "", "nowhere/H")),
-    ):
-        found = {"uniquedeps": ["nowhere/B"], "deps": ["nowhere/B"], "files": {}}
-        found.update({"spec": spec, "package": "nowhere"})
-        examine(f"text {label}", lambda: tools.compute_md5_text(found, spec))
-        examine(f"md5 {label}", lambda: tools.compute_md5(found))
-
-
 def addresses():
     for arguments in ARGUMENTS:
         sys.argv = ["program", *arguments]
@@ -101,6 +83,6 @@ def buffers():
     examine("no class", lambda: rospy.msg.deserialize_messages(buffer, [], None))
 
 
-for part in (types, sums, addresses, results, buffers):
+for part in (types, addresses, results, buffers):
     begin(part.__name__)
     part()

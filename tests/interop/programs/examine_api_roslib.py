@@ -51,11 +51,9 @@ def shape(spec):
 
 
 def examine_msgs():
-    import roslib.gentools
     import roslib.msgs
-    import roslib.srvs
 
-    msgs, srvs = roslib.msgs, roslib.srvs
+    msgs = roslib.msgs
     begin("roslib.msgs")
     names = "base_msg_type is_builtin is_header_type is_valid_constant_type is_valid_msg_type parse_type"
     for name in [*names.split(), "is_valid_msg_field_name", "is_registered", "get_registered"]:
@@ -83,19 +81,12 @@ def examine_msgs():
     outer = read("N[] n\nint32 Y=2\nN m", "p", "p/M")
     examine("text", lambda: str(outer))
     examine("equal", lambda: (outer == outer, outer != outer, outer == 5))
-    for text in ("Baz a\n---\nHeader b", "int32 a", "---\n"):
-        for context in ((), ("pkg", "pkg/S", "S")):
-            service = srvs.load_from_string(text, *context)
-            examine(f"service {text!r}", lambda: [shape(service.request), shape(service.response)])
-            examine("names", lambda: [service.full_name, service.short_name, service.package, repr(service)])
 
 
 def examine_packages():
-    import roslib.gentools
     import roslib.msgs
     import roslib.packages
     import roslib.resources
-    import roslib.srvs
 
     begin("roslib packages")
     os.environ["ROS_PACKAGE_PATH"] = os.getcwd()
@@ -114,7 +105,6 @@ def examine_packages():
         with open(name, "w") as file:
             file.write(text)
     call("list", lambda: sorted(roslib.msgs.list_msg_types("here", False)))
-    call("list", lambda: sorted(roslib.srvs.list_srv_types("here", False)))
 
     def keep(path):
         return path.endswith(".srv")
@@ -126,14 +116,8 @@ def examine_packages():
         examine("load_by_type", lambda: raised(lambda: shape(roslib.msgs.load_by_type(name, "here")[1])))
     call("load_by_type", lambda: roslib.msgs.load_by_type("none/Name"))
     call("specs", lambda: sorted(name for name, _ in roslib.msgs.get_pkg_msg_specs("here")[0]))
-    call("specs", lambda: [name for name, _ in roslib.srvs.get_pkg_srv_specs("here")[0]])
     call("load_package", roslib.msgs.load_package, "here")
     examine("registered", lambda: sorted({"here/Inner", "here/Outer"} & set(roslib.msgs.REGISTERED_TYPES)))
-    for file in ("here/msg/Outer.msg", "here/srv/Ask.srv", "here/msg/Inner.msg"):
-        found = roslib.gentools.get_file_dependencies(os.path.abspath(file))
-        examine(file, lambda: [found["deps"], found["uniquedeps"], found["package"], sorted(found["files"])])
-        call("compute_md5", lambda: roslib.gentools.compute_md5(found))
-        call("compute_full_text", lambda: roslib.gentools.compute_full_text(found))
     call("get_pkg_subdir", lambda: os.path.basename(roslib.packages.get_pkg_subdir("here", "made")))
 
 

@@ -13,13 +13,11 @@ import tempfile
 import threading
 
 import roslaunch
-import roslaunch.arg_dump
 import roslaunch.config
 import roslaunch.core
 import roslaunch.depends
 import roslaunch.launch
 import roslaunch.loader
-import roslaunch.netapi
 import roslaunch.node_args
 import roslaunch.nodeprocess
 import roslaunch.param_dump
@@ -328,10 +326,7 @@ def examine_unset_arguments():
 def examine_tools():
     given = [(OUTER, ["r:=3"])]
     examine("args", lambda: roslaunch.node_args.get_node_args("a", given))
-    examine("arg_dump", lambda: sorted(roslaunch.arg_dump.get_args([OUTER]).items()))
     for label, call in {
-        "dump_args": lambda: roslaunch.arg_dump.dump_args([OUTER]),
-        "dump_args bad": lambda: roslaunch.arg_dump.dump_args([BAD]),
         "dump_params": lambda: roslaunch.param_dump.dump_params([INNER]),
         "dump_params bad": lambda: roslaunch.param_dump.dump_params([BAD]),
         "nodes": lambda: roslaunch.node_args.print_node_list(given),
@@ -406,9 +401,6 @@ def examine_parents(run_id):
     examine("info", lambda: sorted(process.get_info()))
     examine("name", lambda: [n.process_name for n in parent.config.nodes])
     examine("running", lambda: parent.runner.is_node_running(parent.config.nodes[0]))
-    listed = roslaunch.netapi.list_processes([parent.server.uri])
-    examine("netapi", lambda: [(one.name, one.respawn_count, one.is_alive, one.machine) for one in listed])
-    examine("uris", lambda: parent.server.uri in roslaunch.netapi.get_roslaunch_uris())
     node = Node("programs", "sleeper", "n", "/g", respawn=True)
     respawning, success = parent.runner.launch_node(node)
     examine(

@@ -7,7 +7,6 @@ import socket
 import pytest
 
 from pipros.net.server_proxy import server_proxy
-from rosmaster.util import xmlrpcapi
 
 
 def test_calls_to_silent_servers_end_at_the_time_limit() -> None:
@@ -20,8 +19,3 @@ def test_calls_to_silent_servers_end_at_the_time_limit() -> None:
 def test_other_schemes_are_refused() -> None:
     with pytest.raises(OSError, match="must start with http://, got ftp://robot:1/"):
         server_proxy("ftp://robot:1/")
-
-
-def test_a_thread_reuses_its_proxies() -> None:
-    assert xmlrpcapi("http://127.0.0.1:1/") is xmlrpcapi("http://127.0.0.1:1/")
-    assert xmlrpcapi("127.0.0.1") is None
