@@ -27,7 +27,7 @@ def commands(block: int) -> dict[str, str]:
 
 @pytest.mark.timeout(400)
 def test_each_command_works_in_its_own_terminal(ros: RosSystem) -> None:
-    typed = commands(0) | commands(1)
+    typed = commands(1)
 
     def open_terminal() -> Terminal:
         terminal = ros.pipros.open_terminal()
@@ -76,16 +76,38 @@ def test_the_battery_monitor_warns_is_drawn_and_acknowledged(ros: RosSystem) -> 
     assert len(typed) == 4
 
 
-def test_the_first_python_example_publishes(ros: RosSystem) -> None:
+@pytest.mark.parametrize(
+    ("example", "topic", "expected"),
+    [(0, "/chatter", 'data: "hello"'), (1, "/battery_topic", 'battery: "%25"')],
+)
+def test_the_nodes_publish(ros: RosSystem, example: int, topic: str, expected: str) -> None:
     ros.pipros.start_master()
 
-    node = ros.pipros.start(PYTHON, "-c", blocks("python")[0])
-    echoed = ros.pipros.run("rostopic", "echo", "-n", "1", "/battery_topic")
+    node = ros.pipros.start(PYTHON, "-c", blocks("python")[example])
+    echoed = ros.pipros.run("rostopic", "echo", "-n", "1", topic)
 
-    assert echoed.stdout == ['battery: "%25"', "---"], node.output
+    assert echoed.stdout == [expected, "---"], node.output
 
 
-def test_the_second_python_example_prints_the_message(ros: RosSystem) -> None:
-    ended = ros.pipros.run(PYTHON, "-c", blocks("python")[1])
+def test_the_first_screen_has_the_installation_a_node_and_both_pictures() -> None:
+    screen = "\n".join(README.splitlines()[:40])
+
+    assert "$ pip install ." in screen
+    assert "python3-venv" in screen
+    assert blocks("python")[0] in screen
+    assert len([line for line in blocks("python")[0].splitlines() if line]) <= 11
+    assert "rostopic echo /chatter" in screen
+    assert re.findall(r"\((docs/\S+\.png)\)", screen) == ["docs/scene.png", "docs/page-battery.png"]
+    assert len(README.split()) < 900
+
+
+def test_the_set_up_commands_are_those_of_the_scripts() -> None:
+    (typed,) = blocks("sh")
+    assert typed.splitlines() == ["script/demo", "script/test"]
+    assert all((REPOSITORY / command).is_file() for command in typed.splitlines())
+
+
+def test_the_last_python_example_prints_the_message(ros: RosSystem) -> None:
+    ended = ros.pipros.run(PYTHON, "-c", blocks("python")[2])
 
     assert (ended.returncode, ended.stdout) == (0, ["hello"]), ended.output
