@@ -10,13 +10,15 @@ const HERE = [1, 2, 3, 0, 0, 0, 1];
 
 function filled(links) {
   const frames = new Frames();
-  for (const [parent, child, time, isStatic = false] of links) assert.ok(frames.insert(parent, child, BigInt(time) * SECOND, HERE, "/sender", isStatic));
+  for (const [parent, child, time, isStatic = false] of links)
+    assert.ok(frames.insert(parent, child, BigInt(time) * SECOND, HERE, "/sender", isStatic));
   return frames;
 }
 
 test("lookups have the poses and errors of the library", () => {
   const frames = new Frames();
-  for (const [parent, child, stamp, pose, isStatic] of VECTORS.frames.inserts) frames.insert(parent, child, BigInt(stamp), pose, "test", isStatic);
+  for (const [parent, child, stamp, pose, isStatic] of VECTORS.frames.inserts)
+    frames.insert(parent, child, BigInt(stamp), pose, "test", isStatic);
   let failed = 0;
   for (const [target, source, time, expected] of VECTORS.frames.lookups) {
     const about = `${source} in ${target} at ${time}`;
@@ -39,7 +41,8 @@ test("lookups have the poses and errors of the library", () => {
 test("impossible transforms are refused", () => {
   const frames = new Frames();
   for (const [parent, child, pose, stamp] of [
-    ["a", "a", HERE, 1n], ["", "b", HERE, 1n], ["a", "b", [NaN, 0, 0, 0, 0, 0, 1], 1n], ["a", "b", [0, 0, 0, 0, 0, 0, 2], 1n], ["a", "b", HERE, -1n],
+    ["a", "a", HERE, 1n], ["", "b", HERE, 1n], ["a", "b", [NaN, 0, 0, 0, 0, 0, 1], 1n], ["a", "b", [0, 0, 0, 0, 0, 0, 2], 1n],
+      ["a", "b", HERE, -1n],
   ]) assert.equal(frames.insert(parent, child, stamp, pose), false);
   assert.deepEqual(frames.names(), []);
 });

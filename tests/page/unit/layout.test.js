@@ -24,12 +24,14 @@ test("cut messages are errors", () => {
   for (const [name, types, hex] of VECTORS.messages.filter(([, , each]) => each.length < 2000)) {
     const bytes = Uint8Array.from(Buffer.from(hex, "hex"));
     const decode = decoderOf(types, name);
-    for (let size = 0; size < bytes.length; size += 1) assert.throws(() => decode(new DataView(bytes.buffer, 0, size)), Error, `${name}: ${size}`);
+    for (let size = 0; size < bytes.length; size += 1) assert.throws(() => decode(new DataView(bytes.buffer, 0, size)), Error,
+      `${name}: ${size}`);
   }
 });
 
 test("counts beyond the message are refused before memory is used", () => {
-  const types = { "a/Path": [["poses", "a/Pose", 0]], "a/Pose": [["x", "float64", -1]], "a/Empties": [["all", "a/Empty", 0]], "a/Empty": [] };
+  const types = { "a/Path": [["poses", "a/Pose", 0]], "a/Pose": [["x", "float64", -1]], "a/Empties": [["all", "a/Empty", 0]],
+    "a/Empty": [] };
   const view = new DataView(Uint8Array.from([255, 255, 255, 255]).buffer);
   assert.throws(() => decoderOf(types, "a/Path")(view), /an array of 4294967295 elements does not fit into the message/);
   assert.throws(() => decoderOf(types, "a/Empties")(view), /an array of 4294967295 elements/);

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { MOST_PANELS, appended, beside, layoutText, leaf, leavesOf, moved, parsedLayout, placesOf, resized, withLeaf, without } from "../page/panels/layout.js";
+import { MOST_PANELS, appended, beside, layoutText, leaf, leavesOf, moved, parsedLayout, placesOf, resized, withLeaf,
+  without } from "../page/panels/layout.js";
 import { placeIn, placeOf } from "../page/place.js";
 import { VECTORS, close } from "./vectors.js";
 
@@ -21,7 +22,8 @@ test("texts become the panels and boxes that their numbers mean", () => {
 
 test("malformed texts are errors that name the place", () => {
   for (const [text, reason] of [
-    ["row(plot", /lacks a closing bracket, at character 9/], ["nothing", /names an unknown view, nothing/], ["row(~)", /lacks the name of a view/],
+    ["row(plot", /lacks a closing bracket, at character 9/], ["nothing", /names an unknown view, nothing/],
+      ["row(~)", /lacks the name of a view/],
     ["plot)", /has more text than expected/], [`${"row(".repeat(30)}plot`, /more than 20 levels/],
     [`row(${Array.from({ length: MOST_PANELS + 1 }, () => "plot").join("~")})`, /more than 16 panels/],
   ]) assert.throws(() => parsedLayout(text, TABS), reason);

@@ -18,7 +18,8 @@ test("derivatives and crossed curves have numpy's values", () => {
     assert.deepEqual(curve.values, samples.map(([, value]) => value));
     const rate = filled("/a;d", samples);
     assert.equal(rate.values.length, rates.length);
-    rate.values.forEach((value, index) => (value === null ? assert.equal(rates[index], null) : close([value], [rates[index]], 1e-9, "rate")));
+    rate.values.forEach((value, index) => (value === null ? assert.equal(rates[index], null)
+      : close([value], [rates[index]], 1e-9, "rate")));
     const found = pairs(curve, filled("/b", others), [0, 100]);
     assert.equal(found.length, expected.length);
     found.forEach((pair, index) => (pair === null ? assert.equal(expected[index], null) : close(pair, expected[index], 1e-9, "pair")));

@@ -36,7 +36,8 @@ test("movements of the mouse lead where the formulas of an orbit lead", () => {
   }
 });
 
-for (const kind of ["Orbit", "XYOrbit", "ThirdPersonFollower", "FPS"]) test(`${kind} looks at a point that was clicked, and returns home`, () => {
+for (const kind of ["Orbit", "XYOrbit", "ThirdPersonFollower", "FPS"])
+  test(`${kind} looks at a point that was clicked, and returns home`, () => {
   const view = made(kind, { "Target Frame": "base" });
   const point = new THREE.Vector3(4, -3, 0.5);
   view.lookAt(point.clone());

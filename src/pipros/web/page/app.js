@@ -29,8 +29,10 @@ export const TABS = [
 ];
 
 // The kind of change that the controls of a tab make.
-const CHANGES = { actions: "send_goal", console: "set_logger_level", params: "set_param", publish: "publishing", reconfigure: "set_reconfigured", services: "call_service", teleop: "teleop" };
-const PERMITS = { call_service: "can call services", publishing: "can publish", set_logger_level: "can set logger levels", set_reconfigured: "can reconfigure" };
+const CHANGES = { actions: "send_goal", console: "set_logger_level", params: "set_param", publish: "publishing",
+  reconfigure: "set_reconfigured", services: "call_service", teleop: "teleop" };
+const PERMITS = { call_service: "can call services", publishing: "can publish", set_logger_level: "can set logger levels",
+  set_reconfigured: "can reconfigure" };
 
 const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];
 const RESTARTED = ["The server was restarted", "Open the address that it printed in its terminal: "];
@@ -121,7 +123,8 @@ function permit() {
 
 // Asks for the token, or an address that contains it, and keeps the requested place.
 function tokenForm() {
-  const token = h("input", { size: 40, placeholder: "or the token alone", "aria-label": "Token or printed address", spellcheck: "false", autocomplete: "off" });
+  const token = h("input", { size: 40, placeholder: "or the token alone", "aria-label": "Token or printed address", spellcheck: "false",
+    autocomplete: "off" });
   return h("form", { class: "choices", onsubmit: (event) => {
     event.preventDefault();
     const found = token.value.trim().replace(/^.*#token=/, "").replace(/\/.*$/, "");
@@ -136,8 +139,10 @@ function showState() {
   view.classList.toggle("outdated", about !== null && !live.isOpen);
   const [title, text] = live.isRestarted ? RESTARTED : NO_TOKEN;
   if (!live.isRefused) replace(locked);
-  else if (!locked.childElementCount || locked.firstChild.textContent !== title) replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")), tokenForm(),
-    h("p", { class: "pale" }, "Each start of the command makes a new token, so an address from before does not work. A tab that you open yourself needs the whole address, too; a reload does not."));
+  else if (!locked.childElementCount || locked.firstChild.textContent !== title)
+    replace(locked, h("h2", {}, title), h("p", {}, text, h("code", {}, "http://…/#token=…")), tokenForm(),
+    h("p", { class: "pale" }, "Each start of the command makes a new token, so an address from before does not work. A tab that you " +
+      "open yourself needs the whole address, too; a reload does not."));
   if (live.isRefused) replace(system, "no access");
   else if (!live.isOpen) replace(system, live.trouble || "no connection to the server", ", trying again");
   else if (about) replace(system, masterState(), h("span", { class: about.may.length ? "permit control" : "permit" }, permit()));

@@ -103,7 +103,8 @@ export function bytes(size) {
 
 export const bandwidth = (size) => (size === null || size === undefined ? "–" : `${bytes(size)}/s`);
 
-export const milliseconds = (seconds) => (seconds === null || seconds === undefined ? "–" : `${(seconds * 1000).toFixed(seconds < 0.01 ? 1 : 0)} ms`);
+export const milliseconds = (seconds) => (seconds === null || seconds === undefined ? "–"
+  : `${(seconds * 1000).toFixed(seconds < 0.01 ? 1 : 0)} ms`);
 
 export function download(name, content, type) {
   const link = h("a", { href: URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type })), download: name });

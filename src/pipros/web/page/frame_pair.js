@@ -7,7 +7,8 @@ const BETWEEN = ">"; // in addresses: target>source
 // Returns controls, an element and functions; `onChoose` is called with the text of a pair that the user chose.
 export function framePair(context, onChoose) {
   const names = h("datalist", { id: uniqueId("frame-names") });
-  const input = (label) => h("input", { list: names.id, size: 16, spellcheck: "false", "aria-label": label, placeholder: label, onchange: () => chosen() });
+  const input = (label) => h("input", { list: names.id, size: 16, spellcheck: "false", "aria-label": label, placeholder: label,
+    onchange: () => chosen() });
   const [target, source] = [input("In frame"), input("Pose of frame")];
   const bar = h("div", { class: "bar" }, h("span", {}, "Pose of"), source, h("span", {}, "in"), target, names);
   const body = h("div", {});
@@ -50,4 +51,6 @@ function contents(data) {
 const field = (title, values) => [h("dt", {}, title), h("dd", { class: "mono" }, values.join("  "))];
 
 // The links of a frame up to its root, with the senders, so that a broken chain names the node that ended.
-const chain = (links) => links.map((link, index) => `${index ? "" : `${link.frame}`} ← ${link.parent} (${link.from || "unknown"}, ${link.age === null ? "static" : `${link.age} s ago`})`).join("");
+const chain = (links) => links.map((link, index) =>
+  `${index ? "" : `${link.frame}`} ← ${link.parent} (${link.from || "unknown"}, ` +
+    `${link.age === null ? "static" : `${link.age} s ago`})`).join("");

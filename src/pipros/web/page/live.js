@@ -6,7 +6,8 @@ const RETRY_MS = 1000;
 const POLICY_VIOLATION = 1008; // close code for a missing or wrong token
 const LOGIN_ID = 0;
 // The views that show messages: of the system, or of a bag.
-const MESSAGE_VIEWS = new Set(["console", "diagnostics", "frames", "image", "log_marks", "measured", "plot", "scene_cloud", "scene_messages", "topic", "topics", "transform"]);
+const MESSAGE_VIEWS = new Set(["console", "diagnostics", "frames", "image", "log_marks", "measured", "plot", "scene_cloud",
+  "scene_messages", "topic", "topics", "transform"]);
 
 class Live extends EventTarget {
   constructor() {

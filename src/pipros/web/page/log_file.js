@@ -4,7 +4,8 @@ const FIELDS = { level: "number", node: "string", text: "string", stamp: "number
 const NAMES = Object.keys(FIELDS); // in the order of an entry's values
 const MOST_CHARACTERS = 100e6;
 
-export const asLines = (entries) => entries.map((entry) => `${JSON.stringify(Object.fromEntries(NAMES.map((name, index) => [name, entry[index]])))}\n`).join("");
+export const asLines = (entries) => entries.map((entry) =>
+  `${JSON.stringify(Object.fromEntries(NAMES.map((name, index) => [name, entry[index]])))}\n`).join("");
 
 // Returns the entries of a file. Throws an Error that names the first invalid line.
 export function fromLines(text) {

@@ -29,7 +29,8 @@ export function tree(value, path = "") {
 
 function time({ secs, nsecs }) {
   const text = `${secs}.${String(nsecs).padStart(9, "0")}`;
-  return h("span", { "data-text": text }, `${text} s`, secs > EARLIEST_WALL_S ? h("span", { class: "key" }, ` ${clock.format(secs * 1000)}`) : null);
+  return h("span", { "data-text": text }, `${text} s`, secs > EARLIEST_WALL_S
+    ? h("span", { class: "key" }, ` ${clock.format(secs * 1000)}`) : null);
 }
 
 function leaf(value, path) {
@@ -60,7 +61,8 @@ function entry(key, value, path) {
   if (!shown.matches("ul")) return h("li", { "data-key": key }, name, " ", shown);
   const size = Array.isArray(value) ? `${value.length} elements` : "";
   const isOpen = shown.childElementCount <= LONG_LIST || !Array.isArray(value);
-  return h("li", { "data-key": key }, name, h("details", { class: "below-name", open: isOpen }, h("summary", { class: "key", "aria-label": `Fields of ${key}` }, size), shown));
+  return h("li", { "data-key": key }, name, h("details", { class: "below-name", open: isOpen },
+    h("summary", { class: "key", "aria-label": `Fields of ${key}` }, size), shown));
 }
 
 // The numbers of a message with the paths of their fields, without headers: [["linear.x", 0.5], …].

@@ -110,7 +110,8 @@ export function dataTable(columns, options) {
     event.clipboardData.setData("text/plain", [...row.children].map((cell) => cell.textContent).join("\t"));
     event.preventDefault();
   });
-  const csvButton = (name) => h("button", { title: "Save the table as CSV", onclick: () => download(`${name}.csv`, csv(), "text/csv") }, "CSV");
+  const csvButton = (name) => h("button", { title: "Save the table as CSV", onclick: () => download(`${name}.csv`, csv(), "text/csv") },
+    "CSV");
   return { element, show, mark, csvButton };
 }
 

@@ -71,7 +71,8 @@ function drawGauge(element, percent) {
   if (!charge) {
     charge = s("rect", { class: "charge", x: 6, y: 6, width: 0, height: 32, rx: 3 });
     replace(element, h("div", { class: "gauge", role: "meter", "aria-label": "Level", "aria-valuemin": 0, "aria-valuemax": 100 },
-      s("svg", { viewBox: "0 0 96 44", "aria-hidden": "true" }, s("rect", { class: "shell", x: 2, y: 2, width: 84, height: 40, rx: 6 }), s("rect", { class: "cap", x: 88, y: 14, width: 6, height: 16, rx: 2 }), charge),
+      s("svg", { viewBox: "0 0 96 44", "aria-hidden": "true" }, s("rect", { class: "shell", x: 2, y: 2, width: 84, height: 40, rx: 6 }),
+        s("rect", { class: "cap", x: 88, y: 14, width: 6, height: 16, rx: 2 }), charge),
       h("span", { class: "value" })));
   }
   charge.setAttribute("class", `charge ${level}`);

@@ -96,7 +96,8 @@ function showState() {
   element("locked").hidden = !live.isRefused;
   element("world").hidden = live.isRefused;
   element("system").className = live.isOpen ? "" : "lost";
-  element("system").textContent = isClosed ? "the simulation has ended" : live.isRefused ? "no access" : live.isOpen ? "" : "no connection to the simulation";
+  element("system").textContent = isClosed ? "the simulation has ended" : live.isRefused ? "no access" : live.isOpen ? ""
+    : "no connection to the simulation";
   element("close").disabled = element("reset").disabled = !live.isOpen;
 }
 

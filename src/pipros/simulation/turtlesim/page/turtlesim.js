@@ -96,7 +96,8 @@ function showState() {
   element("locked").hidden = !live.isRefused;
   element("world").hidden = live.isRefused;
   element("system").className = live.isOpen ? "" : "lost";
-  element("system").textContent = isClosed ? "turtlesim has ended" : live.isRefused ? "no access" : live.isOpen ? "" : "no connection to turtlesim";
+  element("system").textContent = isClosed ? "turtlesim has ended" : live.isRefused ? "no access" : live.isOpen ? ""
+    : "no connection to turtlesim";
   element("close").disabled = !live.isOpen;
 }
 

@@ -11,7 +11,8 @@ export function recordingPanel(context, open) {
   const megabytes = h("input", { type: "number", min: 0, step: "any", placeholder: "none", "aria-label": "Largest size in MB" });
   const seconds = h("input", { type: "number", min: 0, step: "any", placeholder: "none", "aria-label": "Longest time in seconds" });
   const all = h("input", { type: "checkbox", checked: true, onchange: () => showTopics() });
-  const filter = h("input", { size: 18, placeholder: "filter", "aria-label": "Filter the topics to record", spellcheck: "false", oninput: () => showTopics() });
+  const filter = h("input", { size: 18, placeholder: "filter", "aria-label": "Filter the topics to record", spellcheck: "false",
+    oninput: () => showTopics() });
   const list = h("div", { class: "topics-to-record", role: "group", "aria-label": "Topics to record" });
   const error = h("p", { class: "error", role: "alert" });
   const free = h("span", { class: "pale" });
@@ -24,7 +25,8 @@ export function recordingPanel(context, open) {
   const form = h("details", {}, h("summary", {}, "Record"),
     h("div", { class: "form" }, control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to record."),
       h("label", {}, "Name", name), h("label", {}, "At most (MB)", megabytes), h("label", {}, "At most (s)", seconds),
-      h("div", { class: "bar" }, h("label", {}, all, "All topics, also later ones"), filter), list, error, h("div", { class: "bar" }, start, free)));
+      h("div", { class: "bar" }, h("label", {}, all, "All topics, also later ones"), filter), list, error,
+        h("div", { class: "bar" }, start, free)));
   const element = h("div", { class: "recorder", hidden: true }, state, form);
   const chosen = new Set();
   let topics = [];
@@ -36,10 +38,8 @@ export function recordingPanel(context, open) {
     const rows = topics.filter((topic) => chosen.has(topic) || wanted(topic));
     if (list.dataset.shown === rows.join()) return;
     list.dataset.shown = rows.join();
-    replace(list, rows.map((topic) => h("label", {}, h("input", { type: "checkbox", checked: chosen.has(topic), "data-topic": topic, onchange: (event) => {
-      if (event.target.checked) chosen.add(topic);
-      else chosen.delete(topic);
-    } }), topic)));
+    replace(list, rows.map((topic) => h("label", {}, h("input", { type: "checkbox", checked: chosen.has(topic), "data-topic": topic,
+      onchange: ({ target }) => (target.checked ? chosen.add(topic) : chosen.delete(topic)) }), topic)));
   }
 
   async function act(action, args = {}) {
@@ -75,9 +75,11 @@ export function recordingPanel(context, open) {
     state.classList.toggle("running", isRunning);
     stop.hidden = !isRunning;
     show.hidden = isRunning || !shown.size;
-    const figures = [`${shown.topics} ${shown.topics === 1 ? "topic" : "topics"}`, `${shown.messages} messages`, `${bytes(shown.size)} on disk`, elapsed(shown.seconds)];
+    const figures = [`${shown.topics} ${shown.topics === 1 ? "topic" : "topics"}`, `${shown.messages} messages`,
+      `${bytes(shown.size)} on disk`, elapsed(shown.seconds)];
     if (isRunning) figures.push(`${bytes(data.spare)} left`);
-    text.textContent = `${isRunning ? "● Recording" : "Recorded"} ${shown.name}: ${figures.join(", ")}${shown.problem ? `. ${shown.problem}` : ""}`;
+    text.textContent = `${isRunning ? "● Recording" : "Recorded"} ${shown.name}: ` +
+      `${figures.join(", ")}${shown.problem ? `. ${shown.problem}` : ""}`;
   }, (problem) => replace(error, problem));
 
   return element;

@@ -27,7 +27,9 @@ export function timeline(on) {
   const cursor = h("div", { class: "cursor" });
   const chosen = h("div", { class: "selection", hidden: true });
   const axis = h("div", { class: "axis" });
-  const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment", title: "Click or drag to jump; with Shift, select a part. Escape clears the selection. The wheel, + and - zoom; 0 shows the whole bag.", onkeydown: (event) => onKey(event) }, chosen, cursor);
+  const area = h("div", { class: "area", tabindex: 0, role: "slider", "aria-label": "Moment",
+    title: "Click or drag to jump; with Shift, select a part. Escape clears the selection. The wheel, + and - zoom; 0 shows the whole " +
+      "bag.", onkeydown: (event) => onKey(event) }, chosen, cursor);
   const names = h("div", { class: "names" });
   const lanes = h("div", { class: "lanes" }, axis, area);
   const element = h("div", { class: "timeline" }, names, lanes);
@@ -67,7 +69,8 @@ export function timeline(on) {
       tick.style.left = percent(bag.begin + time);
       return tick;
     }));
-    for (const canvas of area.querySelectorAll(".density")) Object.assign(canvas.style, { left: percent(bag.begin), width: `${(100 * duration()) / span()}%` });
+    for (const canvas of area.querySelectorAll(".density"))
+      Object.assign(canvas.style, { left: percent(bag.begin), width: `${(100 * duration()) / span()}%` });
     for (const canvas of area.querySelectorAll(".thumbnail")) canvas.style.left = percent(Number(canvas.dataset.at));
     place();
     clearTimeout(whenStill);
@@ -81,7 +84,8 @@ export function timeline(on) {
   // Places the moment and the selection.
   function place() {
     cursor.style.left = percent(moment);
-    if (selection) Object.assign(chosen.style, { left: percent(selection[0]), width: `${(100 * (selection[1] - selection[0])) / span()}%` });
+    if (selection) Object.assign(chosen.style, { left: percent(selection[0]),
+      width: `${(100 * (selection[1] - selection[0])) / span()}%` });
   }
 
   // Shows the tracks of a bag.
@@ -90,8 +94,10 @@ export function timeline(on) {
     moment = bag.begin;
     visible = [bag.begin, bag.begin + duration()];
     select(null);
-    replace(names, h("div", { class: "axis" }), bag.tracks.map((track) => h("label", { class: isImage(track) ? "name tall" : "name", title: `${track.topic}: ${track.count} messages of ${track.type}` },
-      h("input", { type: "checkbox", checked: true, "data-topic": track.topic, onchange: () => on.choose() }), h("span", {}, track.topic), h("span", { class: "pale" }, String(track.count)))));
+    replace(names, h("div", { class: "axis" }), bag.tracks.map((track) =>
+      h("label", { class: isImage(track) ? "name tall" : "name", title: `${track.topic}: ${track.count} messages of ${track.type}` },
+      h("input", { type: "checkbox", checked: true, "data-topic": track.topic, onchange: () => on.choose() }), h("span", {}, track.topic),
+        h("span", { class: "pale" }, String(track.count)))));
     replace(area, bag.tracks.map(lane), chosen, cursor);
     area.setAttribute("aria-valuemin", "0");
     area.setAttribute("aria-valuemax", duration().toFixed(1));

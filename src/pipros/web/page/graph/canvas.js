@@ -54,7 +54,8 @@ export function graphCanvas(label, onSelect) {
     const shapeClass = `${vertex.kind}${vertex.reachable ? "" : " unreachable"}${vertex.gone ? " gone" : ""}`;
     const shape = vertex.kind === "node"
       ? s("ellipse", { class: shapeClass, rx: vertex.w / 2, ry: vertex.h / 2 })
-      : s("rect", { class: shapeClass, x: -vertex.w / 2, y: -vertex.h / 2, width: vertex.w, height: vertex.h, rx: vertex.kind === "frame" ? 12 : 3 });
+      : s("rect", { class: shapeClass, x: -vertex.w / 2, y: -vertex.h / 2, width: vertex.w, height: vertex.h,
+        rx: vertex.kind === "frame" ? 12 : 3 });
     const choose = () => onSelect(key);
     const state = vertex.gone ? ", gone" : vertex.reachable ? "" : ", does not answer";
     return s("g", {
@@ -63,7 +64,8 @@ export function graphCanvas(label, onSelect) {
       onclick: choose,
       onkeydown: (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); choose(); } },
     }, shape, s("text", { "text-anchor": "middle", "dominant-baseline": "central" }, vertex.text),
-    s("title", {}, [vertex.name, ...vertex.members].join("\n")), vertex.gone ? s("text", { class: "age", y: vertex.h / 2 + 9, "text-anchor": "middle" }) : null);
+    s("title", {}, [vertex.name, ...vertex.members].join("\n")),
+      vertex.gone ? s("text", { class: "age", y: vertex.h / 2 + 9, "text-anchor": "middle" }) : null);
   }
 
   // Shows how long ago vertices were removed: [{kind, name, age}] with ages in seconds.
@@ -223,7 +225,8 @@ function bandElement(band) {
 }
 
 function linkElements(arrow) {
-  const text = s("text", { class: "name", x: arrow.middle[0], y: arrow.middle[1], "text-anchor": "middle", "dominant-baseline": "central" }, arrow.text);
+  const text = s("text", { class: "name", x: arrow.middle[0], y: arrow.middle[1], "text-anchor": "middle",
+    "dominant-baseline": "central" }, arrow.text);
   const plate = s("rect", { class: "plate", rx: 3, height: PLATE, y: arrow.middle[1] - PLATE / 2 });
   const label = s("g", { class: "link label" }, plate, text);
   setPlate(text, arrow.text);

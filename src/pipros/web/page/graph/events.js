@@ -12,7 +12,10 @@ export function eventPanel(side, context, onClose) {
   return context.watch("events", {}, ({ events }) => morph(body.firstChild, h("div", {}, contents(events))));
 }
 
-const contents = (events) => (events.length ? h("ul", { class: "tree events" }, events.map(entry)) : h("p", {}, "Nothing was added or removed."));
+const contents = (events) => (events.length ? h("ul", { class: "tree events" }, events.map(entry))
+  : h("p", {}, "Nothing was added or removed."));
 
-const entry = ({ when, added, kind, name }) => h("li", { "data-key": `${when} ${added} ${kind} ${name}` }, h("span", { class: "key" }, `${clock.format(when * 1000)} `),
-  h("span", { class: added ? "added" : "removed" }, `${added ? "+" : "−"} ${kind} `), h("a", { href: placeOf("graph", `${kind}:${name}`) }, name));
+const entry = ({ when, added, kind, name }) => h("li", { "data-key": `${when} ${added} ${kind} ${name}` },
+  h("span", { class: "key" }, `${clock.format(when * 1000)} `),
+  h("span", { class: added ? "added" : "removed" }, `${added ? "+" : "−"} ${kind} `),
+    h("a", { href: placeOf("graph", `${kind}:${name}`) }, name));

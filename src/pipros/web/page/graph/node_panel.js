@@ -22,14 +22,16 @@ export function nodePanel(side, name, context, onClose) {
     }),
     context.watch("console", {}, ({ history = [], entries: fresh }) => {
       entries = [...(history.length ? history : entries), ...fresh].filter((entry) => entry[1] === name).slice(-MOST_ENTRIES);
-      morph(log.firstChild, h("div", {}, entries.length ? h("ul", { class: "tree" }, entries.map(logEntry)) : h("span", { class: "key" }, "none")));
+      morph(log.firstChild, h("div", {}, entries.length ? h("ul", { class: "tree" }, entries.map(logEntry))
+        : h("span", { class: "key" }, "none")));
     }),
   ];
   return () => stops.forEach((stop) => stop());
 }
 
 const clock = new Intl.DateTimeFormat("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit" });
-const logEntry = ([level, , text, stamp]) => h("li", { class: `level-${level}` }, h("span", { class: "key" }, `${clock.format(stamp * 1000)} ${LEVELS[level] ?? level}: `), text);
+const logEntry = ([level, , text, stamp]) => h("li", { class: `level-${level}` },
+  h("span", { class: "key" }, `${clock.format(stamp * 1000)} ${LEVELS[level] ?? level}: `), text);
 
 // The first click asks, the second ends the node.
 function killButton(name, context, error) {
@@ -73,5 +75,6 @@ const textOf = (entry) => (typeof entry === "string" ? entry.replace(/: .*/s, ""
 
 const list = (title, entries) => [
   h("h3", {}, title),
-  entries.length ? h("ul", { class: "tree" }, entries.map((entry) => h("li", { "data-key": textOf(entry) }, entry))) : h("span", { class: "key" }, "none"),
+  entries.length ? h("ul", { class: "tree" }, entries.map((entry) => h("li", { "data-key": textOf(entry) }, entry)))
+    : h("span", { class: "key" }, "none"),
 ];

@@ -20,7 +20,8 @@ const unescaped = (text) => text.replace(/!([0-9a-f]{2})/g, (_, code) => String.
 export function layoutText(layout) {
   if (!layout) return "";
   if (!layout.parts) return `${layout.tab}${layout.argument ? `/${escaped(layout.argument)}` : ""}`;
-  return `${layout.direction}(${layout.parts.map((part, index) => `${layoutText(part)}*${Math.round(layout.sizes[index] * 10) / 10}`).join("~")})`;
+  const parts = layout.parts.map((part, index) => `${layoutText(part)}*${Math.round(layout.sizes[index] * 10) / 10}`);
+  return `${layout.direction}(${parts.join("~")})`;
 }
 
 // Returns the layout of a text, or null for an empty one. Throws an Error if the text is malformed or names unknown views.

@@ -13,8 +13,10 @@ export function storedLayouts(context, current, onOpen, onError) {
     onOpen((await context.act("layout", { name: choice.value })).panels);
   }) });
   const name = h("input", { size: 12, placeholder: "Name", "aria-label": "Name of the layout", spellcheck: "false", maxlength: 60 });
-  const save = h("button", { onclick: () => attempt(async () => list(await context.act("save_layout", { name: name.value.trim(), panels: current() }), name.value.trim())) }, "Save");
-  const remove = h("button", { onclick: () => attempt(async () => list(await context.act("delete_layout", { name: name.value.trim() }))) }, "Delete");
+  const save = h("button", { onclick: () => attempt(async () =>
+    list(await context.act("save_layout", { name: name.value.trim(), panels: current() }), name.value.trim())) }, "Save");
+  const remove = h("button", { onclick: () => attempt(async () => list(await context.act("delete_layout", { name: name.value.trim() }))) },
+    "Delete");
   const file = h("input", { type: "file", hidden: true, "aria-label": "Layout file", accept: ".json", onchange: () => attempt(load) });
 
   async function attempt(work) {
@@ -39,7 +41,8 @@ export function storedLayouts(context, current, onOpen, onError) {
     file.value = "";
     if (chosen.size > LARGEST_FILE) throw new Error(`${chosen.name} is too large for a layout`);
     const content = JSON.parse(await chosen.text());
-    if (content?.pipros_layout !== VERSION || typeof content.panels !== "string") throw new Error(`${chosen.name} is not a layout file: pipros_layout must be ${VERSION}, and panels a string`);
+    if (content?.pipros_layout !== VERSION || typeof content.panels !== "string")
+      throw new Error(`${chosen.name} is not a layout file: pipros_layout must be ${VERSION}, and panels a string`);
     onOpen(content.panels);
   }
 

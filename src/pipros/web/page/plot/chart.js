@@ -14,7 +14,8 @@ const spread = (low, high) => (high > low ? (high - low) * MARGIN : Math.abs(hig
 // A time of day, or simulated seconds.
 export function timeText(time) {
   if (time < EPOCH) return `${Number(time.toFixed(2))} s`;
-  return new Date(time * 1000).toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit", fractionalSecondDigits: 2 });
+  return new Date(time * 1000).toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit", second: "2-digit",
+    fractionalSecondDigits: 2 });
 }
 
 // Labels of the time axis: 24 hours, as in logs; seconds, with the minute once.
@@ -25,7 +26,8 @@ function timeLabels(_own, splits, _axis, _space, step) {
     const date = new Date(time * 1000);
     const minute = date.toLocaleTimeString("en-GB", { hour: "2-digit", minute: "2-digit" });
     if (step >= 60) return minute;
-    const seconds = `:${String(date.getSeconds()).padStart(2, "0")}${step < 1 ? `.${String(date.getMilliseconds()).padStart(3, "0")}` : ""}`;
+    const fraction = step < 1 ? `.${String(date.getMilliseconds()).padStart(3, "0")}` : "";
+    const seconds = `:${String(date.getSeconds()).padStart(2, "0")}${fraction}`;
     if (minute === last) return seconds;
     last = minute;
     return `${seconds}\n${minute}`;
@@ -38,7 +40,8 @@ const rangeOf = (limits) => (_own, low, high) => [limits[0] ?? low - spread(low,
 // Creates a chart in `place`. `settings` has `curves`, `limits`, `isXy`, `marks()`, `moment()` and `span()`; `on` has `zoom` and `point`.
 export function createChart(place, size, settings, on) {
   const { curves, isXy } = settings;
-  const axis = { stroke: colourOf("--ink"), grid: { stroke: colourOf("--line"), width: 1 }, ticks: { stroke: colourOf("--line"), width: 1 } };
+  const axis = { stroke: colourOf("--ink"), grid: { stroke: colourOf("--line"), width: 1 },
+    ticks: { stroke: colourOf("--line"), width: 1 } };
   const shown = isXy ? curves.slice(1) : curves;
   const hasRight = shown.some((curve) => curve.isRight);
   const hasLeft = !hasRight || shown.some((curve) => !curve.isRight);

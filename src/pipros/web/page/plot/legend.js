@@ -24,7 +24,8 @@ export function curveLegend(on) {
   // Shows the values of the curves at a time, or the newest ones; `place` describes the cursor.
   function draw(curves, { time, place, isXy }) {
     const texts = curves.map((curve) => `${curve.text} ${curve.colour}`).join("\n");
-    if (texts !== shown || !element.childElementCount) replace(element, curves.map(chip), curves.length ? h("span", { class: "key at" }) : null);
+    if (texts !== shown || !element.childElementCount) replace(element, curves.map(chip),
+      curves.length ? h("span", { class: "key at" }) : null);
     shown = texts;
     curves.forEach((curve, index) => {
       const name = `${isXy && index === 0 ? "x: " : ""}${curve.field}${curve.isRate ? " d/dt" : ""}`;

@@ -11,7 +11,8 @@ const thousands = (number) => number.toLocaleString("en-GB");
 export function budgetLine(scene, signal) {
   const rates = h("span", {});
   const points = h("span", {});
-  const most = h("select", { "aria-label": "Points of all clouds", title: "Points of all clouds together, which this browser gets", onchange: () => {
+  const most = h("select", { "aria-label": "Points of all clouds", title: "Points of all clouds together, which this browser gets",
+    onchange: () => {
     scene.mostPoints = Number(most.value);
     scene.hasNewClouds = true;
     scene.invalidate();
@@ -23,7 +24,8 @@ export function budgetLine(scene, signal) {
     const { pictures, bytes } = scene.figures;
     const now = performance.now();
     const elapsed = (now - last.at) / 1000;
-    replace(rates, `${((pictures - last.pictures) / elapsed).toFixed(0)} pictures/s, ${((bytes - last.bytes) / elapsed / 1e6).toFixed(1)} MB/s`);
+    replace(rates, `${((pictures - last.pictures) / elapsed).toFixed(0)} pictures/s, ` +
+      `${((bytes - last.bytes) / elapsed / 1e6).toFixed(1)} MB/s`);
     last = { at: now, pictures, bytes };
     const clouds = scene.all().filter((display) => display.isOn && display.takeShare);
     const sum = (part) => clouds.reduce((total, display) => total + (display.points?.[part] ?? 0), 0);

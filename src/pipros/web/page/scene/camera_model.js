@@ -15,7 +15,8 @@ export class CameraModel {
     this.cy = p[6];
     this.shift = [-p[3] / p[0], -p[7] / p[5]]; // of the second camera of a pair, in metres along x and y
     const isValid = p.every(Number.isFinite);
-    this.problem = !isValid ? "Contains invalid floating point values (nans or infs)" : p[0] === 0 || p[5] === 0 ? "Invalid CameraInfo: fx and fy must not be 0" : "";
+    this.problem = !isValid ? "Contains invalid floating point values (nans or infs)" : p[0] === 0 || p[5] === 0
+      ? "Invalid CameraInfo: fx and fy must not be 0" : "";
   }
 
   // Sets up a three.js camera at the pose of the camera's frame (z forward, y down), for images of width x height pixels.

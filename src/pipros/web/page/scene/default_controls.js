@@ -12,7 +12,8 @@ export function markersOf(control, scale, alpha) {
   if (control.markers.length) return control.markers;
   const orientation = unit(control.orientation);
   const color = { ...colourOf(orientation), a: alpha };
-  const shape = (more) => ({ header: { frame_id: "", stamp: 0n }, ns: "", id: 0, action: 0, pose: { position: NONE, orientation }, scale: { x: 1, y: 1, z: 1 }, color, points: [], colors: [], text: "", ...more });
+  const shape = (more) => ({ header: { frame_id: "", stamp: 0n }, ns: "", id: 0, action: 0, pose: { position: NONE, orientation },
+    scale: { x: 1, y: 1, z: 1 }, color, points: [], colors: [], text: "", ...more });
   const kind = control.interaction_mode;
   if (kind === MOVE_AXIS) {
     const size = { x: 0.15 * scale, y: 0.25 * scale, z: 0.2 * scale };
@@ -22,12 +23,15 @@ export function markersOf(control, scale, alpha) {
   if ([MOVE_PLANE, ROTATE_AXIS, MOVE_ROTATE].includes(kind)) {
     return [shape({ type: TRIANGLE_LIST, scale: { x: scale, y: scale, z: scale }, ...disc(kind, color) })];
   }
-  if (kind === MENU) return [shape({ type: TEXT, scale: { x: 0, y: 0, z: 0.15 * scale }, pose: { position: { x: 0, y: 0, z: 1.2 * scale }, orientation: UPRIGHT }, color: { r: 1, g: 1, b: 1, a: 1 }, text: control.description || "Menu" })];
+  if (kind === MENU) return [shape({ type: TEXT, scale: { x: 0, y: 0, z: 0.15 * scale }, pose: { position: { x: 0, y: 0, z: 1.2 * scale },
+    orientation: UPRIGHT }, color: { r: 1, g: 1, b: 1, a: 1 }, text: control.description || "Menu" })];
   return [];
 }
 
 // Returns the marker of an interactive marker's description.
-export const titleOf = (text, scale) => ({ header: { frame_id: "", stamp: 0n }, type: TEXT, pose: { position: { x: 0, y: 0, z: 1.4 * scale }, orientation: UPRIGHT }, scale: { x: 0, y: 0, z: 0.15 * scale }, color: { r: 1, g: 1, b: 1, a: 1 }, points: [], colors: [], text });
+export const titleOf = (text, scale) =>
+  ({ header: { frame_id: "", stamp: 0n }, type: TEXT, pose: { position: { x: 0, y: 0, z: 1.4 * scale }, orientation: UPRIGHT },
+    scale: { x: 0, y: 0, z: 0.15 * scale }, color: { r: 1, g: 1, b: 1, a: 1 }, points: [], colors: [], text });
 
 // Returns the quaternion with norm 1; without any rotation if it is 0.
 export function unit({ x, y, z, w }) {

@@ -164,7 +164,8 @@ export class Display {
       this.sender = sender;
       this.countMessage(isCounted);
       take(message, arrival);
-    }, (text) => this.setStatus("Topic", "error", text), (count) => this.setStatus("Queue", "warning", `${count} messages were dropped: more than the Queue Size came at once.`)));
+    }, (text) => this.setStatus("Topic", "error", text), (count) =>
+      this.setStatus("Queue", "warning", `${count} messages were dropped: more than the Queue Size came at once.`)));
   }
 
   queueSize() {
@@ -185,7 +186,8 @@ export class Display {
     const age = performance.now() - this.arrivals.at(-1);
     if (age < Math.max(STALE.ms, STALE.intervals * interval)) return;
     const sender = this.sender ? ` of [${this.sender}]` : "";
-    this.setStatus("Age", "warning", `The last message${sender} is ${(age / 1000).toFixed(0)} s old; before, there was one every ${(interval / 1000).toFixed(1)} s.`);
+    this.setStatus("Age", "warning", `The last message${sender} is ${(age / 1000).toFixed(0)} s old; before, there was one every ` +
+      `${(interval / 1000).toFixed(1)} s.`);
   }
 
   // Calls `put(message, pose)` as soon as the pose of the message's frame in the fixed frame is known at its stamp.
@@ -224,7 +226,8 @@ export class Display {
           continue;
         }
         if (this.isTooOld(frame, message.header.stamp)) {
-          this.setStatus(status, "error", `Message removed because it is too old (frame=[${frame}], stamp=[${Number(message.header.stamp) / 1e9}])`);
+          this.setStatus(status, "error",
+            `Message removed because it is too old (frame=[${frame}], stamp=[${Number(message.header.stamp) / 1e9}])`);
           continue;
         }
         this.setStatus(status, "error", this.scene.whyNot(frame, error));

@@ -78,9 +78,12 @@ class MovingFrame {
   whyNot(time) {
     if (!this.stamps.length) return "";
     const [oldest, newest] = [this.stamps[0], this.stamps.at(-1)];
-    if (oldest === newest) return `Lookup would require extrapolation at time ${seconds(time)}, but only time ${seconds(newest)} is in the buffer`;
-    const [where, word, known, gap] = time > newest ? ["future", "latest", newest, time - newest] : ["past", "earliest", oldest, oldest - time];
-    return `Lookup would require extrapolation ${seconds(gap)}s into the ${where}.  Requested time ${seconds(time)} but the ${word} data is at time ${seconds(known)}`;
+    if (oldest === newest) return `Lookup would require extrapolation at time ${seconds(time)}, but only time ${seconds(newest)} is in ` +
+      `the buffer`;
+    const [where, word, known, gap] = time > newest ? ["future", "latest", newest, time - newest]
+      : ["past", "earliest", oldest, oldest - time];
+    return `Lookup would require extrapolation ${seconds(gap)}s into the ${where}.  Requested time ${seconds(time)} but the ` +
+      `${word} data is at time ${seconds(known)}`;
   }
 
   latest() {
@@ -196,7 +199,8 @@ export class Frames {
   require(name, what) {
     if (this.frames.has(name)) return;
     if (!name) throw new TransformError("InvalidArgumentException", `Invalid argument passed to ${what} in tf2 frame_ids cannot be empty`);
-    if (name[0] === "/") throw new TransformError("InvalidArgumentException", `Invalid argument "${name}" passed to ${what} in tf2 frame_ids cannot start with a '/' like: `);
+    if (name[0] === "/") throw new TransformError("InvalidArgumentException",
+      `Invalid argument "${name}" passed to ${what} in tf2 frame_ids cannot start with a '/' like: `);
     throw new TransformError("LookupException", `"${name}" passed to ${what} does not exist. `);
   }
 
@@ -308,7 +312,9 @@ function poseOfPath(up, down, time) {
 
 const withoutSlash = (name) => (name.startsWith("/") ? name.slice(1) : name);
 const requested = (source, target) => `, when looking up transform from frame [${source}] to frame [${target}]`;
-const notConnected = (target, source) => new TransformError("ConnectivityException", `Could not find a connection between '${target}' and '${source}' because they are not part of the same tree.Tf has two or more unconnected trees.`);
+const notConnected = (target, source) => new TransformError("ConnectivityException",
+  `Could not find a connection between '${target}' and '${source}' because they are not part of the same tree.Tf has two or more ` +
+    `unconnected trees.`);
 
 // Formats nanoseconds as tf2 does: in seconds, with nine decimals.
 export const seconds = (time) => `${time / 1000000000n}.${String(time % 1000000000n).padStart(9, "0")}`;

@@ -7,6 +7,7 @@ const TEXT = new TextDecoder();
 const NS = 1000000000n;
 
 // Returns the size, the reader and the typed array of a number.
+/** @type {(name: string, form: any) => [any, any, any]} */
 function scalar(name, [kind, size]) {
   const get = DataView.prototype[`get${kind}`];
   const Numbers = globalThis[`${kind}Array`];
@@ -28,7 +29,8 @@ class Reader {
 
   take(size) {
     const from = this.at;
-    if (size > this.view.byteLength - from) throw new Error(`the message ends after ${this.view.byteLength} bytes, but ${from + size} are needed`);
+    if (size > this.view.byteLength - from)
+      throw new Error(`the message ends after ${this.view.byteLength} bytes, but ${from + size} are needed`);
     this.at = from + size;
     return from;
   }

@@ -46,7 +46,8 @@ export class Meshes {
     else throw new Error(`${extension} meshes are not supported: use STL, DAE or OBJ`);
     group.traverse(({ geometry }) => {
       if (!geometry) return;
-      if (!geometry.getAttribute("position")?.array.every(Number.isFinite)) throw new Error("it contains invalid floating point values (nans or infs)");
+      if (!geometry.getAttribute("position")?.array.every(Number.isFinite))
+        throw new Error("it contains invalid floating point values (nans or infs)");
       geometry.userData.isShared = true;
     });
     return group;
@@ -160,7 +161,8 @@ function stlGeometry(bytes) {
   const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
   if (buffer.byteLength >= 84 && !/^\s*solid/.test(TEXT.decode(bytes.subarray(0, 64)))) {
     const triangles = new DataView(buffer).getUint32(80, true);
-    if (84 + triangles * 50 > buffer.byteLength) throw new Error(`an STL file of ${buffer.byteLength} bytes cannot have ${triangles} triangles`);
+    if (84 + triangles * 50 > buffer.byteLength)
+      throw new Error(`an STL file of ${buffer.byteLength} bytes cannot have ${triangles} triangles`);
   }
   const geometry = new STLLoader().parse(buffer);
   geometry.deleteAttribute("color"); // rviz ignores them

@@ -66,7 +66,8 @@ function typed([, kind, fallback], found) {
   return text === "~" ? "" : text;
 }
 
-export const truth = (text, fallback = true) => (/^(true|1|yes|on)$/i.test(text ?? "") ? true : /^(false|0|no|off)$/i.test(text ?? "") ? false : fallback);
+export const truth = (text, fallback = true) => (/^(true|1|yes|on)$/i.test(text ?? "") ? true : /^(false|0|no|off)$/i.test(text ?? "")
+  ? false : fallback);
 const finite = (value, fallback) => (Number.isFinite(value) ? value : fallback);
 
 function vector(found, fallback) {

@@ -78,7 +78,8 @@ export const DISPLAYS = {
     ["Plane", "enum", "XY", ["XY", "XZ", "YZ"]],
     NO_OFFSET,
   ],
-  "rviz/Axes": [["Reference Frame", "frame", "<Fixed Frame>"], ["Length", "float", 1], ["Radius", "float", 0.1], ALPHA, ["Show Trail", "bool", false]],
+  "rviz/Axes": [["Reference Frame", "frame", "<Fixed Frame>"], ["Length", "float", 1], ["Radius", "float", 0.1], ALPHA,
+    ["Show Trail", "bool", false]],
   "rviz/TF": [
     ["Show Names", "bool", true],
     ["Show Axes", "bool", true],
@@ -155,9 +156,11 @@ export const DISPLAYS = {
     COVARIANCE,
   ],
   "rviz/Polygon": [topic("geometry_msgs/PolygonStamped"), ...COMMON, ["Color", "colour", [25, 255, 0]], ALPHA],
-  "rviz/PointStamped": [topic("geometry_msgs/PointStamped"), ...COMMON, ["Color", "colour", [204, 41, 204]], ALPHA, ["Radius", "float", 0.2], ["History Length", "int", 1]],
+  "rviz/PointStamped": [topic("geometry_msgs/PointStamped"), ...COMMON, ["Color", "colour", [204, 41, 204]], ALPHA,
+    ["Radius", "float", 0.2], ["History Length", "int", 1]],
   "rviz/GridCells": [topic("nav_msgs/GridCells"), ...COMMON, ["Color", "colour", [25, 255, 0]], ALPHA],
-  "rviz/Range": [topic("sensor_msgs/Range"), ...COMMON, ["Color", "colour", [255, 255, 255]], ["Alpha", "float", 0.5], ["Buffer Length", "int", 1]],
+  "rviz/Range": [topic("sensor_msgs/Range"), ...COMMON, ["Color", "colour", [255, 255, 255]], ["Alpha", "float", 0.5],
+    ["Buffer Length", "int", 1]],
   "rviz/WrenchStamped": [
     topic("geometry_msgs/WrenchStamped"),
     ...COMMON,

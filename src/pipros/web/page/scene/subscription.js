@@ -28,7 +28,8 @@ export class Subscription {
       const take = () => (data instanceof DataView ? this.addBatch(data, frames) : this.note(data));
       turn = turn.then(take).catch((error) => this.onError(error.message));
     };
-    const stop = this.scene.context.watch("scene_messages", { name, queue, deflate: !isLocal }, receive, (text) => text && this.onError(text));
+    const stop = this.scene.context.watch("scene_messages", { name, queue, deflate: !isLocal }, receive,
+      (text) => text && this.onError(text));
     return () => {
       this.isOver = true;
       stop();

@@ -48,7 +48,8 @@ export function open(view, argument, context) {
       h("button", { onclick: () => picture() }, "Save PNG"),
       copyButton("Link", address, (text) => replace(error, text)), save),
     error,
-    h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, tools.rectangle.element, images, tools.selection.element, lost, status, budgetLine(scene, context.signal)))));
+    h("div", { class: "scene" }, tree.element, h("div", { class: "scene-stage" }, canvas, tools.rectangle.element, images,
+      tools.selection.element, lost, status, budgetLine(scene, context.signal)))));
   if (innerWidth < 700) dock.click();
 
   function picture() {
@@ -83,7 +84,8 @@ export function open(view, argument, context) {
   function load(config, fixedFrame) {
     scene.load(config, fixedFrame, file.simulated);
     shownState = stateText(scene.file);
-    kinds.value = Object.keys(VIEWS).find((kind) => kind.slice(5) === (scene.config.Views.Current.Class ?? "").split("/").at(-1)) ?? "rviz/Orbit";
+    kinds.value = Object.keys(VIEWS).find((kind) => kind.slice(5) === (scene.config.Views.Current.Class ?? "").split("/").at(-1))
+      ?? "rviz/Orbit";
     tools.load();
     tree.load();
     const geometry = config["Window Geometry"];

@@ -6,8 +6,10 @@ export const TOOLS = {
   "rviz/Select": { title: "Select", key: "s" },
   "rviz/FocusCamera": { title: "Focus Camera", key: "" },
   "rviz/Measure": { title: "Measure", key: "n" },
-  "rviz/SetInitialPose": { title: "2D Pose Estimate", key: "p", topic: "/initialpose", type: "geometry_msgs/PoseWithCovarianceStamped", colour: [0, 255, 0] },
-  "rviz/SetGoal": { title: "2D Nav Goal", key: "g", topic: "/move_base_simple/goal", type: "geometry_msgs/PoseStamped", colour: [255, 0, 255] },
+  "rviz/SetInitialPose": { title: "2D Pose Estimate", key: "p", topic: "/initialpose", type: "geometry_msgs/PoseWithCovarianceStamped",
+    colour: [0, 255, 0] },
+  "rviz/SetGoal": { title: "2D Nav Goal", key: "g", topic: "/move_base_simple/goal", type: "geometry_msgs/PoseStamped",
+    colour: [255, 0, 255] },
   "rviz/PublishPoint": { title: "Publish Point", key: "c", topic: "/clicked_point", type: "geometry_msgs/PointStamped" },
 };
 

@@ -13,7 +13,6 @@ import { POSE, TOOLS, covarianceOf } from "./tool_kinds.js";
 import { moveByMouse } from "./views.js";
 
 const SAID_MS = 4000;
-
 const DEFAULTS = Object.keys(TOOLS);
 
 export class Tools {
@@ -50,8 +49,8 @@ export class Tools {
     this.first = kinds[0] ?? "rviz/MoveCamera";
     this.buttons = new Map(kinds.map((kind) => {
       const { title, key, type } = TOOLS[kind];
-      const isRefused = Boolean(type) && !this.context.control;
-      return [kind, h("button", { onclick: () => this.choose(kind), title: key ? `${title} (${key})` : title, disabled: isRefused }, title)];
+      const disabled = Boolean(type) && !this.context.control;
+      return [kind, h("button", { onclick: () => this.choose(kind), title: key ? `${title} (${key})` : title, disabled }, title)];
     }));
     replace(this.element, [...this.buttons.values()], this.confirm);
     this.choose(this.first);
@@ -301,7 +300,8 @@ export class Tools {
   publish(kind, content) {
     const { type, topic, title } = TOOLS[kind];
     const name = this.scene.topicName(new Properties(POSE, this.configs.get(kind) ?? {}).get("Topic") || topic);
-    publishOnce(this.context, { name, type }, { header: headerOf(this.scene), ...content }, (problem) => this.say(problem || `${title} published on ${name}`));
+    const say = (problem) => this.say(problem || `${title} published on ${name}`);
+    publishOnce(this.context, { name, type }, { header: headerOf(this.scene), ...content }, say);
   }
 
   // -- looking ------------------------------------------------------------------------------------------------------------

@@ -30,13 +30,15 @@ export function explanation(frames, fixedFrame, frame, now) {
 function explained(frames, fixedFrame, frame, now) {
   const [links, others] = [frame, fixedFrame].map((name) => frames.linksAbove(name));
   const root = links.at(-1)?.parent ?? frame;
-  if (root !== (others.at(-1)?.parent ?? fixedFrame)) return `[${frame}] is in the tree of [${root}], which the fixed frame is not in; with [${root}] as the fixed frame it would be shown.`;
+  if (root !== (others.at(-1)?.parent ?? fixedFrame))
+    return `[${frame}] is in the tree of [${root}], which the fixed frame is not in; with [${root}] as the fixed frame it would be shown.`;
   const [oldest] = [...links, ...others].filter(({ stamp }) => stamp > 0n).sort((one, other) => (one.stamp < other.stamp ? -1 : 1));
   if (!oldest) return "";
   const age = Number(now - oldest.stamp) / 1e9;
   if (age <= LINK_AGE_S) return "";
   const sender = frames.authority(oldest.child);
-  return `The transform from [${oldest.child}] to [${oldest.parent}]${sender ? `, sent by [${sender}],` : ""} is ${age.toFixed(0)} s old; its sender may have stopped.`;
+  return `The transform from [${oldest.child}] to [${oldest.parent}]${sender ? `, sent by [${sender}],` : ""} is ${age.toFixed(0)} s ` +
+    `old; its sender may have stopped.`;
 }
 
 function rootOf(frames, name) {

@@ -43,7 +43,8 @@ export class TreePanel {
     this.fixedText = h("span", { class: "pale" });
     const schema = GLOBAL;
     this.fields(body, schema, this.scene.options, [], () => this.scene.reset());
-    return this.details(this.scene.options.config, [this.fixedSign, h("b", {}, "Global Options")], [h("div", { class: "scene-statuses" }, "Fixed Frame: ", this.fixedText), body]);
+    return this.details(this.scene.options.config, [this.fixedSign, h("b", {}, "Global Options")],
+      [h("div", { class: "scene-statuses" }, "Fixed Frame: ", this.fixedText), body]);
   }
 
   viewRow() {
@@ -56,7 +57,8 @@ export class TreePanel {
       const saved = Array.isArray(this.scene.config.Views.Saved) ? this.scene.config.Views.Saved : [];
       body.append(h("div", { class: "scene-buttons" },
         h("button", { onclick: () => {
-          this.scene.config.Views.Saved = [...saved, { ...structuredClone(this.scene.config.Views.Current), Name: `View ${saved.length + 1}` }];
+          this.scene.config.Views.Saved =
+            [...saved, { ...structuredClone(this.scene.config.Views.Current), Name: `View ${saved.length + 1}` }];
           draw();
         } }, "Keep this view"),
         saved.map((each) => h("button", { onclick: () => {
@@ -101,9 +103,11 @@ export class TreePanel {
       h("button", { onclick: () => this.move(display, parent, 1), "aria-label": `Move ${display.name} down` }, "↓"),
       h("button", { onclick: () => this.remove(display, parent) }, "Remove")));
     const parts = h("div", { class: "scene-parts" });
-    const children = display.displays ? h("div", { class: "scene-children" }, display.displays.map((each) => this.row(each, display))) : null;
+    const children = display.displays ? h("div", { class: "scene-children" }, display.displays.map((each) => this.row(each, display)))
+      : null;
     this.rows.set(display, { sign, statuses });
-    const element = this.details(display.config, [sign, h("span", { class: "scene-box" }), name, h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, children, body, parts]);
+    const element = this.details(display.config, [sign, h("span", { class: "scene-box" }), name,
+      h("span", { class: "pale" }, kind.replace(/^rviz\//, ""))], [statuses, children, body, parts]);
     this.makeDraggable(element.querySelector("summary"), display, parent);
     const offerParts = () => element.open && this.offerParts(display, parts);
     element.addEventListener("toggle", offerParts);
@@ -134,7 +138,8 @@ export class TreePanel {
       sign.className = `scene-sign scene-${level}`;
       replace(sign, SIGNS[level] ?? "");
       sign.title = level;
-      replace(statuses, [...display.statuses].slice(0, 100).map(([name, { level: each, text }]) => h("div", { class: `scene-${each}` }, `${name}: ${text}`)));
+      replace(statuses, [...display.statuses].slice(0, 100).map(([name, { level: each, text }]) =>
+        h("div", { class: `scene-${each}` }, `${name}: ${text}`)));
     }
     const [level, text] = this.scene.fixedFrameStatus();
     this.fixedSign.className = `scene-sign scene-${level}`;
@@ -145,7 +150,8 @@ export class TreePanel {
 
   filter() {
     const wanted = this.search.value.trim().toLowerCase();
-    for (const row of this.list.querySelectorAll(".scene-entry")) row.hidden = Boolean(wanted) && !row.dataset.name.includes(wanted) && !row.querySelector(`[data-name*="${CSS.escape(wanted)}"]`);
+    for (const row of this.list.querySelectorAll(".scene-entry")) row.hidden = Boolean(wanted) && !row.dataset.name.includes(wanted)
+      && !row.querySelector(`[data-name*="${CSS.escape(wanted)}"]`);
   }
 
   // -- changes of the list ------------------------------------------------------------------------------------------------
@@ -158,7 +164,9 @@ export class TreePanel {
     const count = byTopic.map((option) => option.value).join();
     if (this.offered === count) return;
     this.offered = count;
-    replace(this.kinds, h("option", { value: "" }, "Add …"), h("optgroup", { label: "By type" }, SUPPORTED.map((kind) => h("option", { value: kind }, shortName(kind)))), byTopic.length ? h("optgroup", { label: "By topic" }, byTopic) : null);
+    replace(this.kinds, h("option", { value: "" }, "Add …"),
+      h("optgroup", { label: "By type" }, SUPPORTED.map((kind) => h("option", { value: kind }, shortName(kind)))),
+        byTopic.length ? h("optgroup", { label: "By topic" }, byTopic) : null);
   }
 
   addChosen() {
@@ -265,7 +273,8 @@ export class TreePanel {
     for (const definition of schema) {
       const [name, kind] = definition;
       const here = [...path, name];
-      if (kind !== "group" && kind !== "names") body.append(h("label", { class: "scene-field" }, h("span", {}, name), this.field(definition, properties, here, onChange)));
+      if (kind !== "group" && kind !== "names")
+        body.append(h("label", { class: "scene-field" }, h("span", {}, name), this.field(definition, properties, here, onChange)));
       const children = childrenOf(definition);
       if (!children) continue;
       const inner = h("div", { class: "scene-nested" });
@@ -281,15 +290,22 @@ export class TreePanel {
       properties.set(path, next);
       onChange();
     };
-    if (kind === "bool" || kind === "switch") return h("input", { type: "checkbox", checked: value, onchange: (event) => set(event.target.checked) });
-    if (kind === "enum" || kind === "choice") return h("select", { onchange: (event) => set(event.target.value) }, [...new Set([value, ...options])].map((each) => h("option", { value: each, selected: each === value }, each || "automatic")));
-    if (kind === "colour") return h("input", { type: "color", value: hexOf(value), title: colourText(value), onchange: (event) => set(parsedColour(event.target.value)) });
-    if (kind === "vector") return h("span", { class: "scene-vector" }, value.map((part, axis) => h("input", { type: "number", step: "any", value: part, "aria-label": `${path.at(-1)} ${"XYZ"[axis]}`, onchange: (event) => {
+    if (kind === "bool" || kind === "switch") return h("input",
+      { type: "checkbox", checked: value, onchange: (event) => set(event.target.checked) });
+    if (kind === "enum" || kind === "choice") return h("select", { onchange: (event) => set(event.target.value) },
+      [...new Set([value, ...options])].map((each) => h("option", { value: each, selected: each === value }, each || "automatic")));
+    if (kind === "colour") return h("input", { type: "color", value: hexOf(value), title: colourText(value),
+      onchange: (event) => set(parsedColour(event.target.value)) });
+    if (kind === "vector") return h("span", { class: "scene-vector" },
+      value.map((part, axis) => h("input", { type: "number", step: "any", value: part, "aria-label": `${path.at(-1)} ${"XYZ"[axis]}`,
+        onchange: (event) => {
       value[axis] = Number(event.target.value) || 0;
       set(value);
     } })));
-    if (kind === "int" || kind === "float") return h("input", { type: "number", step: kind === "int" ? 1 : "any", value, onchange: (event) => event.target.value !== "" && set(event.target.value) });
-    const offers = kind === "topic" ? this.topics.filter((each) => each.type === options).map((each) => each.name) : kind === "frame" ? ["<Fixed Frame>", ...this.scene.frames.names()] : [];
+    if (kind === "int" || kind === "float") return h("input", { type: "number", step: kind === "int" ? 1 : "any", value,
+      onchange: (event) => event.target.value !== "" && set(event.target.value) });
+    const offers = kind === "topic" ? this.topics.filter((each) => each.type === options).map((each) => each.name) : kind === "frame"
+      ? ["<Fixed Frame>", ...this.scene.frames.names()] : [];
     const list = h("datalist", { id: `offers-${Math.random().toString(36).slice(2)}` }, offers.map((each) => h("option", { value: each })));
     return h("span", {}, h("input", { type: "text", value, list: list.id, onchange: (event) => set(event.target.value) }), list);
   }

@@ -13,7 +13,8 @@ const FOCUS_MS = 400; // how long the focal point stays visible after a movement
 // Returns the controller for the map `Current` of a file.
 export function viewOf(config, scene) {
   const kind = className(config.Class ?? "rviz/Orbit");
-  const Kind = { "rviz/XYOrbit": XYOrbit, "rviz/ThirdPersonFollower": Follower, "rviz/TopDownOrtho": TopDownOrtho, "rviz/FPS": Fps }[kind] ?? Orbit;
+  const Kind = { "rviz/XYOrbit": XYOrbit, "rviz/ThirdPersonFollower": Follower, "rviz/TopDownOrtho": TopDownOrtho, "rviz/FPS": Fps }[kind]
+    ?? Orbit;
   return new Kind(new Properties(VIEWS[kind] ?? VIEWS["rviz/Orbit"], config), scene);
 }
 
@@ -159,7 +160,8 @@ class Orbit extends View {
   }
 
   home() {
-    for (const [name, value] of [["Distance", 10], ["Yaw", 0.785398], ["Pitch", 0.785398], ["Focal Point", [0, 0, 0]]]) this.set(name, value);
+    for (const [name, value] of [["Distance", 10], ["Yaw", 0.785398], ["Pitch", 0.785398], ["Focal Point", [0, 0, 0]]])
+      this.set(name, value);
   }
 }
 

@@ -18,10 +18,13 @@ export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter actions", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
   const none = h("div", { class: "note", hidden: true }, "There are no actions.");
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Action", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
-  const table = dataTable(COLUMNS, { label: "Actions", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Action" });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Action",
+    onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
+  const table = dataTable(COLUMNS, { label: "Actions", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name),
+    most: MOST_ROWS, sortBy: "Action" });
   table.element.classList.add("fixed");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("actions")), error, none,
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("actions")),
+    error, none,
     h("div", { class: "scroll" }, table.element)), side);
   let actions = [];
   let selected = "";
@@ -77,7 +80,8 @@ function actionPanel(side, name, type, context, onClose) {
     }
   };
   const cancel = (id) => attempt(() => context.act("cancel_goal", { name, id }));
-  const send = h("button", { disabled: !context.control || !type, onclick: () => attempt(() => context.act("send_goal", { name, type, goal: goal.value })) }, "Send goal");
+  const send = h("button", { disabled: !context.control || !type,
+    onclick: () => attempt(() => context.act("send_goal", { name, type, goal: goal.value })) }, "Send goal");
   const cancelAll = h("button", { disabled: !context.control, onclick: () => cancel("") }, "Cancel all");
   const live = copiesValues(h("div", {}, h("div", {})), showError);
   live.addEventListener("click", (event) => {
@@ -85,23 +89,27 @@ function actionPanel(side, name, type, context, onClose) {
     if (button) cancel(button.getAttribute("data-goal"));
   });
   side.append(panelHead(name, onClose), h("dl", {}, h("dt", {}, "Type"), h("dd", {}, type.replace(ENDING, "Action") || "unknown")),
-    h("h3", {}, "Goal"), goal, h("p", {}, send, " ", cancelAll, context.control ? "" : " Start with --control to send goals."), error, live);
+    h("h3", {}, "Goal"), goal, h("p", {}, send, " ", cancelAll, context.control ? "" : " Start with --control to send goals."), error,
+      live);
   if (type) attempt(async () => { goal.value = yaml(await context.act("message", { type: type.replace(ENDING, "Goal") })); });
   return context.watch("action", { name }, (data) => morph(live.firstChild, h("div", {}, contents(data, context.control))), showError);
 }
 
 function contents({ goals, feedback, result }, control) {
   return [
-    h("h3", {}, "Goals"), goals.length ? h("ul", { class: "tree goals" }, goals.map((goal) => goalEntry(goal, control))) : h("span", { class: "key" }, "none"),
+    h("h3", {}, "Goals"), goals.length ? h("ul", { class: "tree goals" }, goals.map((goal) => goalEntry(goal, control)))
+      : h("span", { class: "key" }, "none"),
     h("h3", {}, "Newest feedback"), content(feedback),
     h("h3", {}, "Newest result"), content(result),
   ];
 }
 
 const goalEntry = (goal, control) => h("li", { "data-key": goal.id },
-  h("span", { class: `state-${goal.open ? "open" : goal.status}` }, goal.status), " ", goal.id, goal.text ? h("span", { class: "key" }, ` ${goal.text}`) : "", " ",
+  h("span", { class: `state-${goal.open ? "open" : goal.status}` }, goal.status), " ", goal.id,
+    goal.text ? h("span", { class: "key" }, ` ${goal.text}`) : "", " ",
   h("button", { "data-goal": goal.id, hidden: !goal.open || !control, "aria-label": `Cancel ${goal.id}` }, "Cancel"));
 
 const content = (found) => (found
-  ? h("div", {}, found.goal ? h("p", { class: "key" }, `${found.goal.status}: ${found.goal.id} ${found.goal.text}`) : "", tree(found.message))
+  ? h("div", {}, found.goal ? h("p", { class: "key" }, `${found.goal.status}: ${found.goal.id} ${found.goal.text}`) : "",
+    tree(found.message))
   : h("span", { class: "key" }, "none came yet"));

@@ -22,17 +22,21 @@ export function open(view, argument, context) {
   const button = (text, title, onclick) => h("button", { "aria-label": title, title, onclick }, text);
   const play = button("▶", "Play", () => playback.control({ play: !playback.state?.playing }));
   const step = (direction) => playback.control({ step: direction, topics: tracks.topics() });
-  const speed = h("select", { "aria-label": "Speed", onchange: () => playback.control({ speed: Number(speed.value) }) }, SPEEDS.map((value) => h("option", { value, selected: value === 1 }, `${value}×`)));
+  const speed = h("select", { "aria-label": "Speed", onchange: () => playback.control({ speed: Number(speed.value) }) },
+    SPEEDS.map((value) => h("option", { value, selected: value === 1 }, `${value}×`)));
   const loop = h("input", { type: "checkbox", onchange: () => playback.control({ loop: loop.checked }) });
   const moment = h("output", { class: "mono", "aria-label": "Moment in the bag" });
   const goal = h("input", { size: 8, placeholder: "1:02.5", "aria-label": "Jump to" });
   const controls = h("div", { class: "bar transport", hidden: true },
-    button("|◀", "To the beginning", () => jump(playback.bag.begin)), button("◂|", "Previous message", () => step(-1)), play, button("▸|", "Next message", () => step(1)),
+    button("|◀", "To the beginning", () => jump(playback.bag.begin)), button("◂|", "Previous message", () => step(-1)), play,
+      button("▸|", "Next message", () => step(1)),
     speed, h("label", {}, loop, "Loop"), moment,
     h("form", { onsubmit: (event) => { event.preventDefault(); jumpToText(goal.value); } }, goal, h("button", {}, "Jump")));
-  const form = h("select", { "aria-label": "Format" }, [["bag", "Bag"], ["csv", "CSV"], ["images", "Images"]].map(([value, text]) => h("option", { value }, text)));
+  const form = h("select", { "aria-label": "Format" }, [["bag", "Bag"], ["csv", "CSV"],
+    ["images", "Images"]].map(([value, text]) => h("option", { value }, text)));
   const exported = h("button", { title: "Save the checked topics: the part selected with Shift, or all", onclick: () => save() }, "Export");
-  const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection = range; replace(exported, range ? `Export selection (${elapsed(range[1] - range[0])})` : "Export"); }, choose: () => {} });
+  const tracks = timeline({ jump: (time) => jump(time), toggle: () => play.click(), select: (range) => { selection =
+    range; replace(exported, range ? `Export selection (${elapsed(range[1] - range[0])})` : "Export"); }, choose: () => {} });
   let selection = null; // [from, to]
   const closing = button("Close", "Close the bag", () => choose(""));
   controls.append(h("span", { class: "spring" }), form, exported);
@@ -120,7 +124,8 @@ export function open(view, argument, context) {
     if (folder === null) return "";
     if (folder === "") return "Start the command with --bags DIR to open the bags in a folder.";
     if (name) return "Reading the bag …";
-    return names.length ? "While a bag is open, all tabs show its moment instead of the running system." : `There are no bags in ${folder}.`;
+    return names.length ? "While a bag is open, all tabs show its moment instead of the running system."
+      : `There are no bags in ${folder}.`;
   }
 
   function showBag(bag, state) {
@@ -128,7 +133,8 @@ export function open(view, argument, context) {
       shown = bag;
       tracks.show(bag);
       if (wanted !== null) jump(bag.begin + wanted);
-      replace(figures, `${bytes(bag.size)}, ${elapsed(bag.end - bag.begin)}, from ${new Date(bag.begin * 1000).toLocaleString("en-GB")}${bag.damage.length ? `; damaged: ${bag.damage[0]}` : ""}`);
+      replace(figures, `${bytes(bag.size)}, ${elapsed(bag.end - bag.begin)}, from ` +
+        `${new Date(bag.begin * 1000).toLocaleString("en-GB")}${bag.damage.length ? `; damaged: ${bag.damage[0]}` : ""}`);
     }
     if (next === null) tracks.setMoment(state.moment);
     if (!isJumping && !state.playing) noteMoment(state.moment - bag.begin);

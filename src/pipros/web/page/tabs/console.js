@@ -23,10 +23,12 @@ export function open(view, argument, context) {
   let isPaused = false;
   let waiting = [];
   const levels = new Set(LEVELS.map(([level]) => level));
-  const boxes = new Map(LEVELS.map(([level]) => [level, h("input", { type: "checkbox", checked: true, onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); refine(); } })]));
+  const boxes = new Map(LEVELS.map(([level]) => [level, h("input", { type: "checkbox", checked: true,
+    onchange: (event) => { if (event.target.checked) levels.add(level); else levels.delete(level); refine(); } })]));
   const text = h("input", { type: "search", placeholder: "Text", title: HELP, "aria-label": "Filter by text", oninput: () => refine() });
   const node = h("input", { type: "search", placeholder: "Node", title: HELP, "aria-label": "Filter by node", oninput: () => refine() });
-  const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14, oninput: () => refine() });
+  const place = h("input", { type: "search", placeholder: "File or function", title: HELP, "aria-label": "Filter by place", size: 14,
+    oninput: () => refine() });
   const filters = { text, node, place };
   const pause = h("button", { "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
   const file = h("input", { type: "file", hidden: true, "aria-label": "Log file", accept: ".jsonl", onchange: () => load() });
@@ -57,11 +59,17 @@ export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const space = h("div", { class: "space" });
   const rows = h("div", { class: "rows", role: "log", "aria-live": "off" });
-  const scroll = h("div", { class: "scroll log", tabindex: 0, role: "group", "aria-label": "Entries; up and down choose one", onscroll: () => drawRows(), onkeydown: (event) => onKey(event) }, space, rows);
+  const scroll = h("div", { class: "scroll log", tabindex: 0, role: "group", "aria-label": "Entries; up and down choose one",
+    onscroll: () => drawRows(), onkeydown: (event) => onKey(event) }, space, rows);
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Entry" });
   view.append(h("div", { class: "column" },
-    h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), node, text, place, h("span", { class: "spring" }), count, pause,
-      h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"), h("button", { title: "Save the entries that the filters let pass", onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"), h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file, h("button", { onclick: () => showLoggers() }, "Logger levels")),
+    h("div", { class: "bar" }, LEVELS.map(([level, name]) => h("label", { class: `level-${level}` }, boxes.get(level), name)), node, text,
+      place, h("span", { class: "spring" }), count, pause,
+      h("button", { onclick: () => { entries = []; lost = 0; filter(); } }, "Clear"),
+        h("button", { title: "Save the entries that the filters let pass",
+          onclick: () => download("log.jsonl", asLines(shown), "application/jsonl") }, "Save"),
+            h("button", { title: "Show the entries of a saved file", onclick: () => file.click() }, "Load"), file,
+              h("button", { onclick: () => showLoggers() }, "Logger levels")),
     error, scroll), side);
 
   const drawn = new WeakMap(); // entry to its row
@@ -85,7 +93,8 @@ export function open(view, argument, context) {
 
   // Applies the user's filters, and puts them into the address.
   function refine() {
-    const chosen = levels.size === LEVELS.length ? [] : [`levels=${LEVELS.flatMap(([level]) => (levels.has(level) ? [level] : [])).join(",")}`];
+    const chosen = levels.size === LEVELS.length ? []
+      : [`levels=${LEVELS.flatMap(([level]) => (levels.has(level) ? [level] : [])).join(",")}`];
     const typed = Object.entries(filters).filter(([, input]) => input.value).map(([name, input]) => `${name}=${input.value}`);
     context.remember(["", ...chosen, ...typed].join(";"), { isReplacing: true });
     filter();
@@ -133,7 +142,8 @@ export function open(view, argument, context) {
     let row = drawn.get(entry);
     if (!row) {
       row = h("div", { class: `entry level-${entry[LEVEL]}`, onclick: () => { if (getSelection()?.isCollapsed) showEntry(entry); } },
-        h("span", { class: "when" }, time(entry[STAMP])), h("span", { class: "kind" }, levelName(entry[LEVEL])), h("span", { class: "node" }, entry[NODE]), h("span", { class: "text mono" }, entry[TEXT].replaceAll("\n", " ⏎ ")));
+        h("span", { class: "when" }, time(entry[STAMP])), h("span", { class: "kind" }, levelName(entry[LEVEL])),
+          h("span", { class: "node" }, entry[NODE]), h("span", { class: "text mono" }, entry[TEXT].replaceAll("\n", " ⏎ ")));
       drawn.set(entry, row);
     }
     row.classList.toggle("selected", entry === selected);
@@ -161,7 +171,10 @@ export function open(view, argument, context) {
     selected = entry;
     side.hidden = false;
     drawRows();
-    replace(side, h("h2", {}, entry[NODE]), h("dl", {}, Object.entries({ Level: levelName(entry[LEVEL]), Time: `${time(entry[STAMP])} (${entry[STAMP]})`, Place: entry[FILE] ? `${entry[FILE]}:${entry[LINE]}` : "–", Function: entry[FUNCTION] || "–" }).map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])),
+    replace(side, h("h2", {}, entry[NODE]),
+      h("dl", {}, Object.entries({ Level: levelName(entry[LEVEL]), Time: `${time(entry[STAMP])} (${entry[STAMP]})`,
+        Place: entry[FILE] ? `${entry[FILE]}:${entry[LINE]}` : "–", Function: entry[FUNCTION] || "–" }).map(([key, value]) =>
+          [h("dt", {}, key), h("dd", {}, value)])),
       h("h3", {}, "Text"), h("pre", { class: "mono whole" }, entry[TEXT]), h("button", { onclick: () => closeEntry() }, "Close"));
   }
 
@@ -169,17 +182,22 @@ export function open(view, argument, context) {
 
   function showLoggers(ofNode = "") {
     side.hidden = false;
-    const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: uniqueId("logger-nodes"), onchange: () => list() });
-    const nodes = h("datalist", { id: choice.getAttribute("list") }, [...new Set(entries.map((entry) => entry[NODE]))].map((name) => h("option", { value: name })));
+    const choice = h("input", { value: ofNode, placeholder: "/node", "aria-label": "Node", list: uniqueId("logger-nodes"),
+      onchange: () => list() });
+    const nodes = h("datalist", { id: choice.getAttribute("list") },
+      [...new Set(entries.map((entry) => entry[NODE]))].map((name) => h("option", { value: name })));
     const found = h("div", {});
-    replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."), choice, nodes, found, h("button", { onclick: () => { side.hidden = true; } }, "Close"));
+    replace(side, h("h2", {}, "Logger levels"), control ? null : h("p", { class: "key" }, "Start with --control to change levels."),
+      choice, nodes, found, h("button", { onclick: () => { side.hidden = true; } }, "Close"));
     async function list() {
       try {
         const loggers = await context.act("loggers", { name: choice.value });
         replace(found, h("table", {}, loggers.map((logger) => h("tr", {}, h("td", {}, logger.name), h("td", {},
           h("select", { disabled: !control, "aria-label": `Level of ${logger.name}`, onchange: async (event) => {
-            try { await context.act("set_logger_level", { name: choice.value, logger: logger.name, level: event.target.value }); replace(error, ""); } catch (problem) { replace(error, problem.message); list(); }
-          } }, ["debug", "info", "warn", "error", "fatal"].map((level) => h("option", { value: level, selected: level === logger.level.toLowerCase() }, level))))))));
+            try { await context.act("set_logger_level", { name: choice.value, logger: logger.name,
+              level: event.target.value }); replace(error, ""); } catch (problem) { replace(error, problem.message); list(); }
+          } }, ["debug", "info", "warn", "error", "fatal"].map((level) =>
+            h("option", { value: level, selected: level === logger.level.toLowerCase() }, level))))))));
       } catch (problem) {
         replace(found, h("p", { class: "error" }, problem.message));
       }

@@ -8,7 +8,8 @@ const STALE = 3;
 const GRAVITY = [0, 1, 3, 2]; // by level: errors, then stale components, then warnings
 const MOST_PROBLEMS = 200;
 const PROBLEM_COLUMNS = [
-  { title: "Level", text: ({ level }) => h("span", {}, dot(level), LEVELS[level] ?? String(level)), order: ({ level, name }) => `${9 - (GRAVITY[level] ?? 9)} ${name}` },
+  { title: "Level", text: ({ level }) => h("span", {}, dot(level), LEVELS[level] ?? String(level)),
+    order: ({ level, name }) => `${9 - (GRAVITY[level] ?? 9)} ${name}` },
   { title: "Component", kind: "long", text: ({ name }) => name, order: ({ name }) => name },
   { title: "Message", kind: "long", text: ({ message }) => message, order: ({ message }) => message },
 ];
@@ -20,11 +21,13 @@ const DEEPEST = 50; // nodes choose the names; deeper levels are shown as one pa
 export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const counts = h("div", { class: "bar" });
-  const problems = dataTable(PROBLEM_COLUMNS, { label: "Problems", keyOf: ({ name }) => name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_PROBLEMS, sortBy: "Level" });
+  const problems = dataTable(PROBLEM_COLUMNS, { label: "Problems", keyOf: ({ name }) => name,
+    onChoose: (name) => choose(name === selected ? "" : name), most: MOST_PROBLEMS, sortBy: "Level" });
   const worstFirst = h("div", { class: "scroll problems", hidden: true }, problems.element);
   const body = h("div", { class: "scroll params" }, h("ul", { class: "tree" }));
   const about = h("div", {});
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" }, about, h("button", { onclick: () => { choose(""); } }, "Close"));
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Component" }, about,
+    h("button", { onclick: () => { choose(""); } }, "Close"));
   const hint = h("div", { class: "note" });
   view.append(h("div", { class: "column" }, counts, error, hint, worstFirst, body), side);
   let selected = argument;
@@ -35,7 +38,8 @@ export function open(view, argument, context) {
   function draw() {
     const numbers = [0, 0, 0, 0];
     for (const component of components) numbers[component.level] += 1;
-    replace(counts, LEVELS.map((name, level) => h("span", { class: numbers[level] ? `badge diagnostic-${level}` : "badge none" }, `${name}: ${numbers[level]}`)));
+    replace(counts, LEVELS.map((name, level) => h("span", { class: numbers[level] ? `badge diagnostic-${level}` : "badge none" },
+      `${name}: ${numbers[level]}`)));
     const bad = components.filter(({ level }) => level > 0);
     worstFirst.hidden = bad.length === 0;
     problems.show(bad);
@@ -72,7 +76,8 @@ export function open(view, argument, context) {
     return h("ul", { class: "tree" }, [...branch.below].sort(([a], [b]) => a.localeCompare(b)).map(([part, below]) => {
       const own = `${path}/${part}`;
       const label = [dot(worst(below)), below.component
-        ? h("button", { class: "plain", "data-name": below.component.name }, part, h("span", { class: "key" }, ` ${below.component.message}`)) : part];
+        ? h("button", { class: "plain", "data-name": below.component.name }, part,
+          h("span", { class: "key" }, ` ${below.component.message}`)) : part];
       if (!below.below.size) return h("li", { "data-key": part }, label);
       return h("li", { "data-key": `${part}/` }, h("details", { "data-path": own }, h("summary", {}, label), tree(below, own)));
     }));
@@ -92,10 +97,14 @@ export function open(view, argument, context) {
     const component = components.find((each) => each.name === selected);
     side.hidden = !component;
     if (!component) return;
-    morph(about, h("div", {}, h("h2", {}, component.name), h("p", {}, h("span", { class: `badge diagnostic-${component.level}` }, LEVELS[component.level] ?? component.level), ` ${component.message}`),
+    morph(about, h("div", {}, h("h2", {}, component.name), h("p", {},
+      h("span", { class: `badge diagnostic-${component.level}` }, LEVELS[component.level] ?? component.level), ` ${component.message}`),
       h("dl", {}, h("dt", {}, "Hardware"), h("dd", {}, component.hardware || "–"), h("dt", {}, "Age"), h("dd", {}, `${component.age} s`)),
-      h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` }, component.history.map(([when, level]) => h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
-      h("h3", {}, "Values"), h("table", {}, component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value))))));
+      h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` },
+        component.history.map(([when, level]) =>
+          h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
+      h("h3", {}, "Values"), h("table", {},
+        component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value))))));
   }
 
   context.watch("diagnostics", {}, (data) => {

@@ -10,11 +10,13 @@ const COLUMNS = [
   { title: "Member", text: ({ member }) => member, order: ({ key }) => key },
   { title: "Receives from", text: ({ from }) => from || "–", order: ({ from }) => from },
   { title: "State", kind: "long", text: stateText, order: ({ level }) => -level },
-  { title: "Topics", kind: "number", text: ({ values }) => values["topics received"] ?? "–", order: ({ values }) => descending(values["topics received"]) },
+  { title: "Topics", kind: "number", text: ({ values }) => values["topics received"] ?? "–",
+    order: ({ values }) => descending(values["topics received"]) },
   { title: "Messages/s", kind: "number", text: ({ rate }) => rate?.toFixed(1) ?? "–", order: ({ rate }) => descending(rate) },
   { title: "Messages", kind: "number", text: ({ messages }) => messages ?? "–", order: ({ messages }) => descending(messages) },
   ...["dropped", "unsent", "lost", "malformed"].map((name) => (
-    { title: `${name[0].toUpperCase()}${name.slice(1)}`, kind: "number", text: ({ values }) => values[name] ?? "–", order: ({ values }) => descending(values[name]) })),
+    { title: `${name[0].toUpperCase()}${name.slice(1)}`, kind: "number", text: ({ values }) => values[name] ?? "–",
+      order: ({ values }) => descending(values[name]) })),
 ];
 
 // The largest value first.
@@ -22,14 +24,16 @@ const descending = (value) => -(value ?? -1);
 
 function stateText({ level, message, age }) {
   const text = level === STALE ? `no report for ${age.toFixed(0)} s` : message;
-  return h("span", {}, h("span", { class: `dot lettered diagnostic-${level}`, title: NAMES[level] ?? level }, NAMES[level]?.[0] ?? "?"), ` ${text}`);
+  return h("span", {}, h("span", { class: `dot lettered diagnostic-${level}`, title: NAMES[level] ?? level }, NAMES[level]?.[0] ?? "?"),
+    ` ${text}`);
 }
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note" }, "No agent of a fleet reports. An agent runs beside a master: pipros fleet join NAME.");
   const table = dataTable(COLUMNS, { label: "Fleet", keyOf: ({ key }) => key, sortBy: "Member" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("fleet")), error, hint, h("div", { class: "scroll" }, table.element)));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("fleet")), error,
+    hint, h("div", { class: "scroll" }, table.element)));
   let known = new Map(); // by name
 
   function rowOf(key, component, before) {

@@ -21,7 +21,8 @@ export function open(view, argument, context) {
   const counts = h("span", { class: "pale" });
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Selection" });
   const hits = h("span", { class: "pale", role: "status" });
-  const search = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark(), onkeydown: (event) => { if (event.key === "Enter") showHit(); } });
+  const search = h("input", { type: "search", placeholder: "Search (/)", "aria-label": "Search nodes and topics", oninput: () => mark(),
+    onkeydown: (event) => { if (event.key === "Enter") showHit(); } });
   const empty = h("div", { class: "note", hidden: true, role: "status" }, NOTHING);
   const controls = h("span", { class: "options" });
   const toolbar = h("div", { class: "bar" }, controls, search, hits);
@@ -30,7 +31,8 @@ export function open(view, argument, context) {
     h("button", { onclick: () => choose(selected === EVENTS ? "" : EVENTS) }, "Events"),
     canvas.zoomButtons(),
     h("span", { class: "buttons", role: "group", "aria-label": "Save the picture" },
-      FORMATS.map((format) => h("button", { title: `Save as ${format.toUpperCase()}`, onclick: () => save(format) }, format.toUpperCase()))));
+      FORMATS.map((format) => h("button", { title: `Save as ${format.toUpperCase()}`, onclick: () => save(format) },
+        format.toUpperCase()))));
   view.append(h("div", { class: "column graph" }, toolbar, error, empty, h("div", { class: "stage" }, canvas.element, corner)), side);
 
   let names = []; // of all nodes and topics, including hidden ones
@@ -55,7 +57,8 @@ export function open(view, argument, context) {
     label();
     mark();
     empty.hidden = scene.boxes.length > 0;
-    replace(empty, tooMany ? `${tooMany} nodes and topics match, and at most ${most} are drawn. Narrow the filters Nodes and Topics, or show nodes only.` : NOTHING);
+    replace(empty, tooMany ? `${tooMany} nodes and topics match, and at most ${most} are drawn. Narrow the filters Nodes and Topics, or ` +
+      `show nodes only.` : NOTHING);
   }
 
   function update(data) {
@@ -79,7 +82,9 @@ export function open(view, argument, context) {
     const found = canvas.find(search.value);
     const wanted = search.value.trim().toLowerCase();
     const hidden = wanted ? names.filter((name) => name.toLowerCase().includes(wanted)).length - found.length : 0;
-    replace(hits, wanted ? `${found.length} found` : "", hidden > 0 ? [", ", h("button", { class: "plain", title: "Show everything that the options hide", onclick: () => { hideNothing(options); showOptions(); } }, `${hidden} hidden: show`)] : null);
+    replace(hits, wanted ? `${found.length} found` : "", hidden > 0
+      ? [", ", h("button", { class: "plain", title: "Show everything that the options hide",
+        onclick: () => { hideNothing(options); showOptions(); } }, `${hidden} hidden: show`)] : null);
     return found;
   }
 
@@ -146,7 +151,8 @@ export function open(view, argument, context) {
 
   function showGroup(name, close) {
     const members = canvas.vertexOf(selected)?.members ?? [];
-    side.append(panelHead(name, close), h("ul", { class: "tree" }, members.map((member) => h("li", {}, h("a", { href: placeOf("topics", member) }, member)))));
+    side.append(panelHead(name, close), h("ul", { class: "tree" },
+      members.map((member) => h("li", {}, h("a", { href: placeOf("topics", member) }, member)))));
   }
 
   document.addEventListener("keydown", (event) => {

@@ -12,7 +12,9 @@ export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const canvas = h("canvas", { width: 2, height: 2, hidden: true, role: "img", "aria-label": "Image" });
   const hint = h("div", { class: "note" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choice, figures, h("span", { class: "spring" }), h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG")), error, hint, h("div", { class: "scroll picture" }, canvas)));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, choice, figures, h("span", { class: "spring" }),
+    h("button", { onclick: () => canvas.toBlob((blob) => download("image.png", blob)) }, "Save PNG")), error, hint,
+      h("div", { class: "scroll picture" }, canvas)));
   let topic = argument;
   let close = () => {};
 
@@ -30,7 +32,8 @@ export function open(view, argument, context) {
     if (hint.dataset.shown === names.join()) return;
     hint.dataset.shown = names.join();
     replace(hint, names.length ? `${CHOOSE}: there are ${names.length} image topics.` : "There are no image topics.",
-      h("div", { class: "choice" }, names.map((name) => h("button", { onclick: () => { choice.value = name; context.remember(name); look(name); } }, name))));
+      h("div", { class: "choice" }, names.map((name) => h("button",
+        { onclick: () => { choice.value = name; context.remember(name); look(name); } }, name))));
   }
 
   function look(name) {
@@ -60,7 +63,8 @@ export function open(view, argument, context) {
     } catch (problem) {
       fail(`The image cannot be shown: ${problem.message}`);
     }
-    replace(figures, `${head.full?.join(" × ") ?? ""} ${head.encoding ?? head.format}${head.frame ? `, ${head.frame}` : ""} · ${hertz(head.rate)} · ${bandwidth(head.bandwidth)}`);
+    replace(figures, `${head.full?.join(" × ") ?? ""} ${head.encoding ?? head.format}${head.frame ? `, ${head.frame}` : ""} · ` +
+      `${hertz(head.rate)} · ${bandwidth(head.bandwidth)}`);
   }
 
   context.onSource(() => { if (topic) canvas.hidden = true; });

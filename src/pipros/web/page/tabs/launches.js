@@ -26,9 +26,12 @@ function stateText(row) {
 export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note", hidden: true }, NOTHING);
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Launched node", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
-  const table = dataTable(COLUMNS, { label: "Launched nodes", keyOf, onChoose: (key) => choose(key === selected ? "" : key), sortBy: "Node" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("launches"), h("span", { class: "spring" }), table.csvButton("launches")), error, hint,
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Launched node",
+    onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
+  const table = dataTable(COLUMNS, { label: "Launched nodes", keyOf, onChoose: (key) => choose(key === selected ? "" : key),
+    sortBy: "Node" });
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("launches"), h("span", { class: "spring" }),
+    table.csvButton("launches")), error, hint,
     h("div", { class: "scroll" }, table.element)), side);
   let rows = [];
   let selected = "";
@@ -83,15 +86,18 @@ function launchedNode(side, { launch, name, node }, context, onClose) {
     }
   } }, title);
   const stop = button("Stop", "stop_launched");
-  side.append(panelHead(node, onClose), h("p", {}, button("Restart", "restart_launched"), " ", stop, context.control ? "" : " Start with --control to stop and restart nodes."),
+  side.append(panelHead(node, onClose), h("p", {}, button("Restart", "restart_launched"), " ", stop,
+    context.control ? "" : " Start with --control to stop and restart nodes."),
     error, figures, h("h3", {}, "Output"), output);
   const close = context.watch("launch_output", { launch, node: name }, (data) => {
-    morph(output.firstChild, h("div", {}, data.output.length ? data.output.map(([source, text]) => [h("p", { class: "key" }, source), h("pre", { class: "mono whole" }, text)])
+    morph(output.firstChild, h("div", {}, data.output.length
+      ? data.output.map(([source, text]) => [h("p", { class: "key" }, source), h("pre", { class: "mono whole" }, text)])
       : h("span", { class: "key" }, "none; nodes with output=\"screen\" write to the terminal of roslaunch")));
   }, (problem) => replace(error, problem));
   function draw(row) {
     stop.disabled = !context.control || row.state === "stopped" || row.state === "exited";
-    morph(figures.firstChild, h("dl", {}, Object.entries({ State: stateText(row), "Exit code": row.exit_code ?? "–", PID: row.pid, Starts: row.starts, Program: row.program, "Launch file": row.files, roslaunch: launch })
+    morph(figures.firstChild, h("dl", {}, Object.entries({ State: stateText(row), "Exit code": row.exit_code ?? "–", PID: row.pid,
+      Starts: row.starts, Program: row.program, "Launch file": row.files, roslaunch: launch })
       .map(([key, value]) => [h("dt", {}, key), h("dd", {}, value)])));
   }
   return { draw, close };

@@ -7,10 +7,12 @@ import { sections } from "../sections.js";
 import { dataTable } from "../table.js";
 
 const COLUMNS = [
-  { title: "Node", kind: "", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`), title: row.name }, nodeText(row.name)), order: (row) => row.name },
+  { title: "Node", kind: "", text: (row) => h("a", { href: placeOf("graph", `node:${row.name}`), title: row.name }, nodeText(row.name)),
+    order: (row) => row.name },
   { title: "Host", kind: "", text: (row) => row.host || "–", order: (row) => row.host },
   { title: "PID", kind: "number", text: (row) => row.pid ?? "–", order: (row) => row.pid },
-  { title: "Processor", kind: "number", text: (row) => (row.cpu === undefined ? "–" : `${row.cpu.toFixed(1)} %`), order: (row) => descending(row.cpu) },
+  { title: "Processor", kind: "number", text: (row) => (row.cpu === undefined ? "–" : `${row.cpu.toFixed(1)} %`),
+    order: (row) => descending(row.cpu) },
   { title: "Memory", kind: "number", text: (row) => bytes(row.memory), order: (row) => descending(row.memory) },
   { title: "Threads", kind: "number", text: (row) => row.threads ?? "–", order: (row) => descending(row.threads) },
   { title: "Connections", kind: "number", text: (row) => row.connections, order: (row) => descending(row.connections) },
@@ -28,7 +30,8 @@ function stateText(row) {
 export function open(view, argument, context) {
   const error = h("div", { class: "note", hidden: true });
   const table = dataTable(COLUMNS, { label: "Nodes", keyOf: (row) => row.name, sortBy: "Processor" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("nodes"), h("span", { class: "spring" }), table.csvButton("nodes")), error, h("div", { class: "scroll" }, table.element)));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("nodes"), h("span", { class: "spring" }),
+    table.csvButton("nodes")), error, h("div", { class: "scroll" }, table.element)));
   context.watch("processes", {}, (data) => {
     error.hidden = !data.error;
     replace(error, data.error);

@@ -2,7 +2,8 @@
 
 import { mayControl, TABS } from "../app.js";
 import { h, replace } from "../dom.js";
-import { appended, beside, layoutText, leaf, leavesOf, MOST_PANELS, moved, parsedLayout, placesOf, resized, withLeaf, without } from "../panels/layout.js";
+import { appended, beside, layoutText, leaf, leavesOf, MOST_PANELS, moved, parsedLayout, placesOf, resized, withLeaf,
+  without } from "../panels/layout.js";
 import { panel } from "../panels/panel.js";
 import { storedLayouts } from "../panels/stored_layouts.js";
 import { TimeLink } from "../panels/time_link.js";
@@ -25,7 +26,8 @@ export function open(view, argument, context) {
   const isLinked = h("input", { type: "checkbox", checked: true, onchange: () => { times.isOn = isLinked.checked; } });
   const hint = h("div", { class: "note" }, "Add a panel to begin.");
   const stored = storedLayouts(context, () => layoutText(layout), (text) => { if (go(text)) remember(); }, (text) => replace(error, text));
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, adder, h("label", {}, isLinked, "Link time axes"), h("span", { class: "spring" }), stored), error, hint, stage));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, adder, h("label", {}, isLinked, "Link time axes"),
+    h("span", { class: "spring" }), stored), error, hint, stage));
 
   let layout = null;
   let enlarged = null; // id of a leaf
@@ -131,7 +133,9 @@ export function open(view, argument, context) {
   function borderElement({ path, index, direction, box, share, size }) {
     const isRow = direction === "row";
     const move = (percent) => { layout = resized(layout, path, index, percent); };
-    const border = h("div", { class: `border ${direction}`, role: "separator", tabindex: 0, "data-at": [...path, index].join("."), "aria-label": "Border between panels", "aria-orientation": isRow ? "vertical" : "horizontal", "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": Math.round(size), onkeydown: (event) => {
+    const border = h("div", { class: `border ${direction}`, role: "separator", tabindex: 0, "data-at": [...path, index].join("."),
+      "aria-label": "Border between panels", "aria-orientation": isRow ? "vertical" : "horizontal", "aria-valuemin": 0,
+        "aria-valuemax": 100, "aria-valuenow": Math.round(size), onkeydown: (event) => {
       const sign = { [isRow ? "ArrowLeft" : "ArrowUp"]: -1, [isRow ? "ArrowRight" : "ArrowDown"]: 1 }[event.key];
       if (!sign) return;
       event.preventDefault();

@@ -9,13 +9,15 @@ const SHOWN = 80;
 
 export function open(view, argument, context) {
   const { control } = context;
-  const search = h("input", { type: "search", placeholder: "Search", value: argument, "aria-label": "Search parameters", oninput: () => draw() });
+  const search = h("input", { type: "search", placeholder: "Search", value: argument, "aria-label": "Search parameters",
+    oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
   const body = h("div", { class: "scroll params" }, h("div", {}));
   const name = h("input", { placeholder: "/name", "aria-label": "Name", spellcheck: "false" });
   const value = h("input", { placeholder: "value in YAML", "aria-label": "Value", spellcheck: "false", size: 24 });
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("params"), search, h("span", { class: "spring" }),
-    control ? h("form", { class: "choices", onsubmit: async (event) => { event.preventDefault(); await change("set_param", { name: name.value, value: value.value }); } }, name, value, h("button", {}, "Set"),
+    control ? h("form", { class: "choices", onsubmit: async (event) => { event.preventDefault(); await change("set_param",
+      { name: name.value, value: value.value }); } }, name, value, h("button", {}, "Set"),
       h("button", { type: "button", onclick: () => change("delete_param", { name: name.value }) }, "Delete")) : null), error, body));
   let params = {};
   let changed = new Map();
@@ -73,8 +75,10 @@ export function open(view, argument, context) {
       const text = params[below];
       const isLong = text.length > LONG;
       const shown = [h("span", { class: "key" }, `${part}: `), isLong ? null : text];
-      return h("li", { "data-key": part, class: changed.has(below) ? "changed" : "" }, control ? h("button", { class: "plain", title: "Edit", "data-name": below }, shown) : shown,
-        isLong ? h("details", { class: "long-value", "data-value": below }, h("summary", {}, `${text.slice(0, SHOWN)} … ${bytes(text.length)}`), text) : null);
+      return h("li", { "data-key": part, class: changed.has(below) ? "changed" : "" },
+        control ? h("button", { class: "plain", title: "Edit", "data-name": below }, shown) : shown,
+        isLong ? h("details", { class: "long-value", "data-value": below },
+          h("summary", {}, `${text.slice(0, SHOWN)} … ${bytes(text.length)}`), text) : null);
     }));
   }
 

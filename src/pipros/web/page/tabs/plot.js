@@ -10,38 +10,47 @@ import { curveLegend, number } from "../plot/legend.js";
 const LEVELS = { 4: "Warn", 8: "Error", 16: "Fatal" };
 const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros", "ROS time"], ["xy", "first curve (x-y)"]];
 const MOST_OFFERED = 60; // topics
-const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String", "tf2_msgs/TFMessage"]); // without numbers that are worth a curve
+const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String",
+  "tf2_msgs/TFMessage"]); // without numbers that are worth a curve
 const SHORTEST = 1; // seconds of the time axis
 const SPANS = [10, 30, 60, 300, 1800];
 const STEPS = { ArrowLeft: [-0.2, 1], ArrowRight: [0.2, 1], "+": [0, 1 / 1.5], "=": [0, 1 / 1.5], "-": [0, 1.5], 0: [0, 0] };
 const HINT = "Type a topic and a field, such as /battery_topic or /imu/angular_velocity/x:y:z, or an expression over the message m, "
-  + "such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over the curves to zoom, double click to follow again; or use +, -, the arrow keys and 0.";
+  + "such as /cmd_vel=hypot(m.linear.x, m.linear.y). Drag over the curves to zoom, double click to follow again; or use +, -, the arrow " +
+    "keys and 0.";
 
 export function open(view, argument, context) {
   const set = new CurveSet(context, { change: () => { needsDraw = true; }, fields: (curve, fields) => offer(curve, fields) });
-  const input = h("input", { size: 34, placeholder: "/topic/field or /topic/pose/x:y:z", "aria-label": "Topic and field", spellcheck: "false", list: uniqueId("plot-topics") });
+  const input = h("input", { size: 34, placeholder: "/topic/field or /topic/pose/x:y:z", "aria-label": "Topic and field",
+    spellcheck: "false", list: uniqueId("plot-topics") });
   const topics = h("datalist", { id: input.getAttribute("list") });
-  const seconds = h("select", { "aria-label": "Time span", onchange: () => draw() }, SPANS.map((each) => h("option", { value: each, selected: each === 30 }, each < 60 ? `${each} s` : `${each / 60} min`)));
+  const seconds = h("select", { "aria-label": "Time span", onchange: () => draw() },
+    SPANS.map((each) => h("option", { value: each, selected: each === 30 }, each < 60 ? `${each} s` : `${each / 60} min`)));
   const low = h("input", { size: 6, placeholder: "auto", "aria-label": "Lowest value", onchange: () => rebuild() });
   const high = h("input", { size: 6, placeholder: "auto", "aria-label": "Highest value", onchange: () => rebuild() });
-  const axis = h("select", { "aria-label": "X axis", onchange: () => { again(); remember(); } }, AXES.map(([value, text]) => h("option", { value }, text)));
+  const axis = h("select", { "aria-label": "X axis", onchange: () => { again(); remember(); } },
+    AXES.map(([value, text]) => h("option", { value }, text)));
   const hasMarks = h("input", { type: "checkbox", onchange: () => { mark(); remember(); } });
   const isWhole = h("input", { type: "checkbox", onchange: () => again() });
   const whole = h("label", { title: "The curves of the whole bag, not from the last jump on", hidden: true }, isWhole, "Whole bag");
   const pause = h("button", { type: "button", "aria-pressed": "false", onclick: () => setPaused(!isPaused) }, "Pause");
-  const toNewest = h("button", { type: "button", hidden: true, title: "Show the newest samples again", onclick: () => showRange(null, true) }, "Follow");
+  const toNewest = h("button", { type: "button", hidden: true, title: "Show the newest samples again",
+    onclick: () => showRange(null, true) }, "Follow");
   const error = h("div", { class: "error", role: "alert" });
   const legend = curveLegend({
     change: (curve, changes) => { set.change(curve, changes); changed(); },
     remove: (curve) => { set.drop(curve.text); changed(); },
   });
   const offered = h("div", { class: "bar offered", role: "group", "aria-label": "Fields" });
-  const chart = h("div", { class: "chart", tabindex: 0, role: "application", "aria-label": "Curves: the arrow keys move, + and - zoom, 0 follows again", onkeydown: (event) => onKey(event) });
+  const chart = h("div", { class: "chart", tabindex: 0, role: "application",
+    "aria-label": "Curves: the arrow keys move, + and - zoom, 0 follows again", onkeydown: (event) => onKey(event) });
   const choice = h("div", { class: "choice", role: "group", "aria-label": "Topics" });
   const hint = h("div", { class: "note" }, HINT, choice);
   view.append(h("link", { rel: "stylesheet", href: "vendor/uPlot.css" }), h("div", { class: "column" },
-    h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"), pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
-      h("label", {}, "y from", low), h("label", {}, "to", high), h("label", { title: "Warnings and errors of the log as dashed lines" }, hasMarks, "Log entries"), whole,
+    h("form", { class: "bar", onsubmit: (event) => { event.preventDefault(); add(input.value); } }, input, topics, h("button", {}, "Add"),
+      pause, toNewest, h("label", {}, "Show", seconds), h("label", {}, "x", axis),
+      h("label", {}, "y from", low), h("label", {}, "to", high),
+        h("label", { title: "Warnings and errors of the log as dashed lines" }, hasMarks, "Log entries"), whole,
       h("span", { class: "spring" }), h("button", { type: "button", onclick: () => saveCsv() }, "CSV")),
     error, offered, legend.element, hint, chart));
   let plot = null;
@@ -93,7 +102,8 @@ export function open(view, argument, context) {
     set.drop(curve.text);
     changed();
     const addOne = (name) => { add(`${curve.field}${name.startsWith("[") ? "" : "/"}${name}`); replace(offered); };
-    replace(offered, h("span", { class: "key" }, `Numbers of ${curve.field}:`), fields.map((name) => h("button", { onclick: () => addOne(name) }, name)),
+    replace(offered, h("span", { class: "key" }, `Numbers of ${curve.field}:`),
+      fields.map((name) => h("button", { onclick: () => addOne(name) }, name)),
       h("button", { class: "plain", "aria-label": "Close the choice", onclick: () => replace(offered) }, "×"));
   }
 

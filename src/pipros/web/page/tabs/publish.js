@@ -6,9 +6,11 @@ import { yaml } from "./services.js";
 
 export function open(view, argument, context) {
   const { control } = context;
-  const topic = h("input", { placeholder: "/topic", value: argument, "aria-label": "Topic", spellcheck: "false", list: uniqueId("publish-topics"), onchange: () => chosen() });
+  const topic = h("input", { placeholder: "/topic", value: argument, "aria-label": "Topic", spellcheck: "false",
+    list: uniqueId("publish-topics"), onchange: () => chosen() });
   const type = h("input", { placeholder: "std_msgs/String", "aria-label": "Type", spellcheck: "false", onchange: () => defaults() });
-  const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz", title: "0 publishes once" });
+  const rate = h("input", { type: "number", value: 1, min: 0, max: 1000, step: "any", "aria-label": "Rate in hertz",
+    title: "0 publishes once" });
   const message = h("textarea", { rows: 12, class: "mono", "aria-label": "Message in YAML", spellcheck: "false" });
   const topics = h("datalist", { id: topic.getAttribute("list") });
   const error = h("div", { class: "error", role: "alert" });
@@ -16,8 +18,10 @@ export function open(view, argument, context) {
   view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to publish."),
     h("label", {}, "Topic", topic), topics, h("label", {}, "Type", type), h("label", {}, "Rate in Hz", rate), message,
-    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" }, "  With the rate 0, the message is published once, and sent to later subscribers until it is stopped. Closing the page stops all.")),
-    h("p", { class: "key" }, "Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i counts the messages from 0."), list)));
+    h("p", {}, h("button", { disabled: !control, onclick: () => publish() }, "Publish"), h("span", { class: "key" },
+      "  With the rate 0, the message is published once, and sent to later subscribers until it is stopped. Closing the page stops all.")),
+    h("p", { class: "key" }, "Texts that begin with = are expressions: data: =sin(t), where t is the time in seconds and i counts the " +
+      "messages from 0."), list)));
   let known = [];
   context.watch("running_topics", {}, (data) => {
     known = data.topics;

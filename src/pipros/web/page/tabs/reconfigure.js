@@ -10,7 +10,8 @@ export function open(view, argument, context) {
   const list = h("ul", { class: "servers", "aria-label": "Servers" });
   const body = h("div", { class: "scroll settings" });
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, sections("reconfigure"), filter, h("span", { class: "spring" }),
-    h("span", { class: "key" }, control ? "" : "Start with --control to change parameters.")), error, h("div", { class: "split" }, list, body)));
+    h("span", { class: "key" }, control ? "" : "Start with --control to change parameters.")), error,
+      h("div", { class: "split" }, list, body)));
   let servers = [];
   let server = "";
   let close = () => {};
@@ -24,7 +25,8 @@ export function open(view, argument, context) {
   function drawServers() {
     const wanted = filter.value.trim().toLowerCase();
     const shown = servers.filter((name) => name.toLowerCase().includes(wanted));
-    replace(list, shown.length ? shown.map((name) => h("li", {}, h("button", { class: "plain", "aria-current": name === server ? "true" : null, onclick: () => { context.remember(name); select(name); } }, name)))
+    replace(list, shown.length ? shown.map((name) => h("li", {}, h("button",
+      { class: "plain", "aria-current": name === server ? "true" : null, onclick: () => { context.remember(name); select(name); } }, name)))
       : h("li", { class: "key" }, servers.length ? "No server matches." : "No node offers dynamic_reconfigure."));
   }
 
@@ -50,7 +52,8 @@ export function open(view, argument, context) {
   }
 
   function settings(group, onChange) {
-    return h("div", { class: "group" }, group.parameters.map((parameter) => setting(parameter, onChange)), group.groups.map((inner) => below(inner, onChange)));
+    return h("div", { class: "group" }, group.parameters.map((parameter) => setting(parameter, onChange)),
+      group.groups.map((inner) => below(inner, onChange)));
   }
 
   // Groups as in rqt_reconfigure: collapse and hide have a state, apply sends its changes together.
@@ -58,8 +61,10 @@ export function open(view, argument, context) {
     const hasState = group.type === "collapse" || group.type === "hide";
     let held = {};
     const inside = settings(group, group.type === "apply" ? (name, value) => { held[name] = value; } : onChange);
-    if (group.type === "apply") inside.append(h("p", {}, h("button", { disabled: !control, onclick: () => { for (const [name, value] of Object.entries(held)) change(name, value); held = {}; } }, "Apply")));
-    const state = hasState ? h("input", { type: "checkbox", disabled: !control, "aria-label": `State of ${group.name}`, onchange: () => { pending.states[group.name] = state.checked; send(); } }) : null;
+    if (group.type === "apply") inside.append(h("p", {}, h("button", { disabled: !control,
+      onclick: () => { for (const [name, value] of Object.entries(held)) change(name, value); held = {}; } }, "Apply")));
+    const state = hasState ? h("input", { type: "checkbox", disabled: !control, "aria-label": `State of ${group.name}`,
+      onchange: () => { pending.states[group.name] = state.checked; send(); } }) : null;
     const details = h("details", { open: true }, h("summary", {}, group.name.replaceAll("_", " ")), inside);
     groups.set(group.name, { show: (isOn) => {
       if (!state) return;
@@ -78,7 +83,8 @@ export function open(view, argument, context) {
     const edit = (value) => { isEdited = false; onChange(name, value); };
     let parts;
     if (constants.length) {
-      const choice = h("select", { disabled, "aria-label": name, onchange: () => edit(constants[choice.selectedIndex]?.value) }, constants.map((each) => h("option", { title: each.text }, `${each.name} (${each.value})`)));
+      const choice = h("select", { disabled, "aria-label": name, onchange: () => edit(constants[choice.selectedIndex]?.value) },
+        constants.map((each) => h("option", { title: each.text }, `${each.name} (${each.value})`)));
       shown = (value) => {
         choice.selectedIndex = constants.findIndex((each) => each.value === value);
       };
@@ -88,21 +94,27 @@ export function open(view, argument, context) {
       shown = (value) => { box.checked = value; };
       parts = [box];
     } else if (type === "str") {
-      const text = h("input", { disabled, "aria-label": name, spellcheck: "false", oninput: () => { isEdited = true; }, onchange: () => edit(text.value) });
+      const text = h("input", { disabled, "aria-label": name, spellcheck: "false", oninput: () => { isEdited = true; },
+        onchange: () => edit(text.value) });
       shown = (value) => { text.value = value; };
       parts = [text];
     } else {
-      const number = h("input", { class: "numeric", disabled, inputmode: type === "int" ? "numeric" : "decimal", "aria-label": name, oninput: () => { isEdited = true; }, onchange: () => edit(asNumber(number.value)) });
-      const slider = bounds && bounds[1] > bounds[0] ? h("input", { type: "range", disabled, min: bounds[0], max: bounds[1], step: type === "int" ? 1 : "any", "aria-label": `${name}, slider`,
+      const number = h("input", { class: "numeric", disabled, inputmode: type === "int" ? "numeric" : "decimal", "aria-label": name,
+        oninput: () => { isEdited = true; }, onchange: () => edit(asNumber(number.value)) });
+      const slider = bounds && bounds[1] > bounds[0] ? h("input",
+        { type: "range", disabled, min: bounds[0], max: bounds[1], step: type === "int" ? 1 : "any", "aria-label": `${name}, slider`,
         oninput: () => { number.value = rounded(Number(slider.value), type, bounds); edit(Number(number.value)); } }) : null;
       shown = (value) => {
         number.value = value;
         if (slider) slider.value = value;
       };
-      parts = [slider ? h("span", { class: "slide" }, h("span", { class: "bound" }, bounds[0]), slider, h("span", { class: "bound" }, bounds[1])) : null, number];
+      parts = [slider ? h("span", { class: "slide" }, h("span", { class: "bound" }, bounds[0]), slider,
+        h("span", { class: "bound" }, bounds[1])) : null, number];
     }
-    const reset = h("button", { class: "plain reset", disabled, title: `Back to the default: ${parameter.default}`, "aria-label": `Reset ${name} to ${parameter.default}`, onclick: () => onChange(name, parameter.default) }, "↺");
-    const row = h("div", { class: "setting" }, h("span", { class: "label", title: parameter.description }, name), h("span", { class: "control" }, parts), reset, h("span", { class: "about" }, parameter.description));
+    const reset = h("button", { class: "plain reset", disabled, title: `Back to the default: ${parameter.default}`,
+      "aria-label": `Reset ${name} to ${parameter.default}`, onclick: () => onChange(name, parameter.default) }, "↺");
+    const row = h("div", { class: "setting" }, h("span", { class: "label", title: parameter.description }, name),
+      h("span", { class: "control" }, parts), reset, h("span", { class: "about" }, parameter.description));
     controls.set(name, { show: (value) => {
       if (isEdited && row.contains(document.activeElement)) return; // the user is typing
       shown(value);

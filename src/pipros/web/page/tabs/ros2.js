@@ -21,14 +21,16 @@ function rowOf(gateway, key, value, isStale) {
   const [kind, direction, ...name] = key.split(": ");
   const [, rate, dropped, reason = ""] = RATE.exec(value) ?? [];
   const remark = isStale ? STALE : rate === undefined ? value : reason;
-  return { key: `${gateway} ${key}`, gateway, kind, direction, name: name.join(": "), rate: rate && Number(rate), dropped: dropped && Number(dropped), remark };
+  return { key: `${gateway} ${key}`, gateway, kind, direction, name: name.join(": "), rate: rate && Number(rate),
+    dropped: dropped && Number(dropped), remark };
 }
 
 export function open(view, _argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note" }, "No gateway to ROS 2 reports. A gateway runs beside a master: pipros ros2.");
   const table = dataTable(COLUMNS, { label: "ROS 2", keyOf: ({ key }) => key, sortBy: "Name" });
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("ros2")), error, hint, h("div", { class: "scroll" }, table.element)));
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, h("span", { class: "spring" }), table.csvButton("ros2")), error,
+    hint, h("div", { class: "scroll" }, table.element)));
   let known = new Map(); // by the name of the gateway's node
 
   context.watch("diagnostics", {}, (data) => {

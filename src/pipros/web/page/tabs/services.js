@@ -18,10 +18,13 @@ export function open(view, argument, context) {
   const hidesLoggers = h("input", { type: "checkbox", checked: true, onchange: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
   const none = h("div", { class: "note", hidden: true });
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
-  const table = dataTable(COLUMNS, { label: "Services", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name), most: MOST_ROWS, sortBy: "Service" });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service",
+    onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
+  const table = dataTable(COLUMNS, { label: "Services", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name),
+    most: MOST_ROWS, sortBy: "Service" });
   table.element.classList.add("fixed");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"), h("span", { class: "spring" }), table.csvButton("services")), error, none,
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"),
+    h("span", { class: "spring" }), table.csvButton("services")), error, none,
     h("div", { class: "scroll" }, table.element)), side);
   let services = [];
   let selected = "";
@@ -30,7 +33,8 @@ export function open(view, argument, context) {
     const wanted = filter.value.trim().toLowerCase();
     const rows = services.filter(([name]) => name.toLowerCase().includes(wanted) && !(hidesLoggers.checked && LOGGER_SERVICES.test(name)));
     none.hidden = rows.length > 0;
-    replace(none, services.length ? `None of the ${services.length} services is shown: they are hidden or filtered.` : "There are no services.");
+    replace(none, services.length ? `None of the ${services.length} services is shown: they are hidden or filtered.`
+      : "There are no services.");
     table.show(rows);
   }
 
@@ -60,7 +64,8 @@ export function open(view, argument, context) {
     const call = h("button", { disabled: !context.control, onclick: () => send(name, request.value, answer) }, "Call");
     return [
       h("dl", {}, h("dt", {}, "Type"), h("dd", {}, service.type), h("dt", {}, "Arguments"), h("dd", {}, service.arguments || "none")),
-      service.definition ? h("details", { class: "definition" }, h("summary", {}, "Definition"), h("pre", { class: "mono whole" }, service.definition)) : null,
+      service.definition ? h("details", { class: "definition" }, h("summary", {}, "Definition"),
+        h("pre", { class: "mono whole" }, service.definition)) : null,
       h("h3", {}, "Request"), request, h("p", {}, call, context.control ? "" : " Start with --control to call services."), answer,
     ];
   }
@@ -69,7 +74,8 @@ export function open(view, argument, context) {
     replace(answer, "…");
     try {
       const { response, seconds } = await context.act("call_service", { name, request });
-      replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`), copiesValues(h("div", {}, tree(response)), (text) => replace(error, text)));
+      replace(answer, h("h3", {}, `Response after ${milliseconds(seconds)}`),
+        copiesValues(h("div", {}, tree(response)), (text) => replace(error, text)));
     } catch (problem) {
       replace(answer, h("p", { class: "error" }, problem.message));
     }

@@ -15,19 +15,23 @@ const REACH = 0.38; // of the size of the stick: how far its knob goes
 export function open(view, argument, context) {
   const { control } = context;
   const names = h("datalist", { id: uniqueId("velocity-topics") });
-  const topic = h("input", { value: argument || USUAL, list: names.id, "aria-label": "Topic", spellcheck: "false", onchange: () => { setOn(false); context.remember(topic.value); } });
-  const limit = (title, value) => h("input", { type: "number", value, min: 0, step: 0.1, "aria-label": title, onchange: () => { if (isOn) begin(); } });
+  const topic = h("input", { value: argument || USUAL, list: names.id, "aria-label": "Topic", spellcheck: "false",
+    onchange: () => { setOn(false); context.remember(topic.value); } });
+  const limit = (title, value) => h("input", { type: "number", value, min: 0, step: 0.1, "aria-label": title,
+    onchange: () => { if (isOn) begin(); } });
   const [fastest, quickest] = [limit("Highest speed in m/s", 0.5), limit("Highest turn rate in rad/s", 1)];
   const power = h("button", { disabled: !control, "aria-pressed": "false", onclick: () => setOn(!isOn) }, "Start");
   const knob = h("div", { class: "knob" });
-  const stick = h("div", { class: "stick", tabindex: 0, role: "application", "aria-label": "Stick: the arrow keys or W, A, S and D steer, the space bar stops" }, knob);
+  const stick = h("div", { class: "stick", tabindex: 0, role: "application",
+    "aria-label": "Stick: the arrow keys or W, A, S and D steer, the space bar stops" }, knob);
   const figures = h("div", { class: "figures", role: "status" });
   const error = h("div", { class: "error", role: "alert" });
   view.append(h("div", { class: "column" }, error, h("div", { class: "scroll form steering" },
     control ? null : h("p", { class: "note" }, "This page is read-only. Start it with --control to steer."),
     h("label", {}, "Topic", topic), names, h("label", {}, "Speed limit, m/s", fastest), h("label", {}, "Turn limit, rad/s", quickest),
     h("p", {}, power), stick, figures,
-    h("p", { class: "note" }, "Hold the arrow keys or W, A, S, D, or drag the knob. Letting go stops the robot. The server stops it, too, if this page is silent for half a second."))));
+    h("p", { class: "note" }, "Hold the arrow keys or W, A, S, D, or drag the knob. Letting go stops the robot. The server stops it, " +
+      "too, if this page is silent for half a second."))));
   let isOn = false;
   let session = "";
   let stop = () => {};
@@ -79,7 +83,8 @@ export function open(view, argument, context) {
 
   function draw() {
     const { linear, angular } = velocity();
-    replace(figures, `${linear.toFixed(2)} m/s, ${angular.toFixed(2)} rad/s`, isOn && listeners !== null ? `, ${listeners || "no"} subscriber${listeners === 1 ? "" : "s"}` : "");
+    replace(figures, `${linear.toFixed(2)} m/s, ${angular.toFixed(2)} rad/s`,
+      isOn && listeners !== null ? `, ${listeners || "no"} subscriber${listeners === 1 ? "" : "s"}` : "");
   }
 
   async function send() {

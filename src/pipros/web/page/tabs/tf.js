@@ -11,13 +11,15 @@ const COLUMNS = [
   { title: "From", text: (frame) => frame.authority, order: (frame) => frame.authority },
   { title: "Rate", kind: "number", text: (frame) => (frame.static ? "static" : hertz(frame.rate)), order: (frame) => frame.rate },
   { title: "Age", kind: "number", text: (frame) => (frame.static ? "" : `${frame.age.toFixed(1)} s`), order: (frame) => frame.age },
-  { title: "Delay", kind: "number", text: (frame) => (frame.static || frame.delay === null ? "" : milliseconds(frame.delay)), order: (frame) => frame.delay },
+  { title: "Delay", kind: "number", text: (frame) => (frame.static || frame.delay === null ? "" : milliseconds(frame.delay)),
+    order: (frame) => frame.delay },
 ];
 
 export function open(view, argument, context) {
   let selected = argument;
   const canvas = graphCanvas("Tree of frames", (key) => choose(nameOf(key) === selected ? "" : nameOf(key)));
-  const table = dataTable(COLUMNS, { label: "Frames", keyOf: (frame) => frame.frame, onChoose: (name) => choose(name === selected ? "" : name), sortBy: "Frame" });
+  const table = dataTable(COLUMNS, { label: "Frames", keyOf: (frame) => frame.frame,
+    onChoose: (name) => choose(name === selected ? "" : name), sortBy: "Frame" });
   const error = h("div", { class: "error", role: "alert" });
   const hint = h("div", { class: "note" }, "No transform received yet on /tf or /tf_static.");
   const pair = framePair(context, (chosen) => choose(chosen));

@@ -17,7 +17,8 @@ const COLUMNS = [
   { title: "Publishers", kind: "name", text: (topic) => nodes(topic.publishers), order: (topic) => topic.publishers.length },
   { title: "Subscribers", kind: "name", text: (topic) => nodes(topic.subscribers), order: (topic) => topic.subscribers.length },
   { title: "Rate", kind: "number", text: rateText, order: (topic) => topic.measured?.rate ?? topic.rate },
-  { title: "Bandwidth", kind: "number", text: (topic) => (topic.measured ? bandwidth(topic.measured.bandwidth) : ""), order: (topic) => topic.measured?.bandwidth },
+  { title: "Bandwidth", kind: "number", text: (topic) => (topic.measured ? bandwidth(topic.measured.bandwidth) : ""),
+    order: (topic) => topic.measured?.bandwidth },
   { title: "Measure", kind: "number", text: measureButton },
 ];
 
@@ -43,8 +44,10 @@ export function open(view, argument, context) {
   const filter = h("input", { type: "search", placeholder: "Filter", "aria-label": "Filter topics", oninput: () => draw() });
   const error = h("div", { class: "error", role: "alert" });
   const none = h("div", { class: "note", hidden: true }, "There are no topics.");
-  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic", onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
-  const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose, onSort: () => draw(), most: MOST_ROWS, sortBy: "Topic" });
+  const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic",
+    onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
+  const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose, onSort: () => draw(), most: MOST_ROWS,
+    sortBy: "Topic" });
   table.element.classList.add("fixed", "topics");
   table.element.addEventListener("click", (event) => {
     const button = event.target.closest("button.measure");
@@ -56,8 +59,10 @@ export function open(view, argument, context) {
     if (event.target.closest("button.measure")) event.stopPropagation(); // Enter presses the button, and does not select the row
   }, { capture: true });
   const inTree = h("input", { type: "checkbox", onchange: () => draw() });
-  const all = h("button", { title: `Subscribe to the first ${MOST_MEASURED} topics of the list`, onclick: () => measure(chosen.size ? [] : shown().map((topic) => topic.name)) }, "Measure all");
-  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, inTree, "Tree"), all, h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
+  const all = h("button", { title: `Subscribe to the first ${MOST_MEASURED} topics of the list`,
+    onclick: () => measure(chosen.size ? [] : shown().map((topic) => topic.name)) }, "Measure all");
+  view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, inTree, "Tree"), all,
+    h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
   let topics = [];
   let selected = "";
   let chosen = new Set(); // names of the measured topics

@@ -21,7 +21,8 @@ export class Camera extends Image {
     this.target = new THREE.WebGLRenderTarget(1, 1, { samples: 4 });
     const info = infoTopic(topic);
     this.setStatus("Camera Info", "warning", `No CameraInfo received on [${info}]. Topic may not exist.`);
-    this.stops.push(this.scene.subscribe(info, 1, (message) => this.locate(message), (text) => this.setStatus("Camera Info", "error", text)));
+    this.stops.push(this.scene.subscribe(info, 1, (message) => this.locate(message),
+      (text) => this.setStatus("Camera Info", "error", text)));
   }
 
   end() {

@@ -44,7 +44,8 @@ export class Cloud extends Display {
     });
     const style = this.get("Style");
     const size = style === "Points" ? this.get("Size (Pixels)") : this.get("Size (m)");
-    const object = points(style, positions, tints, size, this.get("Alpha"), finite.has("rgba") && transformer === "RGB8", style === "Points" ? 0 : this.sizePerDepth());
+    const object = points(style, positions, tints, size, this.get("Alpha"), finite.has("rgba") && transformer === "RGB8",
+      style === "Points" ? 0 : this.sizePerDepth());
     place(object, pose);
     if (!(this.get("Decay Time") > 0)) {
       clear(this.root);
@@ -100,7 +101,8 @@ export class Cloud extends Display {
   }
 }
 
-const valueText = (name, value) => (name === "rgb" || name === "rgba" ? [value >> 16, value >> 8, value].map((part) => part & 255).join("; ") : String(value));
+const valueText = (name, value) => (name === "rgb" || name === "rgba"
+  ? [value >> 16, value >> 8, value].map((part) => part & 255).join("; ") : String(value));
 
 export class PointCloud2 extends Cloud {
   begin() {
@@ -134,7 +136,8 @@ export class PointCloud2 extends Cloud {
     this.stopListening?.();
     this.limit = limit;
     const fields = fieldsFor(this.get("Color Transformer"), this.get("Channel Name"));
-    this.stopListening = this.scene.context.watch("scene_cloud", { name: this.topic, limit, fields }, (data) => this.take(data), (text) => text && this.setStatus("Topic", "error", text));
+    this.stopListening = this.scene.context.watch("scene_cloud", { name: this.topic, limit, fields }, (data) => this.take(data),
+      (text) => text && this.setStatus("Topic", "error", text));
   }
 
   take(data) {
@@ -162,7 +165,8 @@ export class LaserScan extends Cloud {
     super.begin();
     this.subscribe("Topic", (scan) => {
       const span = BigInt(Math.round(Math.max(0, scan.time_increment * (scan.ranges.length - 1)) * 1e9)) || 0n;
-      if (span > 1000000000n) this.setStatus("Scan Time", "warning", `The laser scan, from time_increment, is ${(Number(span) / 1e9).toFixed(3)} s long, which is longer than a second.`);
+      if (span > 1000000000n) this.setStatus("Scan Time", "warning",
+        `The laser scan, from time_increment, is ${(Number(span) / 1e9).toFixed(3)} s long, which is longer than a second.`);
       this.whenPlaced(scan, (message, pose) => this.project(message, pose, span), (message) => message.header.stamp + span);
     });
   }

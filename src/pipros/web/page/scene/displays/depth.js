@@ -112,7 +112,8 @@ function colourReader(image, width, height) {
   if (!channels) throw new Error(`The color image has the encoding [${image.encoding}], not one of ${Object.keys(CHANNELS).join(", ")}`);
   if (image.width !== width || image.height !== height) throw new Error("The depth map and the color image differ in size");
   const [r, g, b, size] = channels;
-  if (image.step < width * size || image.data.length < image.step * height) throw new Error("The color image has fewer bytes than its size says");
+  if (image.step < width * size || image.data.length < image.step * height)
+    throw new Error("The color image has fewer bytes than its size says");
   return (row, column) => {
     const at = row * image.step + column * size;
     return (image.data[at + r] << 16) | (image.data[at + g] << 8) | image.data[at + b];

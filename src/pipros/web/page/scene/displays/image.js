@@ -19,7 +19,8 @@ export class Image extends Display {
     this.figure = h("figure", {}, this.canvas, h("figcaption", {}, this.name));
     this.scene.images?.append(this.figure);
     this.setStatus("Topic", "ok", "OK");
-    this.stops.push(this.scene.context.watch("image", { name }, (data) => this.show(data), (text) => text && this.setStatus("Image", "error", text)));
+    this.stops.push(this.scene.context.watch("image", { name }, (data) => this.show(data),
+      (text) => text && this.setStatus("Image", "error", text)));
   }
 
   end() {

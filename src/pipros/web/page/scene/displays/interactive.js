@@ -42,7 +42,8 @@ export class InteractiveMarkers extends Markers {
       resubscribe: () => this.listenForStates(),
     });
     this.setStatus("General", "ok", "Waiting for messages.");
-    this.stops.push(this.scene.subscribe(topic, QUEUE, (update) => this.client.update(update, performance.now()), (text) => this.setStatus("Topic", "error", text)));
+    this.stops.push(this.scene.subscribe(topic, QUEUE, (update) => this.client.update(update, performance.now()),
+      (text) => this.setStatus("Topic", "error", text)));
     this.listenForStates();
     if (this.canAct) this.send(null);
   }
@@ -55,7 +56,8 @@ export class InteractiveMarkers extends Markers {
 
   listenForStates() {
     this.stopStates?.();
-    this.stopStates = this.scene.subscribe(`${this.base}/update_full`, QUEUE, (state) => this.client.initialize(state, performance.now()), (text) => this.setStatus("Topic", "error", text));
+    this.stopStates = this.scene.subscribe(`${this.base}/update_full`, QUEUE, (state) => this.client.initialize(state, performance.now()),
+      (text) => this.setStatus("Topic", "error", text));
   }
 
   end() {
@@ -309,6 +311,7 @@ export class InteractiveMarkers extends Markers {
   }
 
   send(feedback) {
-    this.scene.context.act("scene_feedback", { name: `${this.base}/feedback`, feedback }).catch((problem) => this.setStatus("Feedback", "error", problem.message));
+    this.scene.context.act("scene_feedback", { name: `${this.base}/feedback`, feedback }).catch((problem) =>
+      this.setStatus("Feedback", "error", problem.message));
   }
 }

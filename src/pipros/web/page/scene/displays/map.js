@@ -42,10 +42,13 @@ export class MapDisplay extends Display {
     clear(this.root);
     this.map = null;
     if (!width || !height) return this.setStatus("Map", "error", `Map is zero-sized (${width}x${height})`);
-    if (message.data.length !== width * height) return this.setStatus("Map", "error", `Data size doesn't match width*height: width = ${width}, height = ${height}, data size = ${message.data.length}`);
+    if (message.data.length !== width * height) return this.setStatus("Map", "error",
+      `Data size doesn't match width*height: width = ${width}, height = ${height}, data size = ${message.data.length}`);
     const most = this.scene.renderer.capabilities.maxTextureSize;
-    if (width > most || height > most) return this.setStatus("Map", "error", `The map is larger than ${most} cells, the limit of this browser's graphics card`);
-    if (![...poseOf(origin), resolution].every(Number.isFinite)) return this.setStatus("Map", "error", "Message contained invalid floating point values (nans or infs)");
+    if (width > most || height > most) return this.setStatus("Map", "error",
+      `The map is larger than ${most} cells, the limit of this browser's graphics card`);
+    if (![...poseOf(origin), resolution].every(Number.isFinite))
+      return this.setStatus("Map", "error", "Message contained invalid floating point values (nans or infs)");
     this.setStatus("Message", "ok", "Map received");
     this.setStatus("Map", "ok", "Map OK");
     const cells = new Uint8Array(message.data.buffer, message.data.byteOffset, message.data.length);

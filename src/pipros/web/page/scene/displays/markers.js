@@ -46,7 +46,8 @@ export class Markers extends Display {
     if (warning) this.setStatus(key, "warning", warning);
     else this.dropStatus(key);
     const before = this.shown.get(key)?.sender;
-    if (before && this.sender && before !== this.sender) this.setStatus("Id clash", "warning", `[${key}] is sent by [${before}] and by [${this.sender}], which overwrite each other.`);
+    if (before && this.sender && before !== this.sender) this.setStatus("Id clash", "warning",
+      `[${key}] is sent by [${before}] and by [${this.sender}], which overwrite each other.`);
     if (!this.shown.has(key) && this.shown.size >= MOST_MARKERS) {
       this.setStatus("Markers", "error", `More than ${MOST_MARKERS} markers are not shown.`);
       return;
@@ -160,7 +161,8 @@ export class Marker extends Markers {
     this.subscribe("Marker Topic", (marker) => this.take(marker), { isCounted: false });
     const topic = this.scene.topicName(this.get("Marker Topic"));
     if (!topic) return;
-    this.stops.push(this.scene.subscribe(`${topic}_array`, this.queueSize(), ({ markers }) => markers.forEach((marker) => this.take(marker))));
+    this.stops.push(this.scene.subscribe(`${topic}_array`, this.queueSize(),
+      ({ markers }) => markers.forEach((marker) => this.take(marker))));
   }
 }
 

@@ -26,7 +26,8 @@ export class Placed extends Display {
     const holder = new THREE.Group();
     place(holder, pose);
     holder.add(object);
-    holder.userData.texts = [["Frame", message.header.frame_id], ...poseTexts(composed(pose, [...object.position.toArray(), ...object.quaternion.toArray()]))];
+    holder.userData.texts = [["Frame", message.header.frame_id],
+      ...poseTexts(composed(pose, [...object.position.toArray(), ...object.quaternion.toArray()]))];
     this.root.add(holder);
     const most = this.most || MOST_POSES;
     while (this.root.children.length > most) {
@@ -53,7 +54,8 @@ export class Placed extends Display {
 
   // Warns if a pose has no rotation.
   noteRotations(poses) {
-    if (poses.some((pose) => pose.slice(3).every((part) => part === 0))) this.setStatus("Message", "warning", "Uninitialized quaternion, assuming identity.");
+    if (poses.some((pose) => pose.slice(3).every((part) => part === 0)))
+      this.setStatus("Message", "warning", "Uninitialized quaternion, assuming identity.");
     else this.dropStatus("Message");
   }
 
@@ -61,7 +63,8 @@ export class Placed extends Display {
   poseShape(prefix = []) {
     const get = (name) => this.get(...prefix, name);
     const kind = this.get("Shape");
-    if (kind === "Axes") return axes(get("Axes Length"), get("Axes Radius"), this.properties.find([...prefix, "Alpha"])[0] ? get("Alpha") : 1);
+    if (kind === "Axes") return axes(get("Axes Length"), get("Axes Radius"),
+      this.properties.find([...prefix, "Alpha"])[0] ? get("Alpha") : 1);
     return arrow(get("Shaft Length"), get("Shaft Radius"), get("Head Length"), get("Head Radius"), lit(get("Color"), get("Alpha")));
   }
 }
@@ -77,12 +80,14 @@ export class Path extends Placed {
     const strip = message.poses.flatMap(({ pose: { position } }) => [position.x, position.y, position.z]);
     if (!strip.every(Number.isFinite)) return this.refuse();
     const [rgb, alpha] = [this.get("Color"), this.get("Alpha")];
-    if (this.get("Line Style") === "Billboards") group.add(wideLines(segments(strip), this.get("Line Width"), [...rgb.map((part) => part / 255), alpha], alpha < 0.9998));
+    if (this.get("Line Style") === "Billboards")
+      group.add(wideLines(segments(strip), this.get("Line Width"), [...rgb.map((part) => part / 255), alpha], alpha < 0.9998));
     else group.add(thinLines(strip, rgb, 1, { isStrip: true }));
     const style = this.get("Pose Style");
     if (style === "None") return group;
     for (const { pose } of message.poses.slice(0, MOST_POSES)) {
-      const shape = style === "Axes" ? axes(this.get("Length"), this.get("Radius")) : arrow(this.get("Shaft Length"), this.get("Shaft Diameter"), this.get("Head Length"), this.get("Head Diameter"), lit(this.get("Pose Color")));
+      const shape = style === "Axes" ? axes(this.get("Length"), this.get("Radius")) : arrow(this.get("Shaft Length"),
+        this.get("Shaft Diameter"), this.get("Head Length"), this.get("Head Diameter"), lit(this.get("Pose Color")));
       place(shape, normalized(poseOf(pose)));
       group.add(shape);
     }
@@ -168,7 +173,8 @@ export class PoseArray extends Placed {
     const group = new THREE.Group();
     const material = lit(rgb, alpha);
     for (const pose of own) {
-      const shape = kind === "Axes" ? axes(this.get("Axes Length"), this.get("Axes Radius"), alpha) : arrow(this.get("Shaft Length"), this.get("Shaft Radius"), this.get("Head Length"), this.get("Head Radius"), material);
+      const shape = kind === "Axes" ? axes(this.get("Axes Length"), this.get("Axes Radius"), alpha)
+        : arrow(this.get("Shaft Length"), this.get("Shaft Radius"), this.get("Head Length"), this.get("Head Radius"), material);
       place(shape, normalized(pose));
       group.add(shape);
     }
@@ -207,7 +213,8 @@ export class PointStamped extends Placed {
 export class GridCells extends Placed {
   draw({ cells, cell_width: width, cell_height: height }) {
     if (width === 0 || height === 0) {
-      this.setStatus("Topic", "error", width ? "Cell height is zero, cells will be invisible." : "Cell width is zero, cells will be invisible.");
+      this.setStatus("Topic", "error", width ? "Cell height is zero, cells will be invisible."
+        : "Cell width is zero, cells will be invisible.");
       return null;
     }
     if (![width, height, ...cells.map(({ x, y, z }) => x + y + z)].every(Number.isFinite)) return this.refuse();

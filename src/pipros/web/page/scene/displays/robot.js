@@ -12,7 +12,8 @@ export class RobotModel extends Display {
   begin() {
     this.links = new Map(); // name to {group, visuals, collisions, hasPose}
     const name = this.get("Robot Description");
-    this.stops.push(this.scene.context.watch("scene_robot", { name }, (data) => this.show(data), (text) => text && this.setStatus("URDF", "error", text)));
+    this.stops.push(this.scene.context.watch("scene_robot", { name }, (data) => this.show(data),
+      (text) => text && this.setStatus("URDF", "error", text)));
   }
 
   // A robot does not change when time jumps.
@@ -38,7 +39,8 @@ export class RobotModel extends Display {
   }
 
   selectables() {
-    return [...this.links ?? []].map(([name, { group }]) => ({ label: `Link ${name}`, object: group, describe: () => poseTexts([...group.position.toArray(), ...group.quaternion.toArray()]) }));
+    return [...this.links ?? []].map(([name, { group }]) =>
+      ({ label: `Link ${name}`, object: group, describe: () => poseTexts([...group.position.toArray(), ...group.quaternion.toArray()]) }));
   }
 
   switchPart(name, isShown) {
@@ -90,7 +92,8 @@ export class RobotModel extends Display {
     const size = shape.size.map((value) => value || 1e-9);
     if (shape.kind !== "mesh") {
       const mesh = new THREE.Mesh({ box: BOX, sphere: SPHERE, cylinder: CYLINDER }[shape.kind], made());
-      mesh.scale.set(...(shape.kind === "box" ? size : shape.kind === "sphere" ? size.map((radius) => 2 * radius) : [2 * size[0], 2 * size[1], size[2]]));
+      mesh.scale.set(...(shape.kind === "box" ? size : shape.kind === "sphere" ? size.map((radius) => 2 * radius)
+        : [2 * size[0], 2 * size[1], size[2]]));
       holder.add(mesh);
       return;
     }
@@ -146,7 +149,8 @@ export class RobotModel extends Display {
       if (entry.hasPose !== hasPose) {
         entry.hasPose = hasPose;
         this.paint(entry);
-        this.setStatus(name, hasPose ? "ok" : "error", hasPose ? "Transform OK" : `No transform from [${frame}] to [${this.scene.fixedFrame}]`);
+        this.setStatus(name, hasPose ? "ok" : "error", hasPose ? "Transform OK"
+          : `No transform from [${frame}] to [${this.scene.fixedFrame}]`);
       }
       entry.group.visible = entry.isShown !== false;
     }

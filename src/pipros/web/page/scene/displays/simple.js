@@ -15,7 +15,8 @@ export class Grid extends Display {
     const points = gridPoints(count, layers, size);
     const [rgb, alpha] = [this.get("Color"), this.get("Alpha")];
     const isWide = this.get("Line Style") === "Billboards";
-    const lines = isWide ? wideLines(points, this.get("Line Style", "Line Width"), [...rgb.map((part) => part / 255), alpha], alpha < OPAQUE) : thinLines(points, rgb, alpha);
+    const lines = isWide ? wideLines(points, this.get("Line Style", "Line Width"), [...rgb.map((part) => part / 255), alpha],
+      alpha < OPAQUE) : thinLines(points, rgb, alpha);
     // The lines are made in the plane XY.
     const plane = this.get("Plane");
     if (plane === "XZ") lines.quaternion.setFromAxisAngle(new THREE.Vector3(1, 0, 0), -Math.PI / 2);

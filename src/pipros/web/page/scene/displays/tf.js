@@ -22,7 +22,9 @@ export class Tf extends Display {
   }
 
   selectables() {
-    return [...this.drawn ?? []].map(([name, { group }]) => ({ label: `Frame ${name}`, object: group, describe: () => [["Parent", this.scene.frames.parent(name) ?? ""], ...poseTexts([...group.position.toArray(), ...group.quaternion.toArray()])] }));
+    return [...this.drawn ?? []].map(([name, { group }]) =>
+      ({ label: `Frame ${name}`, object: group, describe: () =>
+        [["Parent", this.scene.frames.parent(name) ?? ""], ...poseTexts([...group.position.toArray(), ...group.quaternion.toArray()])] }));
   }
 
   isShown(name) {
