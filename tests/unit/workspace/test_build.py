@@ -272,3 +272,10 @@ def test_install_copies_what_is_to_be_installed(workspace: Workspace) -> None:
     } <= made
     assert (install / "lib/talkers/talk.py").stat().st_mode & 0o111
     assert (install / ".catkin").read_text() == ""
+
+
+def test_a_missing_cmake_is_reported_once(workspace: Workspace) -> None:
+    workspace.add("native", "add_executable(program main.cpp)")
+    result = workspace.build()
+    assert "compiles [program], but cmake" in result.errors[0]  # which catkin_make lists at its end
+    assert "cmake is not in PATH" not in workspace.output
