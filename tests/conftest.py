@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import bridge_clients, browser, dds_peers, npm, outcomes, pyright, quick
+from tests.support import bridge_clients, browser, dds_peers, npm, outcomes, pyright, quick, ros2_oracles
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
@@ -31,6 +31,7 @@ _INTEROP = Path(__file__).parent / "interop"
 _BROWSER = Path(__file__).parent / "browser"
 _ROSBRIDGE_CLIENTS = Path(__file__).parent / "clients" / "test_rosbridge_clients.py"
 _DDS = Path(__file__).parent / "dds"
+_GENUINE_ROS2 = _INTEROP / "test_gateway_with_genuine_ros2.py"
 _PYODIDE = Path(__file__).parent / "pyodide"
 _FOXGLOVE_CLIENT = Path(__file__).parent / "clients" / "test_foxglove_client.py"
 
@@ -65,6 +66,9 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     )
     is_left_out = is_left_out or (
         collection_path.is_relative_to(_DDS) and not is_required() and dds_peers.missing()
+    )
+    is_left_out = is_left_out or (
+        collection_path == _GENUINE_ROS2 and not is_required() and ros2_oracles.missing()
     )
     has_npm = is_required() or npm.is_installed()
     return True if is_left_out or (collection_path.is_relative_to(_PYODIDE) and not has_npm) else None
@@ -118,6 +122,11 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         lines += [
             f"tests/dds: Fast DDS and Cyclone DDS are not tried; this machine lacks: {' '.join(lacking)}",
             f"to have them on Debian 12, as root: {dds_peers.INSTALL}",
+        ]
+    if lacking := ros2_oracles.missing():
+        lines += [
+            f"tests/interop: genuine ROS 2 is not tried; this machine lacks: {' '.join(lacking)}",
+            f"to have the packages on Debian 12, as root: {ros2_oracles.INSTALL}",
         ]
     if shutil.which("systemd-analyze") is None:
         lines += [

@@ -103,7 +103,7 @@ def gateway(master_uri: str) -> Iterator[Node]:
 
 def test_results_of_replaced_goals_do_not_count_towards_the_limit(node: Node, gateway: Node) -> None:
     engine: Any = Engine()
-    action = ActionToRos1(gateway, engine, "/fibonacci", PAIR, "id")
+    action = ActionToRos1(gateway, engine, "/fibonacci", [PAIR], "id")
     results = node.advertise("/fibonacci/result", PAIR.result)
     wait_until(lambda: results.connection_count, what="the gateway")
 

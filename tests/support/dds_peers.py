@@ -80,17 +80,22 @@ def cyclone_peer() -> Path:
     return folder / "cyclone_peer"
 
 
+def enable_multicast(network: LoneNetwork) -> None:
+    """Let the programs in a network without other machines find each other by multicast."""
+    for words in (
+        ("ip", "link", "set", "lo", "multicast", "on"),
+        ("ip", "route", "add", "224.0.0.0/4", "dev", "lo"),
+    ):
+        subprocess.run(network.command(*words), check=True)
+
+
 class Peers:
     """Starts peers of all kinds, and other programs, in a separate network."""
 
     def __init__(self, processes: Processes) -> None:
         self._processes = processes
         self._network = LoneNetwork("127.0.0.1 localhost\n")
-        for words in (
-            ("ip", "link", "set", "lo", "multicast", "on"),
-            ("ip", "route", "add", "224.0.0.0/4", "dev", "lo"),
-        ):
-            subprocess.run(self._network.command(*words), check=True)
+        enable_multicast(self._network)
 
     def start(self, kind: str, mode: str, name: str, *words: object) -> Process:
         """Start a peer.

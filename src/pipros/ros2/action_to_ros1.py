@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
@@ -49,39 +50,57 @@ _QUEUE: Final = 100
 
 @dataclass(slots=True)
 class _Goal:
-    """A goal for the server. `id` is its ID in ROS 1; `status` is None until the server has reported it."""
+    """A goal for the server.
+
+    Attributes:
+        id: its ID in ROS 1.
+        status: None until the server has reported it.
+        results: the `get_result` reply for each type of the action, or empty.
+    """
 
     id: str
     key: bytes
     stamp_ns: int
     status: Ros2Status | None = None
     is_rejected: bool = False
-    result: bytes = b""
+    results: tuple[bytes, ...] = ()
     ended_s: float = 0.0
 
     @property
     def has_ended(self) -> bool:
         return self.ended_s > 0
 
+    @property
+    def result_bytes(self) -> int:
+        return sum(map(len, self.results))
+
 
 class ActionToRos1:
     """Offers a ROS 1 action in ROS 2, so that ROS 2 nodes can send goals to it. Thread-safe.
+
+    If several ROS 2 types correspond to the action, it is offered under each. They share the service that
+    cancels goals and the topic with their statuses, whose types are the same for all actions.
 
     Attributes:
         counts: the goals received from ROS 2, and the failures (goals that did not reach the server, and
             results, feedback and statuses that could not be forwarded).
     """
 
-    def __init__(self, node: Node, engine: Ros2Engine, name: str, pair: ActionPair, identity: str) -> None:
+    def __init__(
+        self, node: Node, engine: Ros2Engine, name: str, pairs: Sequence[ActionPair], identity: str
+    ) -> None:
         """Offer the ROS 1 action in ROS 2. Blocks until the master answers.
+
+        Args:
+            pairs: at least one, all with the same ROS 1 type.
 
         Raises:
             PiprosError: the engine is closed, the name is not legal in ROS 2, or the node already uses one of
                 the action's topics with another type.
         """
         self.counts = Counts()
-        self.pair = pair
-        self.types = pair.plan.ros1_type, pair.plan.ros2_type
+        self._pairs = pairs
+        self.types = pairs[0].plan.ros1_type, ", ".join(each.plan.ros2_type for each in pairs)
         self._node = node
         self._name = name
         self._changed = threading.Condition()
@@ -95,7 +114,8 @@ class ActionToRos1:
             self._ends = stack.pop_all()
 
     def _connect(self, stack: ExitStack, engine: Ros2Engine, headers: dict[str, str]) -> None:
-        node, pair, hashes, names = self._node, self.pair, self.pair.hashes, action_names(self._name)
+        node, pair, names = self._node, self._pairs[0], action_names(self._name)
+        hashes = pair.hashes
 
         def publisher(part: str, message_class: Any) -> Any:
             made = node.endpoints.advertise(
@@ -109,10 +129,11 @@ class ActionToRos1:
         latched = TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1)
         self._status_out = engine.announce(names.status, pair.status, hashes.status, latched)
         stack.callback(self._status_out.close)
-        self._feedback_out = engine.announce(
-            names.feedback, pair.feedback_message, hashes.feedback, TopicQos()
-        )
-        stack.callback(self._feedback_out.close)
+        self._feedback_out = []
+        for each in self._pairs:
+            out = engine.announce(names.feedback, each.feedback_message, each.hashes.feedback, TopicQos())
+            stack.callback(out.close)
+            self._feedback_out.append(out)
         self._subscribers = []
         for part, message_class, on_message in (
             ("result", pair.result, self._on_result),
@@ -122,12 +143,22 @@ class ActionToRos1:
             subscriber = node.subscribe(f"{self._name}/{part}", message_class, on_message, queue_size=_QUEUE)
             stack.callback(subscriber.unregister)
             self._subscribers.append(subscriber)
-        for service, kind, type_hash, answer, parts in (
-            (names.cancel_goal, pair.cancel_goal, hashes.cancel_goal, self._cancel, hashes.cancel_goal_parts),
-            (names.get_result, pair.get_result, hashes.get_result, self._get_result, hashes.get_result_parts),
-            (names.send_goal, pair.send_goal, hashes.send_goal, self._send_goal, hashes.send_goal_parts),
-        ):
+
+        def serve(
+            service: str, kind: str, type_hash: str, answer: Callable[[bytes], bytes], parts: tuple[str, str]
+        ) -> None:
             stack.callback(engine.serve(service, kind, type_hash, answer, PartHashes(*parts)).close)
+
+        cancel_parts = hashes.cancel_goal_parts
+        serve(names.cancel_goal, pair.cancel_goal, hashes.cancel_goal, self._cancel, cancel_parts)
+        for index, each in enumerate(self._pairs):
+            of = each.hashes
+            result = partial(self._get_result, index)
+            serve(names.get_result, each.get_result, of.get_result, result, of.get_result_parts)
+        for each in self._pairs:
+            of = each.hashes
+            goal = partial(self._send_goal, each)
+            serve(names.send_goal, each.send_goal, of.send_goal, goal, of.send_goal_parts)
 
     def update(self) -> None:
         """Remove goals that ended more than `KEPT_S` ago."""
@@ -144,10 +175,10 @@ class ActionToRos1:
 
     # -- from ROS 2, in the engine's threads -----------------------------------------------------
 
-    def _send_goal(self, request: bytes) -> bytes:
+    def _send_goal(self, pair: ActionPair, request: bytes) -> bytes:
         key, cdr = split_id(request)
         goal = _Goal(id_in_ros1(key), key, self._node.clock.now_ns())
-        message = self.pair.goal(goal=self.pair.goal_to_ros1(cdr))
+        message = pair.goal(goal=pair.goal_to_ros1(cdr))
         stamp = Time(goal.stamp_ns // 1_000_000_000, goal.stamp_ns % 1_000_000_000)
         message.header.stamp = stamp
         message.goal_id = self._goal_id(stamp, goal.id)
@@ -177,22 +208,24 @@ class ActionToRos1:
         """Whether the ROS 1 server is connected in both directions."""
         return all(each.connection_count for each in (self._goal_out, self._cancel_out, *self._subscribers))
 
-    def _get_result(self, request: bytes) -> bytes:
-        """Wait until a goal ends, and return its result."""
+    def _get_result(self, index: int, request: bytes) -> bytes:
+        """Wait until a goal ends, and return its result in the type of a pair."""
+        pair = self._pairs[index]
         key, _ = split_id(request)
         with self._changed:
             goal = self._goals.find(id_in_ros1(key))
         if goal is None:
-            return self.pair.result_to_cdr(Ros2Status.UNKNOWN)
+            return pair.result_to_cdr(Ros2Status.UNKNOWN)
 
         def is_complete() -> bool:
             is_late = time.monotonic() - goal.ended_s > _LATE_RESULT_S
-            return goal.has_ended and (bool(goal.result) or is_late)
+            return goal.has_ended and (bool(goal.results) or is_late)
 
         while not self._wait(is_complete, time.monotonic() + KEPT_S):
             if self._is_closed:
                 raise PiprosError(f"the action {self._name} was closed")
-        return goal.result or self.pair.result_to_cdr(goal.status or Ros2Status.ABORTED)
+        results = goal.results
+        return results[index] if results else pair.result_to_cdr(goal.status or Ros2Status.ABORTED)
 
     def _cancel(self, request: bytes) -> bytes:
         info = parse_cancel_request(request)
@@ -242,32 +275,34 @@ class ActionToRos1:
             if goal is None:
                 return
             self._set_status(goal, message.status.status)
-            if goal.status is not None and not goal.result:
-                goal.result = self._result_of(goal.status, message.result)
+            if goal.status is not None and not goal.results:
+                status = goal.status
+                goal.results = tuple(self._result_of(each, status, message.result) for each in self._pairs)
                 self._limit_results()
             self._notify(before)
 
     def _limit_results(self) -> None:
         """Remove the oldest goals with results until the remaining results are within the limit."""
-        excess = sum(len(goal.result) for goal in self._goals) - self._node.limits.ros2_history_bytes
+        excess = sum(goal.result_bytes for goal in self._goals) - self._node.limits.ros2_history_bytes
         for goal in self._goals:
             if excess <= 0:
                 return
-            if goal.result:
-                excess -= len(goal.result)
+            if goal.results:
+                excess -= goal.result_bytes
                 self._forget(goal)
 
-    def _result_of(self, status: Ros2Status, result: Any) -> bytes:
+    def _result_of(self, pair: ActionPair, status: Ros2Status, result: Any) -> bytes:
         try:
-            return self.pair.result_to_cdr(status, result)
+            return pair.result_to_cdr(status, result)
         except (PiprosError, ValueError) as error:
             self.counts.fail(f"{self._name}: a result was dropped: {error}")
-            return self.pair.result_to_cdr(Ros2Status.ABORTED)
+            return pair.result_to_cdr(Ros2Status.ABORTED)
 
     def _on_feedback(self, message: Any) -> None:
+        key = id_in_ros2(message.status.goal_id.id)
         try:
-            cdr = self.pair.feedback_to_cdr(message.feedback)
-            self._feedback_out.publish(with_id(id_in_ros2(message.status.goal_id.id), cdr))
+            for pair, out in zip(self._pairs, self._feedback_out, strict=True):
+                out.publish(with_id(key, pair.feedback_to_cdr(message.feedback)))
         except (PiprosError, ValueError) as error:
             self.counts.fail(f"{self._name}: feedback was dropped: {error}")
 

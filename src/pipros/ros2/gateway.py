@@ -281,8 +281,8 @@ class Gateway:
 
     def _action_of_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, action_names(name).send_goal)
-        pair = self._pairs.of_action(graph.actions[name])
-        return pair, lambda: ActionToRos1(self._node, self._engine, name, pair, self.identity)
+        pairs = self._pairs.all_of_action(graph.actions[name])
+        return pairs, lambda: ActionToRos1(self._node, self._engine, name, pairs, self.identity)
 
     def _action_of_ros2(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.actions:

@@ -19,12 +19,17 @@ from pipros.ros2.gateway import Gateway, new_identity
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.graph_info import GidBytes
 from pipros.ros2.rtps.ros2_engine import RtpsEngine
+from pipros.ros2.rtps.unseen import hint_for
 from pipros.ros2.rules import GatewayRules
 from pipros.ros2.type_pairs import TypePairs
 from pipros.ros2.zenoh.engine import ZenohEngine
 
 _ENDING_S: Final = 0.3
 """Maximum time by which the node, the gateway and the engine can delay the end of the process."""
+
+
+HINT_S: Final = 10.0
+"""Time after which a gateway that has found no participant says what may be the reason."""
 
 
 class AlreadyRunning(PiprosError):
@@ -101,6 +106,8 @@ def _run(node: Node, options: GatewayOptions, over: OnceEvent, failures: list[Pi
             ends.append(gateway.close)
             gateway.start()
             print(_announcement(options), flush=True)
+            if not over.wait(HINT_S) and (hint := _hint(engine, options.discovery)) is not None:
+                print(f"pipros ros2: {hint}", file=sys.stderr, flush=True)
             over.wait()
             for end in reversed(ends):
                 end()
@@ -115,6 +122,11 @@ def _run(node: Node, options: GatewayOptions, over: OnceEvent, failures: list[Pi
 def _announcement(options: GatewayOptions) -> str:
     where = ", ".join(options.routers) if options.routers else f"range {options.discovery.range.value}"
     return f"pipros ros2: connected to domain {options.discovery.domain} ({where})"
+
+
+def _hint(engine: Ros2Engine, discovery: Discovery) -> str | None:
+    """Return a hint if an engine for DDS has found no other participant."""
+    return hint_for(discovery) if isinstance(engine, RtpsEngine) and not engine.has_peers else None
 
 
 def _check_name(node: Node) -> None:

@@ -167,6 +167,11 @@ class TypePairs:
                 self._actions[key] = ActionPair(plan, hashes)
             return self._actions[key]
 
+    def all_of_action(self, ros1_type: str) -> tuple[ActionPair, ...]:
+        """Return the pairs for all ROS 2 names of a ROS 1 action. Raises the same errors as `of_ros1`."""
+        with self._lock:
+            return tuple(self.of_action(ros1_type, each) for each in self._plans.ros2_actions(ros1_type))
+
     def of_ros2_action(self, ros2_type: str) -> ActionPair:
         """Return the pair for a ROS 2 action. Raises the same errors as `of_ros1`."""
         with self._lock:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import socket
+import sys
 
 import pytest
 
@@ -10,10 +12,12 @@ from pipros.basics.limits import process_limits
 from pipros.ros2.bridged_topics import Pace
 from pipros.ros2.conversion.mapping import BUILTIN_RULES
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.domain import Discovery, DiscoveryRange, multicast_port
+from pipros.ros2.rtps.unseen import hint_for
 from pipros.ros2.rules import GatewayRules
 from pipros.ros2.serve import GatewayOptions
 from pipros.ros2.type_pairs import TypePairs
+from tests.support.ros2_domains import free_domain
 
 
 @pytest.mark.parametrize(
@@ -45,3 +49,17 @@ def test_a_pace_admits_the_first_message_and_refuses_one_at_once() -> None:
 
     assert [slow.admits() for _ in range(3)] == [True, False, False]
     assert all(fast.admits() for _ in range(3))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc/net/udp")
+def test_a_gateway_hints_at_programs_that_announce_themselves_by_multicast_only() -> None:
+    with free_domain() as domain, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as program:
+        assert hint_for(Discovery(domain)) is None
+        program.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        program.bind(("127.0.0.1", multicast_port(domain)))
+
+        hint = hint_for(Discovery(domain))
+
+        assert hint is not None
+        assert "ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET" in hint
+        assert hint_for(Discovery(domain, DiscoveryRange.SUBNET)) is None

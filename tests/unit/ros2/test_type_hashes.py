@@ -11,6 +11,8 @@ from pipros.ros2.interfaces.catalog import carried
 from pipros.ros2.interfaces.parse import parse_ros2_message
 from pipros.ros2.interfaces.spec import Ros2Message
 from pipros.ros2.interfaces.type_hash import message_hash
+from pipros.ros2.rtps.announcements import entries
+from pipros.ros2.rtps.graph_info import TYPE_HASH
 from tests.support.ros2_samples import plans_of, store_of
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
@@ -32,6 +34,12 @@ def test_hashes_equal_the_published_ones() -> None:
 
     assert plans.message_hash("std_msgs/msg/String") == STRING
     assert plans.service_hash("example_interfaces/srv/AddTwoInts") == ADD_TWO_INTS
+
+
+def test_the_topic_with_the_nodes_has_its_hash() -> None:
+    found = plans_of(Distribution.JAZZY).message_hash("rmw_dds_common/msg/ParticipantEntitiesInfo")
+
+    assert entries(TYPE_HASH) == {"typehash": found}
 
 
 @pytest.mark.parametrize("distribution", Distribution)

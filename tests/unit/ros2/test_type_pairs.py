@@ -12,7 +12,7 @@ from pipros.bridges.foxglove.catalog import Definition
 from pipros.msg import load_message_class
 from pipros.ros2.action_messages import Ros2Status
 from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules, MessageRule
+from pipros.ros2.conversion.mapping import BUILTIN_RULES, ActionRule, MappingRules, MessageRule
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.rules import Direction, StaticRule
 from pipros.ros2.type_pairs import TypePairs, WrongHash
@@ -108,3 +108,26 @@ def test_actions_convert_goals_feedback_and_results() -> None:
     with pytest.raises(ConversionError, match="unknown goal status 9"):
         pair.result_to_ros1(b"\0\1\0\0" + struct.pack("<b3xI", 9, 0))
     assert HUMBLE.of_action("actionlib_tutorials/Fibonacci").hashes.send_goal == ""
+
+
+FIBONACCI = "actionlib_tutorials/Fibonacci"
+DEMOS = ["example_interfaces/action/Fibonacci", "action_tutorials_interfaces/action/Fibonacci"]
+
+
+@pytest.mark.parametrize(
+    ("distribution", "names"),
+    [(Distribution.HUMBLE, DEMOS), (Distribution.JAZZY, DEMOS), (Distribution.LYRICAL, DEMOS[:1])],
+)
+def test_an_action_has_all_names_of_its_distribution(distribution: Distribution, names: list[str]) -> None:
+    pairs = TypePairs(distribution, BUILTIN_RULES, LIMITS).all_of_action(FIBONACCI)
+
+    assert [each.plan.ros2_type for each in pairs] == names
+
+
+def test_a_rule_of_the_user_replaces_the_names_of_an_action() -> None:
+    rules = MappingRules(
+        actions=(ActionRule(FIBONACCI, DEMOS[1], feedback={"sequence": "partial_sequence"}),)
+    )
+    pairs = TypePairs(Distribution.JAZZY, rules.and_then(BUILTIN_RULES), LIMITS).all_of_action(FIBONACCI)
+
+    assert [each.plan.ros2_type for each in pairs] == DEMOS[1:]

@@ -84,6 +84,11 @@ class MappingRules:
         """Return the first rule for an action; see `message`."""
         return next((each for each in self.actions if _fits(each, ros1, ros2)), None)
 
+    def actions_in_ros2(self, ros1: str, *, is_builtin: bool) -> list[str]:
+        """Return the ROS 2 actions that the built-in rules, or all others, name for a ROS 1 action."""
+        rules = [each for each in self.actions if (each in BUILTIN_RULES.actions) is is_builtin]
+        return list(dict.fromkeys(each.ros2 for each in rules if each.ros1 == ros1))
+
     def candidates_in_ros2(self, ros1: str, middle: str = "msg") -> Iterator[str]:
         """Yield the ROS 2 types to try for a ROS 1 type without its own rule, most likely first."""
         package, _, name = ros1.partition("/")

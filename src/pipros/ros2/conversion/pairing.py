@@ -128,6 +128,18 @@ class Pairing:
         candidates = self._rules.candidates_in_ros2(ros1, "action")
         return _first(ros1, candidates, self.catalog.has_action, self.catalog)
 
+    def ros2_actions(self, ros1: str) -> list[str]:
+        """Return all ROS 2 actions for a ROS 1 action: those of the user's rules, or the built-in ones.
+
+        Raises the same errors as `ros2_type`.
+        """
+        names = self._rules.actions_in_ros2(ros1, is_builtin=False) or [
+            each
+            for each in self._rules.actions_in_ros2(ros1, is_builtin=True)
+            if self.catalog.has_action(each)  # some distributions lack a package
+        ]
+        return names or [self.ros2_action(ros1)]
+
     def ros1_action(self, ros2: str) -> str:
         """Return the ROS 1 action for a ROS 2 action. Raises the same errors as `ros2_type`."""
         rule = self._rules.action(ros2=ros2)

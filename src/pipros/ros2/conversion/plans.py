@@ -204,6 +204,10 @@ class Plans:
             self._actions[key] = ActionPlan(*key, *map(self._plan, pairs))
         return self._actions[key]
 
+    def ros2_actions(self, ros1_type: str) -> list[str]:
+        """Return all ROS 2 actions for a ROS 1 action. Raises the same errors as `for_ros1`."""
+        return self._pairing.ros2_actions(ros1_type)
+
     def ros1_action(self, ros2_type: str) -> str:
         """Return the ROS 1 action for a ROS 2 action.
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pipros.ros2.rtps.graph_info import (
     READER_QOS,
     TOPIC,
+    TYPE_HASH,
     TYPE_NAME,
     WRITER_QOS,
     GidBytes,
@@ -25,23 +26,19 @@ from pipros.ros2.rtps.topics import TopicWriter
 class Nodes:
     """The nodes of all participants. Thread-safe."""
 
-    def __init__(
-        self, participant: Participant, size: GidBytes | None = None, type_hash: bytes = b""
-    ) -> None:
+    def __init__(self, participant: Participant, size: GidBytes | None = None) -> None:
         """Subscribe to the topic. Nothing is published, and no writer announced, until the GID size is known.
 
         Args:
             size: GID size in this domain; None to learn it.
-            type_hash: an entry of USER_DATA such as `typehash=RIHS01_…;`.
         """
         self._participant = participant
-        self._type_hash = type_hash
         self._lock = threading.Lock()
         self._info = GraphInfo(participant.prefix + PARTICIPANT_ENTITY, self._make_writer, size)
-        participant.add_reader(TOPIC, TYPE_NAME, READER_QOS, self._on_sample, type_hash)
+        participant.add_reader(TOPIC, TYPE_NAME, READER_QOS, self._on_sample, _type_hash(size))
 
     def _make_writer(self) -> TopicWriter:
-        return self._participant.add_writer(TOPIC, TYPE_NAME, WRITER_QOS, self._type_hash)
+        return self._participant.add_writer(TOPIC, TYPE_NAME, WRITER_QOS, _type_hash(self._info.size))
 
     def _on_sample(self, sample: Sample) -> None:
         with self._lock:
@@ -66,3 +63,7 @@ class Nodes:
         """Return the nodes of the other participants."""
         with self._lock:
             return list(self._info.others.values())
+
+
+def _type_hash(size: GidBytes | None) -> bytes:
+    return b"" if size is GidBytes.HUMBLE else TYPE_HASH

@@ -77,6 +77,7 @@ class RtpsEngine:
         self._lock = threading.Lock()
         self._own: list[_Own] = []
         self._reported: set[tuple[bytes, str]] = set()
+        self._has_mismatches = False
         self._nodes: Nodes | None = None
         mark = f"enclave=/;{PIPROS_MARK}={gateway or _NO_GATEWAY};".encode()
         self._participant = Participant(discovery, mark, self._on_event, limits)
@@ -151,7 +152,13 @@ class RtpsEngine:
         )
         return self._owned(_Client(self, client))
 
+    @property
+    def has_peers(self) -> bool:
+        """Whether other participants are known."""
+        return self._participant.ask(lambda engine: len(engine.peers) > 0)
+
     def endpoints(self) -> Sequence[Endpoint]:
+        self._warn_of_mismatches()
         nodes = self._node_names()
 
         def read(engine: Engine) -> list[Endpoint]:
@@ -231,10 +238,21 @@ class RtpsEngine:
         match event:
             case PeerChanged(peer, False) if self._nodes is not None:
                 self._nodes.forget(peer.prefix)
-            case Mismatched(_, remote, policy):
-                self._warn(remote.guid, f"{remote.topic}: a peer does not match: {_reason(remote, policy)}")
+            case Mismatched():
+                self._has_mismatches = True
             case OverLimit(prefix):
                 self._warn(prefix, "a ROS 2 participant has announced too much; the rest is ignored")
+
+    def _warn_of_mismatches(self) -> None:
+        """Log the endpoints that match no local one, once each.
+
+        Not when the event arrives: an action is offered under several types, one after another.
+        """
+        if not self._has_mismatches:
+            return
+        self._has_mismatches = False
+        for _, remote, policy in self._participant.ask(Engine.mismatched)[:_REPORTED]:
+            self._warn(remote.guid, f"{remote.topic}: a peer does not match: {_reason(remote, policy)}")
 
     def _warn(self, guid: bytes, text: str) -> None:
         if (guid, text) not in self._reported and len(self._reported) < _REPORTED:

@@ -1,0 +1,200 @@
+"""`pipros ros2` between a genuine rclpy node and a genuine rospy node, for each of the builds of ROS 2."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from pipros.msg import load_message_class
+from tests.support.dds_peers import enable_multicast
+from tests.support.environments import REPOSITORY, genuine_environment
+from tests.support.hunt import busy_processors
+from tests.support.network import LoneNetwork, needs_network
+from tests.support.processes import Process, Processes
+from tests.support.ros2_oracles import ALL, PYTHON, Ros2
+
+pytestmark = needs_network
+PROGRAMS = REPOSITORY / "tests" / "support" / "ros2"
+MASTER = "http://localhost:11311"
+RULES = """
+topics: {to_ros1: {allow: ["/r2_*"]}}
+services: {to_ros1: {allow: [/r1_switch]}, to_ros2: {allow: [/r2_switch]}}
+actions: {to_ros1: {allow: [/r1_fibonacci]}, to_ros2: {allow: [/r2_fibonacci]}}
+"""
+BIG_BYTES = 8_000_000
+NUMBERS = ("reliable", "best_effort")
+
+
+class System:
+    """A master, a gateway, and a node on each side of it, in a network of their own."""
+
+    def __init__(self, ros2: Ros2, folder: Path, network: LoneNetwork) -> None:
+        self._build = ros2
+        self._network = network
+        self._folder = folder
+        self._processes = Processes(genuine_environment(folder, MASTER), folder)
+        self._rules = folder / "rules.yaml"
+        self._rules.write_text(RULES)
+        self._fibonacci = folder / "fibonacci"
+        self._fibonacci.write_text(load_message_class("actionlib_tutorials/FibonacciAction")._full_text)
+        enable_multicast(network)
+        self._pipros("rosmaster", "--core")
+        self.gateway = self.start_gateway()
+        self.ros2 = self.start_ros2()
+        self.ros1 = self.start_ros1()
+
+    def _pipros(self, command: str, *words: str | Path) -> Process:
+        program = Path(sys.executable).parent / command
+        reach = {} if self._build.is_found else {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}
+        argv = self._network.command(str(program), *map(str, words))
+        return self._processes.start(*argv, environment={"ROS_IP": "127.0.0.1", **reach})
+
+    def start_gateway(self) -> Process:
+        options = ("--domain", "0", "--distro", self._build.distro, "--rules", self._rules)
+        gateway = self._pipros("pipros", "ros2", *options)
+        gateway.wait_for("connected to domain")
+        return gateway
+
+    def start_ros2(self) -> Process:
+        # Programs that were killed leave files in the shared memory, which all networks have in common.
+        private = 'mount -t tmpfs shm /dev/shm && exec "$@"'
+        argv = ("sh", "-c", private, "sh", PYTHON, str(PROGRAMS / "genuine_ros2_node.py"))
+        return self._node(argv, self._build.environment())
+
+    def start_ros1(self) -> Process:
+        return self._node((PYTHON, str(PROGRAMS / "genuine_ros1_node.py"), str(self._fibonacci)), {})
+
+    def _node(self, argv: tuple[str, ...], environment: dict[str, str]) -> Process:
+        command = self._network.command(*argv)
+        node = self._processes.start(*command, stdin=-1, environment=environment)
+        node.wait_for("^ready$")
+        return node
+
+    def check_topics(self) -> None:
+        """Check that numbers arrive on both sides from now on, all of them on reliable topics."""
+        marks = self.ros1.mark(), self.ros2.mark()
+        for node, prefix, mark in ((self.ros1, "/r2", marks[0]), (self.ros2, "/r1", marks[1])):
+            for name in NUMBERS:
+                node.wait_for(f"^at {prefix}_{name} ", since=mark)
+        for node, prefix, mark in ((self.ros1, "/r2", marks[0]), (self.ros2, "/r1", marks[1])):
+            after = node.mark()
+            node.wait_for(f"^at {prefix}_reliable ", since=after)
+            assert f"gap {prefix}_reliable" not in "\n".join(node.lines[after:]), mark
+
+    def check_calls(self) -> None:
+        """Check that the service of each side answers the other."""
+        for node, answer in ((self.ros1, "answer False by rclpy"), (self.ros2, "answer False by rospy")):
+            mark = node.mark()
+            node.write_line("call 1")
+            node.wait_for(f"^{answer}$", since=mark)
+
+    def check_goals(self) -> None:
+        """Check that goals of each side succeed at the other, with feedback."""
+        for node, command, status in (
+            (self.ros1, "send_goal 6", 3),
+            (self.ros2, "send_goal example 6", 4),
+            (self.ros2, "send_goal tutorials 6", 4),
+        ):
+            mark = node.mark()
+            node.write_line(command)
+            node.wait_for(f"^result {status} 0 1 1 2 3 5$", since=mark)
+            node.wait_for("^feedback$", since=mark)
+
+    def close(self) -> None:
+        self._processes.end_all()
+
+
+@contextmanager
+def running(ros2: Ros2, folder: Path) -> Iterator[System]:
+    network = LoneNetwork("127.0.0.1 localhost\n")
+    try:
+        system = System(ros2, folder, network)
+        try:
+            yield system
+        finally:
+            system.close()
+    finally:
+        network.close()
+
+
+@pytest.fixture(scope="module", params=ALL, ids=str)
+def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[System]:
+    with running(request.param, tmp_path_factory.mktemp("ros2")) as system:
+        yield system
+
+
+def test_topics_pass_in_both_directions_without_gaps(system: System) -> None:
+    system.check_topics()
+
+
+def test_late_subscribers_get_latched_messages(system: System) -> None:
+    for node, text in ((system.ros1, "kept in ROS 2"), (system.ros2, "kept in ROS 1")):
+        node.write_line("subscribe_late")
+        node.wait_for(f"^latched {text}$")
+
+
+def test_messages_of_8_mb_pass_in_both_directions(system: System) -> None:
+    size = BIG_BYTES // 256 * 256
+    digest = hashlib.sha256(bytes(range(256)) * (size // 256)).hexdigest()
+    for sender, receiver in ((system.ros1, system.ros2), (system.ros2, system.ros1)):
+        sender.write_line(f"send_big {size}")
+        receiver.wait_for(f"^big {size} {digest}$")
+
+
+def test_services_answer_in_both_directions(system: System) -> None:
+    system.check_calls()
+
+
+def test_goals_succeed_in_both_directions(system: System) -> None:
+    system.check_goals()
+
+
+def test_goals_are_cancelled_in_both_directions(system: System) -> None:
+    for node, command, status in (
+        (system.ros1, "send_goal 2000", 2),
+        (system.ros2, "send_goal tutorials 2000", 5),
+    ):
+        mark = node.mark()
+        node.write_line(command)
+        node.wait_for("^feedback$", since=mark)
+        node.write_line("cancel")
+        node.wait_for(f"^result {status} 0 1 1", since=mark)
+
+
+def test_the_gateway_is_a_node_of_ros2(system: System) -> None:
+    mark = system.ros2.mark()
+    system.ros2.write_line("nodes")
+    system.ros2.wait_for("^nodes .*kit ros1_gateway_", since=mark)
+
+
+def test_the_node_of_ros2_complains_about_nothing(system: System) -> None:
+    assert [line for line in system.ros2.stderr if "WARN" in line or "ERROR" in line] == []
+    assert [line for line in system.gateway.lines if "does not match" in line] == []
+
+
+def test_everything_passes_on_busy_processors(system: System) -> None:
+    with busy_processors():
+        system.check_topics()
+        system.check_calls()
+        system.check_goals()
+
+
+def test_everything_passes_again_after_a_restart_of_each_part(system: System) -> None:
+    system.gateway.press_ctrl_c()
+    system.gateway.wait()
+    system.gateway = system.start_gateway()
+    system.check_topics()
+    system.check_calls()
+
+    system.ros2.kill()
+    system.ros2 = system.start_ros2()
+    system.ros1.kill()
+    system.ros1 = system.start_ros1()
+    system.check_topics()
+    system.check_calls()
+    system.check_goals()

@@ -1,0 +1,185 @@
+"""A genuine rclpy node with one endpoint of each kind, for tests of `pipros ros2`.
+
+It publishes 0, 1, 2, … on three topics, and prints what it receives: the first number, each gap of a reliable
+topic, and each tenth number. Lines of its standard input are commands; see `Kit.COMMANDS`.
+"""
+
+import array
+import contextlib
+import hashlib
+import sys
+import threading
+import time
+
+import action_tutorials_interfaces.action
+import example_interfaces.action
+import rclpy
+from rclpy.action import ActionClient, ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy, qos_profile_sensor_data
+from std_msgs.msg import Int32, String, UInt8MultiArray
+from std_srvs.srv import SetBool
+
+RELIABLE = QoSProfile(depth=100)
+LATCHED = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+BIG = QoSProfile(depth=4, reliability=QoSReliabilityPolicy.RELIABLE)
+FIBONACCI = {
+    "tutorials": action_tutorials_interfaces.action.Fibonacci,
+    "example": example_interfaces.action.Fibonacci,
+}
+
+
+def say(*words):
+    sys.stdout.write(" ".join(map(str, words)) + "\n")  # one call, as threads print at the same time
+    sys.stdout.flush()
+
+
+class Kit:
+    def __init__(self, node):
+        self.node = node
+        self.group = ReentrantCallbackGroup()
+        self.last = {}
+        self.number = 0
+        self.sending = [
+            node.create_publisher(Int32, "/r2_reliable", RELIABLE),
+            node.create_publisher(Int32, "/r2_best_effort", qos_profile_sensor_data),
+        ]
+        self.latched = node.create_publisher(String, "/r2_latched", LATCHED)
+        self.latched.publish(String(data="kept in ROS 2"))
+        self.big = node.create_publisher(UInt8MultiArray, "/r2_big", BIG)
+        self.receiving = [
+            node.create_subscription(Int32, topic, self.on_number(topic), qos, callback_group=self.group)
+            for topic, qos in (("/r1_reliable", RELIABLE), ("/r1_best_effort", qos_profile_sensor_data))
+        ]
+        self.receiving.append(node.create_subscription(UInt8MultiArray, "/r1_big", self.on_big, BIG))
+        self.late = []
+        node.create_timer(0.05, self.send)
+        node.create_service(SetBool, "/r2_switch", self.on_switch, callback_group=self.group)
+        self.client = node.create_client(SetBool, "/r1_switch", callback_group=self.group)
+        self.server = ActionServer(
+            node,
+            FIBONACCI["tutorials"],
+            "/r2_fibonacci",
+            self.execute,
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            callback_group=self.group,
+        )
+        self.actions = {}
+        self.goal = None
+
+    def send(self):
+        for publisher in self.sending:
+            publisher.publish(Int32(data=self.number))
+        self.number += 1
+
+    def on_number(self, topic):
+        def receive(message):
+            last = self.last.get(topic)
+            self.last[topic] = message.data
+            if last is None:
+                say("first", topic)
+            elif message.data not in (last + 1, 0) and "reliable" in topic:
+                say("gap", topic, last, message.data)
+            if message.data % 10 == 0:
+                say("at", topic, message.data)
+
+        return receive
+
+    def on_big(self, message):
+        say("big", len(message.data), hashlib.sha256(message.data).hexdigest())
+
+    def on_switch(self, request, response):
+        response.success, response.message = not request.data, "by rclpy"
+        return response
+
+    def execute(self, handle):
+        sequence = [0, 1]
+        feedback = FIBONACCI["tutorials"].Feedback()
+        for _ in range(handle.request.order):
+            if handle.is_cancel_requested:
+                handle.canceled()
+                return FIBONACCI["tutorials"].Result(sequence=sequence)
+            sequence.append(sequence[-1] + sequence[-2] if len(sequence) < 20 else 0)
+            feedback.partial_sequence = sequence
+            handle.publish_feedback(feedback)
+            time.sleep(0.02)
+        handle.succeed()
+        return FIBONACCI["tutorials"].Result(sequence=sequence)
+
+    # Commands.
+
+    def nodes(self):
+        say("nodes", *sorted(self.node.get_node_names()))
+
+    def subscribe_late(self):
+        self.late.append(
+            self.node.create_subscription(
+                String, "/r1_latched", lambda each: say("latched", each.data), LATCHED
+            )
+        )
+
+    def send_big(self, count):
+        data = array.array("B", bytes(range(256)) * (int(count) // 256))
+        say("sent", hashlib.sha256(data).hexdigest())
+        self.big.publish(UInt8MultiArray(data=data))
+
+    def call(self, value):
+        if not self.client.wait_for_service(60):
+            say("no service")
+        future = self.client.call_async(SetBool.Request(data=value == "1"))
+        future.add_done_callback(lambda each: say("answer", each.result().success, each.result().message))
+
+    def add_client(self, kind):
+        """Create a client in a participant of its own: one of Fast DDS cannot have a topic with two types."""
+        context = rclpy.Context()
+        rclpy.init(context=context)
+        node = rclpy.create_node(f"client_of_{kind}", context=context)
+        executor = SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+        self.actions[kind] = ActionClient(node, FIBONACCI[kind], "/r1_fibonacci")
+        threading.Thread(target=executor.spin, daemon=True).start()
+        return self.actions[kind]
+
+    def send_goal(self, kind, order):
+        """Send a goal, print whether it is accepted, the number of feedback messages, and the result."""
+        client, count = self.actions.get(kind) or self.add_client(kind), []
+        if not client.wait_for_server(60):
+            say("no action server")
+
+        def on_accepted(future):
+            self.goal = future.result()
+            say("accepted", self.goal.accepted)
+            self.goal.get_result_async().add_done_callback(on_result)
+
+        def on_feedback(_):
+            count.append(1)
+            if len(count) == 1:
+                say("feedback")
+
+        def on_result(future):
+            found = future.result()
+            say("result", found.status, *found.result.sequence[:6])
+
+        goal = FIBONACCI[kind].Goal(order=int(order))
+        client.send_goal_async(goal, feedback_callback=on_feedback).add_done_callback(on_accepted)
+
+    def cancel(self):
+        self.goal.cancel_goal_async().add_done_callback(
+            lambda each: say("cancelling", len(each.result().goals_canceling))
+        )
+
+    def obey(self):
+        for line in sys.stdin:
+            name, *words = line.split()
+            getattr(self, name)(*words)
+
+
+rclpy.init()
+kit = Kit(rclpy.create_node("kit"))
+threading.Thread(target=kit.obey, daemon=True).start()
+executor = MultiThreadedExecutor(4)
+executor.add_node(kit.node)
+say("ready")
+with contextlib.suppress(KeyboardInterrupt):
+    executor.spin()
