@@ -34,6 +34,7 @@ _BUILTIN_ENDPOINTS: Final = 0x3F
 """Bits for the built-in writers and readers of participants, publications and subscriptions."""
 _MAX_LOCATORS: Final = 16
 _MAX_PARTITIONS: Final = 64
+_MAX_REPRESENTATIONS: Final = 16
 _MAX_BLOCKING_S: Final = 0.1
 _REPRESENTATIONS = Struct(">h"), Struct("<h")
 _Enum = TypeVar("_Enum", bound=IntEnum)
@@ -163,7 +164,8 @@ class _Values:
 
     def representations(self) -> tuple[int, ...]:
         value = self.raw(Parameter.DATA_REPRESENTATION) or b""
-        count = min(read_integer(value, self.is_little) or 0, (len(value) - 4) // 2)
+        available = min((len(value) - 4) // 2, _MAX_REPRESENTATIONS)
+        count = min(read_integer(value, self.is_little) or 0, available)
         layout = _REPRESENTATIONS[self.is_little]
         return tuple(layout.unpack_from(value, 4 + 2 * index)[0] for index in range(count))
 

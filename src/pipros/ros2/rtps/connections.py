@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from pipros.ros2.rtps.announcements import EndpointData
-from pipros.ros2.rtps.events import Event, Matched, Mismatched
+from pipros.ros2.rtps.events import Elsewhere, Event, Matched, Mismatched
 from pipros.ros2.rtps.identity import FAST_DDS
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.peers import Peer
@@ -102,6 +102,9 @@ class Connections:
             self.events.append(found)
             return
         address = peer.address_of(remote)
+        if address is None:
+            self.events.append(Elsewhere(peer.data.prefix, peer.host))
+            return
         if isinstance(end, Writer):
             is_local = address.host in self._local_hosts or address.host.startswith("127.")
             fragment_bytes = LOCAL_FRAGMENT_BYTES if is_local else REMOTE_FRAGMENT_BYTES

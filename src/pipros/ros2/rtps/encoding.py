@@ -151,4 +151,6 @@ def nack_frag(reader: bytes, writer: bytes, sequence: int, missing: Sequence[int
     """Return NACK_FRAG for the fragments in `missing`, which must not be empty."""
     base = missing[0]
     number = Struct("<iII").pack(sequence >> 32, sequence & 0xFFFFFFFF, base)
-    return _whole(NACK_FRAG, 0, reader, writer, number, _bitmap(base, missing), _COUNT.pack(count))
+    return _whole(
+        NACK_FRAG, 0, reader, writer, number, _bitmap(base, missing), _COUNT.pack(count & 0x7FFFFFFF)
+    )

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 from pipros.basics.errors import NotFound
@@ -28,6 +28,7 @@ from pipros.ros2.rtps.announcements import (
 )
 from pipros.ros2.rtps.connections import Connections, Local
 from pipros.ros2.rtps.events import (
+    Elsewhere,
     EndpointChanged,
     Event,
     Mismatched,
@@ -54,7 +55,7 @@ from pipros.ros2.rtps.parameters import (
     is_ended,
     related_sample,
 )
-from pipros.ros2.rtps.peers import Peer, Peers, cost_bytes
+from pipros.ros2.rtps.peers import Peer, Peers
 from pipros.ros2.rtps.presence import Presence
 from pipros.ros2.rtps.qos import Durability, Qos, Reliability
 from pipros.ros2.rtps.reader import Reader, Sample
@@ -71,6 +72,9 @@ from pipros.ros2.rtps.submessages import (
 )
 from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, Writer
 
+_PARTICIPANT_WORK: Final = 32
+_ENDPOINT_WORK: Final = 16
+_ANSWER_WORK: Final = 8
 _LEASE_CHECK_S: Final = 0.5
 _ANSWERS_S: Final = 3.0
 """How long our announcement is repeated to a new peer that has not answered."""
@@ -89,7 +93,7 @@ class Engine:
     def __init__(self, settings: Settings, limits: Limits, now: float) -> None:
         self.settings = settings
         self.prefix = settings.me.prefix
-        self.peers = Peers(limits)
+        self.peers = Peers(limits, settings.local_hosts | settings.static_hosts)
         self.malformed = 0
         self._limits = limits
         self._outbox = Outbox()
@@ -291,6 +295,14 @@ class Engine:
 
     def receive(self, datagram: bytes, host: str, now: float) -> None:
         """Handle a datagram from a host. Never raises, whatever it contains."""
+        for _ in self.handle(datagram, host, now):
+            pass
+
+    def handle(self, datagram: bytes, host: str, now: float) -> Iterator[int]:
+        """Handle a datagram step by step; yield the work of each step in units of some 20 us.
+
+        Other methods may be called between the steps.
+        """
         read = read_datagram(datagram, self.prefix)
         if read is None or read.prefix == self.prefix or self._is_closed:
             return
@@ -298,12 +310,30 @@ class Engine:
         peer = self.peers.get(read.prefix)
         if peer is not None:
             peer.heard_at = now
-        for submessage in read.submessages:
+        for submessage in _latest(read.submessages):
             if isinstance(submessage, Data) and submessage.writer == PARTICIPANT_WRITER:
                 self._on_participant(read.prefix, submessage, host, now)
-                peer = self.peers.get(read.prefix)
-            elif peer is not None:
+                yield _PARTICIPANT_WORK
+                continue
+            peer = self.peers.get(read.prefix)
+            if peer is not None:
+                work = self._work_of(peer, submessage)
                 self._handlers[type(submessage)](peer, submessage, now)
+                yield work
+
+    def _work_of(self, peer: Peer, submessage: Submessage) -> int:
+        """Return the units of work that a submessage causes."""
+        if isinstance(submessage, Data | DataFrag | HeartbeatFrag):
+            is_discovery = submessage.writer in (PUBLICATIONS_WRITER, SUBSCRIPTIONS_WRITER)
+            return _ENDPOINT_WORK if is_discovery else 1
+        if isinstance(submessage, AckNack):
+            return _ANSWER_WORK + len(submessage.missing)
+        if isinstance(submessage, NackFrag):
+            return _ANSWER_WORK + len(submessage.missing) // 8
+        guid = peer.data.prefix + submessage.writer
+        readers = self._connections.readers.get(guid, ())
+        others = len(submessage.others) // 8 if isinstance(submessage, Gap) else 0
+        return 1 + sum(_ANSWER_WORK + others + reader.work(guid) for reader in readers)
 
     def _to_readers(self, peer: Peer, submessage: Submessage, now: float) -> None:
         guid = peer.data.prefix + submessage.writer
@@ -344,12 +374,15 @@ class Engine:
         connections = self._connections
         peer = self.peers.get(prefix)
         if peer is not None:
-            peer.data = announced
-            if not self._has_answered(peer):
+            if not peer.renew(announced, data.payload):
+                self._remove_peer(prefix)
+            elif not self._has_answered(peer):
                 self._presence.answer(peer)  # the peer may have missed our first announcement
             return
-        peer = self.peers.add(announced, cost_bytes(bytes(data.payload)), host, now)
+        peer = self.peers.add(announced, data.payload, host, now)
         if peer is None:
+            if not self.peers.reaches(announced, host):
+                self._events.append(Elsewhere(prefix, host))
             return
         address = peer.discovery_address
         self._presence.answer(peer)
@@ -412,3 +445,22 @@ class Engine:
         if remote is not None:
             self._connections.disconnect(remote)
             self._events.append(EndpointChanged(remote, False))
+
+
+def _latest(submessages: Sequence[Submessage]) -> Sequence[Submessage]:
+    """Leave out the heartbeats and ACKNACKs that a later one of the same writer and reader supersedes.
+
+    Each is answered, with more bytes than it has, and a datagram can contain 1,800.
+    """
+    if len(submessages) <= 2:
+        return submessages
+    seen: set[tuple[type, bytes, bytes]] = set()
+    latest: list[Submessage] = []
+    for each in reversed(submessages):
+        if isinstance(each, Heartbeat | AckNack):
+            key = type(each), each.writer, each.reader
+            if key in seen:
+                continue
+            seen.add(key)
+        latest.append(each)
+    return latest[::-1]

@@ -20,12 +20,14 @@ class Settings:
         announce_to: addresses for announcements, in addition to known peers: a multicast group or hosts.
         local_hosts: this machine's addresses; peers there get larger datagrams.
         request_bytes: maximum number of bytes to request from a writer at a time.
+        static_hosts: addresses of static peers, to which data may be sent whoever announces them.
     """
 
     me: ParticipantData
     announce_to: tuple[Address, ...]
     local_hosts: frozenset[str]
     request_bytes: int = REQUEST_BYTES
+    static_hosts: frozenset[str] = frozenset()
 
 
 class Received(NamedTuple):
@@ -71,4 +73,11 @@ class OverLimit(NamedTuple):
     prefix: bytes
 
 
-Event: TypeAlias = Received | Matched | Mismatched | EndpointChanged | PeerChanged | OverLimit
+class Elsewhere(NamedTuple):
+    """A participant is ignored, because all addresses that it announces are of other networks; see `Peer`."""
+
+    prefix: bytes
+    host: str
+
+
+Event: TypeAlias = Received | Matched | Mismatched | EndpointChanged | PeerChanged | OverLimit | Elsewhere

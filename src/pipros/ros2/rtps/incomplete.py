@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
+from pipros.basics.budget import Budget
 from pipros.ros2.rtps.parameters import Parameters
 from pipros.ros2.rtps.submessages import MAX_SET, Buffer, DataFrag
 
@@ -12,28 +13,15 @@ PIECE_OVERHEAD_BYTES: Final = 150
 """Memory of a piece besides its payload. Uncounted, it would let tiny fragments use 100 times the budget."""
 
 
-@dataclass(slots=True, eq=False)
-class Budget:
-    """Byte budget of one peer, which also counts against `total`, the budget of all peers."""
-
-    limit_bytes: int
-    total: Budget | None = None
-    used_bytes: int = 0
-
-    def take(self, size: int) -> bool:
-        """Reserve bytes; return False if too few are left."""
-        if self.used_bytes + size > self.limit_bytes or (self.total and not self.total.take(size)):
-            return False
-        self.used_bytes += size
-        return True
-
-    def give_back(self, size: int) -> None:
-        self.used_bytes -= size
-        if self.total:
-            self.total.give_back(size)
-
-
 _STEP_BYTES: Final = 64 * 1024
+_VALUE_BYTES: Final = 200
+
+
+def inline_bytes(inline: Parameters | None) -> int:
+    """Return the memory that a sample's inline QoS takes."""
+    if not inline:
+        return 0
+    return sum(_VALUE_BYTES + len(value) for values in inline.values() for value in values)
 
 
 def total_fragments(fragment_bytes: int, sample_bytes: int) -> int:
@@ -85,7 +73,8 @@ class Assembly:
         size, has, payload = self.fragment_bytes, self._has, fragment.payload
         if fragment.fragment_bytes != size or fragment.sample_bytes != self.sample_bytes:
             return None
-        self.inline = self.inline or fragment.inline
+        if self.inline is None and fragment.inline and self._use(inline_bytes(fragment.inline)):
+            self.inline = fragment.inline
         self.changed_at = now
         first = fragment.first - 1
         end = first + total_fragments(size, len(payload))

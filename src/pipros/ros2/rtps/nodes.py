@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from typing import Final
 
 from pipros.ros2.rtps.graph_info import (
     READER_QOS,
@@ -21,6 +22,9 @@ from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.reader import Sample
 from pipros.ros2.rtps.topics import TopicWriter
+
+MAX_INFO_BYTES: Final = 256 * 1024
+"""Maximum size of a participant's list of nodes: some 10,000 endpoints."""
 
 
 class Nodes:
@@ -41,6 +45,8 @@ class Nodes:
         return self._participant.add_writer(TOPIC, TYPE_NAME, WRITER_QOS, _type_hash(self._info.size))
 
     def _on_sample(self, sample: Sample) -> None:
+        if len(sample.payload) > MAX_INFO_BYTES:
+            return
         with self._lock:
             self._info.on_message(sample.payload, sample.writer[:12])
 

@@ -51,6 +51,11 @@ class Parameter(IntEnum):
     RELATED_SAMPLE_FAST = 0x800F
 
 
+_MAX_VALUES: Final = 16
+_MAX_PARAMETERS: Final = 512
+"""Maximum number of parameters of a list, some 30 in ROS 2. The rest of the list is ignored."""
+
+
 class Address(NamedTuple):
     """An IPv4 address and a UDP port."""
 
@@ -65,22 +70,32 @@ class SampleIdentity(NamedTuple):
     sequence: int
 
 
+_KNOWN: Final = frozenset(each & ~_REQUIRED for each in Parameter)
+
+
 def read_parameters(buffer: bytes | memoryview, position: int, *, is_little: bool) -> tuple[Parameters, int]:
     """Return the parameters that start at `position`, and the position after them.
 
-    A truncated list ends after its last complete parameter.
+    A truncated list ends after its last complete parameter. Parameters that nothing reads are left out, and
+    more than `_MAX_VALUES` values of a parameter: each would take more memory than its bytes.
     """
     head = _HEADS[is_little]
     found: Parameters = {}
     end = len(buffer)
-    while position + 4 <= end:
+    for _ in range(_MAX_PARAMETERS):
+        if position + 4 > end:
+            break
         name, length = head.unpack_from(buffer, position)
         position += 4
         if name == Parameter.SENTINEL:
             return found, position
         if position + length > end:
             break
-        found.setdefault(name & ~_REQUIRED, []).append(bytes(buffer[position : position + length]))
+        name &= ~_REQUIRED
+        if name in _KNOWN:
+            values = found.setdefault(name, [])
+            if len(values) < _MAX_VALUES:
+                values.append(bytes(buffer[position : position + length]))
         position += length
     return found, end
 

@@ -26,6 +26,7 @@ from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.events import Event, Received, Settings
 from pipros.ros2.rtps.identity import new_prefix
+from pipros.ros2.rtps.intake import Intake
 from pipros.ros2.rtps.parameters import SampleIdentity
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.reader import Sample
@@ -38,8 +39,7 @@ _Reported = TypeVar("_Reported")
 _LOG = logging.getLogger("pipros.ros2")
 _SLICE_S: Final = 0.05
 _BURST_PAUSE_S: Final = 0.0005
-_DATAGRAMS_AT_ONCE: Final = 64
-_READ_EVERY: Final = 4
+_WAKES_AT_ONCE: Final = 64
 _JOIN_S: Final = 2.0
 
 
@@ -47,9 +47,6 @@ class Participant:
     """A participant in a domain, which runs until `close` is called or the `with` block ends.
 
     After that, `add_writer`, `add_reader` and `write` raise PiprosError.
-
-    Attributes:
-        failures: number of datagrams that revealed a bug in the engine.
     """
 
     def __init__(
@@ -80,7 +77,11 @@ class Participant:
         self.prefix = me.prefix
         self.discovery = discovery
         settings = Settings(
-            me, self._sockets.announce_to, self._sockets.local_hosts, self._sockets.request_bytes
+            me,
+            self._sockets.announce_to,
+            self._sockets.local_hosts,
+            self._sockets.request_bytes,
+            self._sockets.static_hosts,
         )
         self._engine = Engine(settings, self._limits, time.monotonic())
         self._on_event = on_event
@@ -90,8 +91,7 @@ class Participant:
         self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
-        self.failures = 0
-        self._backlog = Backlog(self._limits.ros2_backlog_bytes)
+        self._intake = Intake(self._engine, Backlog(self._limits.ros2_backlog_bytes), self._sockets.receiving)
         self._wake_from, self._wake_to = socket.socketpair()
         self._wake_from.setblocking(False)
         self._wake_to.setblocking(False)
@@ -227,6 +227,11 @@ class Participant:
         self._wake_from.close()
         self._wake_to.close()
 
+    @property
+    def failures(self) -> int:
+        """Number of datagrams that revealed a bug in the engine."""
+        return self._intake.failures
+
     def _wake(self) -> None:
         with contextlib.suppress(OSError):  # the thread is awake already, or has ended
             self._wake_to.send(b"\0")
@@ -236,7 +241,7 @@ class Participant:
         engine = self._engine
         now = time.monotonic()
         if engine.has_transfers:
-            engine.poll(now, self._backlog.handled_until)
+            engine.poll(now, self._intake.handled_until)
             self._wake()
         self._sockets.send(engine.take_outgoing())
         self._dispatch(engine.take_events())
@@ -248,7 +253,7 @@ class Participant:
         due = 0.0
         with selector:
             while not self._is_closing:
-                left_s = 0.0 if self._backlog else due - time.monotonic()
+                left_s = 0.0 if self._intake else due - time.monotonic()
                 if 0 < left_s <= 0.001:  # selectors round up to a millisecond
                     time.sleep(min(left_s, _BURST_PAUSE_S))
                     left_s = 0
@@ -259,20 +264,12 @@ class Participant:
         """Handle datagrams and poll the engine; return the deadline of its next poll."""
         if has_arrived:
             with contextlib.suppress(OSError):
-                self._wake_from.recv(_DATAGRAMS_AT_ONCE)
-        self._backlog.read(self._sockets.receiving, time.monotonic())
+                self._wake_from.recv(_WAKES_AT_ONCE)
+        self._intake.read(time.monotonic())
         with self._lock:
             engine = self._engine
-            now = time.monotonic()
-            for index in range(_DATAGRAMS_AT_ONCE):
-                received = self._backlog.next()
-                if received is None:
-                    break
-                self._receive(received, now)
-                if index % _READ_EVERY == _READ_EVERY - 1:
-                    now = time.monotonic()
-                    self._backlog.read(self._sockets.receiving, now)
-            engine.poll(now, self._backlog.handled_until)
+            self._intake.handle()
+            engine.poll(time.monotonic(), self._intake.handled_until)
             self._sockets.send(engine.take_outgoing())
             events = engine.take_events()
             watchers = list(self._watchers)
@@ -282,15 +279,6 @@ class Participant:
             for watcher in watchers:
                 watcher.put(None)
         return due
-
-    def _receive(self, received: tuple[bytes, str], now: float) -> None:
-        """Handle a datagram. Any exception is a bug in the engine: all are counted, the first is logged."""
-        try:
-            self._engine.receive(*received, now)
-        except Exception:
-            self.failures += 1
-            if self.failures == 1:
-                _LOG.exception("a datagram from %s could not be handled", received[1])
 
     def _dispatch(self, events: list[Event]) -> None:
         for event in events:

@@ -6,15 +6,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
+from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
-from pipros.ros2.rtps.incomplete import Budget
 from pipros.ros2.rtps.parameters import Address
 
 MAX_LEASE_S: Final = 300.0
 """Upper bound for leases: with an infinite lease, a dead peer would stay forever."""
+_PART: Final = 0.5
 _OVERHEAD_BYTES: Final = 2_000
 """Memory of an announcement besides its bytes: objects, and the state of its connections."""
+
+
+_NOWHERE: Final = Address("127.0.0.1", 9)
 
 
 @dataclass(slots=True, eq=False)
@@ -27,6 +31,8 @@ class Peer:
         heard_at: time of its last datagram.
         kept: budget for its announcements.
         incomplete: budget for its incomplete samples.
+        discovery_address: the address for endpoint announcements.
+        hosts: addresses of this machine and of static peers; see `choose`.
     """
 
     data: ParticipantData
@@ -37,16 +43,29 @@ class Peer:
     incomplete: Budget
     endpoints: dict[bytes, EndpointData] = field(default_factory=dict)
     is_over_limit: bool = False
+    hosts: frozenset[str] = frozenset()
+    discovery_address: Address = _NOWHERE
     _costs: dict[bytes, int] = field(default_factory=dict)
+    _own_cost: int = 0
 
     def keep(self, endpoint: EndpointData, payload: bytes) -> bool:
         """Add or replace an endpoint; return False if the limit is reached."""
         guid, cost = endpoint.guid, cost_bytes(payload)
-        before = self._costs.get(guid, 0)
-        if cost > before and not self.kept.take(cost - before):
+        if not self.kept.hold(self._costs.get(guid, 0), cost):
             return False
         self.endpoints[guid] = endpoint
-        self._costs[guid] = max(cost, before)
+        self._costs[guid] = cost
+        return True
+
+    def renew(self, data: ParticipantData, payload: bytes | memoryview) -> bool:
+        """Replace the peer's own announcement.
+
+        Return False, and change nothing, if there is no room for the new one, or it has no usable address.
+        """
+        cost, address = cost_bytes(payload), self.choose(data.discovery)
+        if address is None or not self.kept.hold(self._own_cost, cost):
+            return False
+        self.data, self.discovery_address, self._own_cost = data, address, cost
         return True
 
     def forget(self, guid: bytes) -> EndpointData | None:
@@ -54,28 +73,40 @@ class Peer:
         self.kept.give_back(self._costs.pop(guid, 0))
         return self.endpoints.pop(guid, None)
 
-    @property
-    def discovery_address(self) -> Address:
-        return self.choose(self.data.discovery)
-
-    def address_of(self, endpoint: EndpointData) -> Address:
-        """Return the address for samples and requests to an endpoint of this peer."""
+    def address_of(self, endpoint: EndpointData) -> Address | None:
+        """Return the address for samples and requests to an endpoint of this peer; see `choose`."""
         return self.choose(endpoint.addresses or self.data.data)
 
-    def choose(self, addresses: tuple[Address, ...]) -> Address:
-        """Return the address that has the peer's `host`, or the first address if none has it."""
-        return next((each for each in addresses if each.host == self.host), addresses[0])
+    def choose(self, addresses: tuple[Address, ...]) -> Address | None:
+        """Return the address that has the peer's `host`, or the first one to which data may be sent.
+
+        An announcement is small, and data can be large: what names another machine as the recipient would
+        make this one flood it. Therefore, data is sent only to the host that sent the announcement, to its
+        network (the first three bytes of the address), and to `hosts`.
+        """
+        own = next((each for each in addresses if each.host == self.host), None)
+        return own or next((each for each in addresses if self._is_near(each.host)), None)
+
+    def _is_near(self, host: str) -> bool:
+        if self.host in self.hosts or self.host.startswith("127."):
+            return host in self.hosts or host.startswith("127.")
+        return host in self.hosts or host.rpartition(".")[0] == self.host.rpartition(".")[0]
 
 
-def cost_bytes(payload: bytes) -> int:
+def cost_bytes(payload: bytes | memoryview) -> int:
     return len(payload) + _OVERHEAD_BYTES
 
 
 class Peers:
-    """All other participants that have announced themselves."""
+    """All other participants that have announced themselves.
 
-    def __init__(self, limits: Limits) -> None:
+    Each gets at most half of what the others leave, so that a flood of them leaves room for the next one.
+    """
+
+    def __init__(self, limits: Limits, hosts: frozenset[str] = frozenset()) -> None:
+        """`hosts`: addresses of this machine and of static peers, to which data may be sent."""
         self._limits = limits
+        self._hosts = hosts
         self._kept = Budget(limits.ros2_discovery_bytes)
         self._incomplete = Budget(limits.ros2_incomplete_total_bytes)
         self._peers: dict[bytes, Peer] = {}
@@ -89,19 +120,27 @@ class Peers:
     def get(self, prefix: bytes) -> Peer | None:
         return self._peers.get(prefix)
 
-    def add(self, data: ParticipantData, size: int, host: str, now: float) -> Peer | None:
-        """Add and return a peer; return None if the limit is reached."""
-        kept = Budget(self._limits.ros2_peer_bytes, self._kept)
-        if not kept.take(size):
+    def reaches(self, data: ParticipantData, host: str) -> bool:
+        """Return whether a participant, announced by a host, has an address to which data may be sent."""
+        nothing = Budget(0)
+        peer = Peer(data, host, 0, 0, nothing, nothing, hosts=self._hosts)
+        return peer.choose(data.discovery) is not None
+
+    def add(self, data: ParticipantData, payload: bytes | memoryview, host: str, now: float) -> Peer | None:
+        """Add and return a peer; return None if the limit is reached, or it announces no usable address."""
+        kept = Budget(self._limits.ros2_peer_bytes, self._kept, part=_PART)
+        incomplete = Budget(self._limits.ros2_incomplete_bytes, self._incomplete, part=_PART)
+        peer = Peer(data, host, now, now, kept, incomplete, hosts=self._hosts)
+        if not peer.renew(data, payload):
             return None
-        incomplete = Budget(self._limits.ros2_incomplete_bytes, self._incomplete)
-        peer = self._peers[data.prefix] = Peer(data, host, now, now, kept, incomplete)
+        self._peers[data.prefix] = peer
         return peer
 
     def remove(self, prefix: bytes) -> Peer | None:
         peer = self._peers.pop(prefix, None)
         if peer is not None:
-            peer.kept.give_back(peer.kept.used_bytes)
+            peer.kept.close()
+            peer.incomplete.close()
         return peer
 
     def expired(self, now: float) -> list[Peer]:

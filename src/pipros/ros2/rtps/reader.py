@@ -18,8 +18,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
+from pipros.basics.budget import Budget
 from pipros.ros2.rtps.encoding import acknack, datagram_head, nack_frag
-from pipros.ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, Budget, total_fragments
+from pipros.ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, inline_bytes, total_fragments
 from pipros.ros2.rtps.outbox import Outbox
 from pipros.ros2.rtps.parameters import Address, Parameters
 from pipros.ros2.rtps.submessages import MAX_SET, Data, DataFrag, Gap, Heartbeat, HeartbeatFrag
@@ -38,6 +39,8 @@ MAX_ASSEMBLIES: Final = 256
 MAX_FRAGMENTS: Final = 1 << 17
 MAX_EARLY: Final = 8192
 """The budgets limit memory; these numbers limit the work that one submessage causes."""
+KEPT_PER_WORK: Final = 64
+"""Number of early samples and assemblies that a heartbeat walks through for one unit of work."""
 ABANDONED_S: Final = 5.0
 """Fragments of a best-effort sample are dropped if no further fragment arrives within this time."""
 
@@ -120,6 +123,11 @@ class Reader:
     def is_waiting(self) -> bool:
         """True if `deadline` is finite."""
         return bool(self._waiting)
+
+    def work(self, guid: bytes) -> int:
+        """Return how much what is kept of a writer adds to the work of a submessage; see `engine.work_of`."""
+        writer = self.writers.get(guid)
+        return 0 if writer is None else (len(writer.early) + len(writer.assemblies)) // KEPT_PER_WORK
 
     def match(
         self,
@@ -267,7 +275,7 @@ class Reader:
         fragments = total_fragments(fragment.fragment_bytes, fragment.sample_bytes)
         if fragment.sample_bytes > self.sample_bytes or fragments > MAX_FRAGMENTS:
             self.lost += 1
-            self._skip(writer, sequence, sequence + 1)
+            self._skip(writer, (sequence, sequence + 1))
             return None
         if len(writer.assemblies) >= MAX_ASSEMBLIES:
             return None
@@ -281,20 +289,29 @@ class Reader:
         if writer is None or not writer.is_reliable:
             return
         writer.is_greeted = True
-        self._skip(writer, gap.start, max(gap.start, gap.base))
-        for sequence in gap.others:
-            self._skip(writer, sequence, sequence + 1)
+        others = [(sequence, sequence + 1) for sequence in gap.others]
+        self._skip(writer, (gap.start, max(gap.start, gap.base)), *others)
 
-    def _skip(self, writer: WriterProxy, start: int, end: int) -> None:
-        if end <= writer.expected:
+    def _skip(self, writer: WriterProxy, *ranges: tuple[int, int]) -> None:
+        """Skip the samples in a range, and in further ranges of one sample each."""
+        skipped = []
+        for start, end in ranges:
+            if end <= writer.expected:
+                continue
+            writer.has_progressed = True
+            # beyond the limit, the writer repeats the GAP when its samples are requested
+            if start <= writer.expected or len(writer.skipped) < MAX_GAPS:
+                writer.skipped.append((start, end))
+                skipped.append((start, end))
+        if not skipped:
             return
-        writer.has_progressed = True
-        if start > writer.expected and len(writer.skipped) >= MAX_GAPS:
-            return  # the writer repeats the GAP when its samples are requested
-        writer.skipped.append((start, end))
-        for sequence in [each for each in writer.assemblies if start <= each < end]:
+        first, last = skipped[0]
+        singles = {start for start, _ in skipped[1:]}
+        for sequence in [each for each in writer.assemblies if first <= each < last or each in singles]:
             writer.assemblies.pop(sequence).release()
-        writer.requested = {each for each in writer.requested if not start <= each < end}
+        writer.requested = {
+            each for each in writer.requested if not (first <= each < last or each in singles)
+        }
         self._catch_up(writer)
 
     def on_heartbeat(self, guid: bytes, beat: Heartbeat, now: float) -> None:
@@ -425,4 +442,4 @@ class Reader:
 
 
 def _cost(sample: Sample) -> int:
-    return len(sample.payload) + PIECE_OVERHEAD_BYTES
+    return len(sample.payload) + inline_bytes(sample.inline) + PIECE_OVERHEAD_BYTES

@@ -31,7 +31,7 @@ from pipros.ros2.rtps import reader
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData, entries
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.engine import Engine
-from pipros.ros2.rtps.events import Event, Mismatched, OverLimit, PeerChanged
+from pipros.ros2.rtps.events import Elsewhere, Event, Mismatched, OverLimit, PeerChanged
 from pipros.ros2.rtps.graph_info import GidBytes, Knowledge, NodeInfo
 from pipros.ros2.rtps.identity import guid_text, is_writer
 from pipros.ros2.rtps.nodes import Nodes
@@ -242,6 +242,12 @@ class RtpsEngine:
                 self._has_mismatches = True
             case OverLimit(prefix):
                 self._warn(prefix, "a ROS 2 participant has announced too much; the rest is ignored")
+            case Elsewhere(prefix, host):
+                self._warn(
+                    prefix,
+                    f"a ROS 2 participant at {host} is ignored, as its addresses are of other networks; "
+                    "name them in ROS_STATIC_PEERS to allow them",
+                )
 
     def _warn_of_mismatches(self) -> None:
         """Log the endpoints that match no local one, once each.

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 from queue import SimpleQueue
 from typing import Final
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.interruptible_wait import get_within_slice
 from pipros.basics.limits import process_limits
+from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
 from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.identity import guid_text
@@ -35,7 +37,7 @@ from pipros.ros2.rtps.service_styles import (
     topics_of,
     with_head,
 )
-from pipros.ros2.rtps.topics import SAMPLE_OVERHEAD_BYTES
+from pipros.ros2.rtps.topics import cost_bytes
 
 SERVICE_QOS: Final = Qos(depth=10)
 _WRITER_QOS: Final = Qos(depth=0)
@@ -91,8 +93,9 @@ class Server:
         self._service = service
         self._handler = handler
         self._workers = Workers("ros2 service", _WORKERS)
-        self._limit_bytes = process_limits().ros2_inbox_bytes
-        self._queued_bytes = 0
+        self._queued = Budget(process_limits().ros2_inbox_bytes)
+        self._clients: dict[bytes, Budget] = {}
+        self._turns: Turns[bytes, Sample] = Turns()
         self._lock = threading.Lock()
         entry = id_entry(os.urandom(16), is_client=False)
         self._writer = participant.add_writer(replies, reply_type, _WRITER_QOS, entry + reply_hash)
@@ -101,17 +104,41 @@ class Server:
         )
 
     def _on_request(self, sample: Sample) -> None:
+        """Queue a request. A participant may use half of what the others leave; they take turns."""
+        client = sample.writer[:12]
         with self._lock:
-            if self._queued_bytes + _cost_bytes(sample) > self._limit_bytes:
+            budget = self._clients.get(client) or Budget(self._queued.limit, self._queued, part=0.5)
+            if not budget.take(cost_bytes(sample)):
                 self.refused += 1
                 return
-            self._queued_bytes += _cost_bytes(sample)
+            self._clients[client] = budget
+            self._turns.put(client, sample)
         try:
-            self._workers.run(self._answer, sample)
+            self._workers.run(self._answer_next)
         except RuntimeError:  # the system cannot start another thread
-            self.refused += 1
             with self._lock:
-                self._queued_bytes -= _cost_bytes(sample)
+                self.refused += 1
+                if self._turns:
+                    self._forget(self._turns.pop()[1])
+
+    def _forget(self, sample: Sample) -> None:
+        """Return the bytes of a request. The caller holds the lock."""
+        client = sample.writer[:12]
+        budget = self._clients[client]
+        budget.give_back(cost_bytes(sample))
+        if not budget.used:
+            del self._clients[client]
+
+    def _answer_next(self) -> None:
+        with self._lock:
+            if not self._turns:
+                return
+            _, sample = self._turns.pop()
+        try:
+            self._answer(sample)
+        finally:
+            with self._lock:
+                self._forget(sample)
 
     def _answer(self, sample: Sample) -> None:
         try:
@@ -127,9 +154,6 @@ class Server:
                 self._reply(request, payload)
         except PiprosError as error:
             _LOG.warning("the reply of %s was not sent: %s", self._service, error)
-        finally:
-            with self._lock:
-                self._queued_bytes -= _cost_bytes(sample)
 
     def _reply(self, request: Request, payload: bytes) -> None:
         entity = self._writer.entity
@@ -154,10 +178,6 @@ class Server:
         self._reader.close()
         self._writer.close()
         self._workers.close()
-
-
-def _cost_bytes(sample: Sample) -> int:
-    return len(sample.payload) + SAMPLE_OVERHEAD_BYTES
 
 
 def _recipients(engine: Engine, entity: bytes, request: Request) -> frozenset[bytes]:

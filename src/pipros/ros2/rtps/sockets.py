@@ -13,6 +13,7 @@ from typing import Final
 
 from pipros.basics.errors import Unreachable
 from pipros.basics.limits import Limits
+from pipros.basics.turns import Turns
 from pipros.net.address import ANY, LOOPBACK
 from pipros.net.this_machine import addresses_of, own_addresses
 from pipros.ros2.rtps.domain import (
@@ -63,6 +64,7 @@ class RtpsSockets:
         announce_to: addresses at which other participants may be found.
         local_hosts: this machine's addresses.
         receiving: the sockets to read.
+        static_hosts: the addresses of the static peers.
         request_bytes: maximum number of bytes to request at a time. The requested data fits into the receive
             buffer, where a datagram takes up to 1.7 times its size.
     """
@@ -88,10 +90,13 @@ class RtpsSockets:
         self.data = tuple(Address(each, data_port(where.domain, participant)) for each in hosts)
         self.local_hosts = frozenset(interfaces)
         self._interfaces = hosts
+        static: list[str] = []
         probed = [LOOPBACK] if where.range is not DiscoveryRange.OFF else []
         announce_to: list[Address] = []
         if where.range is not DiscoveryRange.OFF:
-            probed += [found for peer in where.static_peers for found in _ipv4(peer, limits)]
+            static = [found for peer in where.static_peers for found in _ipv4(peer, limits)]
+        self.static_hosts = frozenset(static)
+        probed += static
         if where.range is DiscoveryRange.SUBNET:
             announce_to.append(self._group)
             self.receiving.append(_multicast_socket(self._group, hosts))
@@ -138,38 +143,62 @@ class Backlog:
     """
 
     def __init__(self, limit_bytes: int) -> None:
+        """Create an empty backlog. A sender may use half of what the others leave of `limit_bytes`."""
         self._limit_bytes = limit_bytes
         self._bytes = 0
+        self._bytes_of: dict[tuple[str, int], int] = {}
         self._read_at = -math.inf
-        self._datagrams: deque[tuple[bytes, str, float]] = deque()
+        self._times: deque[list[float]] = deque()  # each time of reading, and how many datagrams wait since
+        self._turns: Turns[tuple[str, int], tuple[bytes, list[float]]] = Turns()
 
     def __bool__(self) -> bool:
-        return bool(self._datagrams)
+        return bool(self._turns)
 
     @property
     def handled_until(self) -> float:
         """All datagrams read before this time have been returned by `next`."""
-        return self._datagrams[0][2] if self._datagrams else self._read_at
+        while self._times and not self._times[0][1]:
+            self._times.popleft()
+        return self._times[0][0] if self._times else self._read_at
 
     def read(self, sources: Iterable[socket.socket], now: float) -> None:
-        """Read the datagrams that have arrived, up to the limit. The system may drop further ones."""
+        """Read the datagrams that have arrived, up to the limit. The system may drop further ones.
+
+        A sender's datagrams beyond its share are dropped.
+        """
+        time: list[float] = [now, 0]
         for source in sources:
             while self._bytes < self._limit_bytes:
                 try:
-                    datagram, address = source.recvfrom(_MAX_DATAGRAM)
+                    datagram, sender = source.recvfrom(_MAX_DATAGRAM)
                 except OSError:  # no datagram is waiting, or an earlier one caused an ICMP error
                     break
-                self._datagrams.append((datagram, str(address[0]), now))
-                self._bytes += len(datagram) + _DATAGRAM_OVERHEAD_BYTES
+                size, mine = len(datagram) + _DATAGRAM_OVERHEAD_BYTES, self._bytes_of.get(sender, 0)
+                if mine and 2 * (mine + size) > self._limit_bytes - self._bytes + mine:
+                    continue
+                self._turns.put(sender, (datagram, time))
+                self._bytes_of[sender] = mine + size
+                self._bytes += size
+                time[1] += 1
+        if time[1]:
+            self._times.append(time)
         self._read_at = now
 
     def next(self) -> tuple[bytes, str] | None:
-        """Return the next datagram and the host that sent it, or None if there is no datagram."""
-        if not self._datagrams:
+        """Return the next datagram and the host that sent it, or None if there is no datagram.
+
+        The senders take turns, so that a flood of one delays only its own datagrams.
+        """
+        if not self._turns:
             return None
-        datagram, host, _ = self._datagrams.popleft()
-        self._bytes -= len(datagram) + _DATAGRAM_OVERHEAD_BYTES
-        return datagram, host
+        sender, (datagram, time) = self._turns.pop()
+        time[1] -= 1
+        size = len(datagram) + _DATAGRAM_OVERHEAD_BYTES
+        self._bytes -= size
+        left = self._bytes_of.pop(sender) - size
+        if left:
+            self._bytes_of[sender] = left
+        return datagram, str(sender[0])
 
 
 def _ipv4(peer: str, limits: Limits) -> list[str]:

@@ -26,7 +26,8 @@ PAD, ACKNACK, HEARTBEAT, GAP, INFO_TS, INFO_SRC, INFO_DST = 0x01, 0x06, 0x07, 0x
 NACK_FRAG, HEARTBEAT_FRAG, DATA, DATA_FRAG = 0x12, 0x13, 0x15, 0x16
 LITTLE, INLINE_QOS, HAS_DATA, HAS_KEY = 0x01, 0x02, 0x04, 0x08
 FINAL: Final = 0x02
-_MAX_SEQUENCE: Final = (1 << 63) - 1
+_MAX_SEQUENCE: Final = 1 << 62
+"""Larger numbers, which no writer reaches, would overflow when one is added to them."""
 
 
 def _both(layout: str) -> tuple[Struct, Struct]:
@@ -247,7 +248,7 @@ def _read_heartbeat(body: memoryview, flags: int) -> Heartbeat:
     reader, writer, *numbers = _HEARTBEAT_LAYOUT[flags & LITTLE].unpack_from(body)
     high, low, last_high, last_low, count = numbers
     first, last = _sequence(high, low), (last_high << 32) | last_low
-    if not first - 1 <= last:
+    if not first - 1 <= last <= _MAX_SEQUENCE:
         raise Malformed
     return Heartbeat(reader, writer, first, last, count, bool(flags & FINAL))
 

@@ -9,12 +9,18 @@ from collections.abc import Callable
 from typing import Final, Protocol, TypeVar
 
 from pipros.ros2.rtps.engine import Engine
+from pipros.ros2.rtps.incomplete import inline_bytes
 from pipros.ros2.rtps.parameters import SampleIdentity
 from pipros.ros2.rtps.reader import Sample
 
 _Answer = TypeVar("_Answer")
 _LOG = logging.getLogger("pipros.ros2")
 SAMPLE_OVERHEAD_BYTES: Final = 500
+
+
+def cost_bytes(sample: Sample) -> int:
+    """Return the memory that a queued sample takes."""
+    return len(sample.payload) + inline_bytes(sample.inline) + SAMPLE_OVERHEAD_BYTES
 
 
 class RunningEngine(Protocol):
@@ -136,13 +142,13 @@ class TopicReader:
 
     def push(self, sample: Sample) -> bool:
         """Add a sample, and drop the oldest ones beyond the limits. Return True if the inbox was empty."""
-        cost = len(sample.payload) + SAMPLE_OVERHEAD_BYTES
+        cost = cost_bytes(sample)
         with self._lock:
             was_empty = not self._inbox
             while self._inbox and (
                 (self._depth and len(self._inbox) >= self._depth) or self._bytes + cost > self._limit_bytes
             ):
-                self._bytes -= len(self._inbox.popleft().payload) + SAMPLE_OVERHEAD_BYTES
+                self._bytes -= cost_bytes(self._inbox.popleft())
                 self.dropped += 1
             self._inbox.append(sample)
             self._bytes += cost
@@ -155,7 +161,7 @@ class TopicReader:
                 if not self._inbox:
                     return
                 sample = self._inbox.popleft()
-                self._bytes -= len(sample.payload) + SAMPLE_OVERHEAD_BYTES
+                self._bytes -= cost_bytes(sample)
             try:
                 self._callback(sample)
             except Exception:

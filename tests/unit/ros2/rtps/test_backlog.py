@@ -52,14 +52,19 @@ def test_datagrams_that_were_not_returned_are_not_handled(ends: tuple[socket.soc
     assert found == [1.0, 2.0, 2.0]
 
 
-def test_datagrams_beyond_the_limit_stay_with_the_system(ends: tuple[socket.socket, socket.socket]) -> None:
-    backlog = Backlog(1000)
-    for _ in range(10):
+def test_a_flood_of_one_sender_delays_and_displaces_only_its_own_datagrams(
+    ends: tuple[socket.socket, socket.socket],
+) -> None:
+    backlog = Backlog(5_000)
+    for _ in range(20):
         ends[0].send(bytes(300))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.sendto(b"mine", ends[1].getsockname())
     backlog.read([ends[1]], 1.0)
-    first = [backlog.next() for _ in range(3)]
-    backlog.read([ends[1]], 2.0)
 
-    assert first[:2] == [(bytes(300), "127.0.0.1")] * 2
-    assert first[2] is None
-    assert backlog
+    found = []
+    while (datagram := backlog.next()) is not None:
+        found.append(datagram[0])
+    assert found[1] == b"mine"
+    assert len(found) == 1 + 5  # half of the limit
+    assert backlog.handled_until == 1.0

@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+import struct
 import tracemalloc
 
+import pytest
+
 from pipros.basics.limits import Limits
-from pipros.ros2.rtps.announcements import ParticipantData, write_participant
+from pipros.ros2.rtps.announcements import (
+    EndpointData,
+    ParticipantData,
+    write_endpoint,
+    write_participant,
+)
 from pipros.ros2.rtps.encoding import acknack, data_frag_head, data_head, datagram_head, gap, heartbeat
-from pipros.ros2.rtps.identity import PARTICIPANT_READER, PARTICIPANT_WRITER
-from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.engine import Engine
+from pipros.ros2.rtps.events import Elsewhere, Settings
+from pipros.ros2.rtps.identity import (
+    PARTICIPANT_READER,
+    PARTICIPANT_WRITER,
+    PUBLICATIONS_WRITER,
+    SUBSCRIPTIONS_READER,
+    SUBSCRIPTIONS_WRITER,
+)
+from pipros.ros2.rtps.parameters import SENTINEL, Address
 from pipros.ros2.rtps.qos import Qos
 from tests.support.rtps_network import STRING, Host, SimulatedNetwork
 
@@ -27,11 +43,12 @@ def connected(limits: Limits) -> tuple[SimulatedNetwork, Host, bytes, Host, byte
     return network, victim, reader, peer, writer
 
 
-def announcement(number: int) -> bytes:
+def announcement(number: int, user_data: bytes = b"", host: str = HOST) -> bytes:
     """A participant that does not exist."""
     prefix = b"liar" + number.to_bytes(8, "big")
-    address = (Address("127.0.0.1", 9),)
-    payload = write_participant(ParticipantData(prefix, discovery=address, lease_s=1e6))
+    address = (Address(host, 9),)
+    data = ParticipantData(prefix, discovery=address, lease_s=1e6, user_data=user_data)
+    payload = write_participant(data)
     head = data_head(PARTICIPANT_READER, PARTICIPANT_WRITER, 1, len(payload))
     return datagram_head(prefix) + head + payload
 
@@ -186,3 +203,130 @@ def test_a_reader_that_never_answers_costs_no_more_than_the_history() -> None:
 
     assert victim.engine.writer(writer).dropped > 800
     assert sum(len(datagram) for _, datagram in network.sent[sent:]) < 1_200_000
+
+
+def test_announcements_that_grow_later_are_counted() -> None:
+    network = SimulatedNetwork()
+    victim = network.host(Limits(ros2_discovery_bytes=1_000_000))
+    tracemalloc.start()
+    try:
+        for user_data in (b"", bytes(50_000)):
+            for number in range(300):
+                victim.engine.receive(announcement(number, user_data), HOST, network.now)
+                victim.engine.take_outgoing()
+                victim.engine.take_events()
+        used = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+
+    held = sum(len(peer.data.user_data) + 2_000 for peer in victim.engine.peers)
+    assert held <= 1_000_000
+    assert used < 3_000_000
+
+
+def test_values_that_nothing_reads_are_not_kept() -> None:
+    """Each sample arrives early, with 15,000 empty parameters in its inline QoS."""
+    network, victim, _, peer, writer = connected(Limits(ros2_incomplete_bytes=200_000))
+    inline = b"".join(struct.pack("<HH", 0x100 + number, 0) for number in range(15_000)) + SENTINEL
+    head = datagram_head(peer.engine.prefix, victim.engine.prefix)
+    tracemalloc.start()
+    try:
+        for number in range(200):
+            start = data_head(b"\0\0\0\0", writer, 3 + number, 4, inline)
+            victim.engine.receive(head + start + bytes(4), HOST, network.now)
+        used = tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+
+    assert used < 1_000_000
+
+
+def test_each_writer_is_answered_once_per_datagram() -> None:
+    network, victim, _, peer, writer = connected(Limits())
+    head = datagram_head(peer.engine.prefix, victim.engine.prefix)
+    victim.engine.take_outgoing()
+    beats = [heartbeat(b"\0\0\0\0", writer, 2 + n, 2 + n, 100 + n, is_final=False) for n in range(1_700)]
+    victim.engine.receive(head + b"".join(beats), HOST, network.now)
+    answers = victim.engine.take_outgoing()
+
+    assert len(answers) == 1
+    assert sum(len(part) for part in answers[0].parts) < 100
+
+
+def test_the_work_of_a_step_is_bounded_whatever_a_datagram_contains() -> None:
+    """A datagram of 57 kB with ACKNACKs of 900 readers, which request all announcements."""
+    network, victim, _, peer, _ = connected(Limits())
+    for number in range(300):
+        victim.engine.add_writer(f"rt/{number}", STRING, DEEP, network.now)
+    victim.engine.take_outgoing()
+    head = datagram_head(peer.engine.prefix, victim.engine.prefix)
+    everything = tuple(range(1, 257))
+    requests = [
+        acknack(struct.pack(">I", n), PUBLICATIONS_WRITER, 1, everything, 1, is_final=True)
+        for n in range(900)
+    ]
+    steps = list(victim.engine.handle(head + b"".join(requests), HOST, network.now))
+
+    assert len(steps) > 500
+    assert max(steps) < 300
+    sent = sum(len(part) for each in victim.engine.take_outgoing() for part in each.parts)
+    assert sent < 1_000
+
+
+@pytest.mark.parametrize("number", [(1 << 63) - 1, (1 << 62) + 1])
+def test_sequence_numbers_that_no_writer_reaches_are_malformed(number: int) -> None:
+    network, victim, reader, peer, writer = connected(Limits())
+    head = datagram_head(peer.engine.prefix, victim.engine.prefix)
+    for text in (
+        heartbeat(b"\0\0\0\0", writer, number, number, 100),
+        heartbeat(b"\0\0\0\0", writer, 1, number, 101),
+        data_head(b"\0\0\0\0", writer, number, 4) + bytes(4),
+        gap(b"\0\0\0\0", writer, number, number),
+    ):
+        victim.engine.receive(head + text, HOST, network.now)
+        victim.engine.poll(network.now)
+    assert victim.engine.malformed == 4
+
+    peer.engine.write(writer, b"next", network.now)
+    network.run_until(lambda: bool(victim.payloads(reader)))
+
+
+@pytest.mark.parametrize(
+    ("host", "source", "is_known"),
+    [
+        ("198.51.100.7", "198.51.100.7", True),
+        ("198.51.100.8", "198.51.100.7", True),
+        ("203.0.113.9", "198.51.100.7", False),
+        ("203.0.113.9", "127.0.0.1", False),
+        ("192.0.2.1", "198.51.100.7", True),  # a static peer
+    ],
+)
+def test_data_is_sent_only_to_the_network_of_the_sender(host: str, source: str, is_known: bool) -> None:
+    me = ParticipantData(b"the victim..", discovery=(Address(HOST, 7410),), data=(Address(HOST, 7411),))
+    static = frozenset({"192.0.2.1"})
+    engine = Engine(Settings(me, (), frozenset(), static_hosts=static), Limits(), 100.0)
+    engine.receive(announcement(1, host=host), source, 100.0)
+    recipients = {each.address.host for each in engine.take_outgoing()}
+
+    assert (len(engine.peers) == 1) is is_known
+    assert recipients == ({host} if is_known else set())
+    refused = [each for each in engine.take_events() if isinstance(each, Elsewhere)]
+    assert refused == ([] if is_known else [Elsewhere(b"liar" + bytes(7) + b"\1", source)])
+
+
+def test_a_reader_elsewhere_gets_no_samples() -> None:
+    """The participant has an address of its own, but its reader names another machine."""
+    network, victim, _, peer, _ = connected(Limits())
+    writer = victim.engine.add_writer("rt/b", STRING, Qos(), network.now)
+    there = (Address("203.0.113.9", 9),)
+    reader = EndpointData(peer.engine.prefix + b"\0\0\x7f\4", "rt/b", STRING, Qos(), addresses=there)
+    payload = write_endpoint(reader)
+    head = datagram_head(peer.engine.prefix, victim.engine.prefix)
+    start = data_head(SUBSCRIPTIONS_READER, SUBSCRIPTIONS_WRITER, 2, len(payload))
+    victim.engine.receive(head + start + payload, HOST, network.now)
+    beat = heartbeat(SUBSCRIPTIONS_READER, SUBSCRIPTIONS_WRITER, 2, 2, 900)
+    victim.engine.receive(head + beat, HOST, network.now)
+    victim.engine.write(writer, bytes(1000), network.now)
+
+    assert victim.engine.endpoint(reader.guid) is not None
+    assert reader.guid not in victim.engine.writer(writer).readers

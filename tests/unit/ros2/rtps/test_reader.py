@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from pipros.basics.budget import Budget
 from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
-from pipros.ros2.rtps.incomplete import Budget
 from pipros.ros2.rtps.outbox import Outbox
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.reader import Reader, Sample
@@ -167,7 +167,7 @@ def test_early_samples_in_a_gap_are_delivered(end: int) -> None:
     assert ears.numbers() == [1, 2, 4, 5]
     ears.wait(60.0)
     assert ears.numbers() == [1, 2, 4, 5, 26, 27, 28, 29]
-    assert (ears.reader.lost, ears.budget.used_bytes) == (26 - end, 0)
+    assert (ears.reader.lost, ears.budget.used) == (26 - end, 0)
 
 
 def test_repeated_samples_and_gaps_do_nothing() -> None:
@@ -192,7 +192,7 @@ def test_missing_fragments_are_requested() -> None:
 
     assert wanted == {(1, 3)}
     assert ears.delivered[0].payload == bytes([1]) * 100 + bytes([2]) * 100 + bytes([3]) * 100
-    assert ears.budget.used_bytes == 0
+    assert ears.budget.used == 0
 
 
 def test_the_tail_of_a_sample_is_requested_after_a_heartbeat_of_fragments() -> None:
@@ -219,10 +219,10 @@ def test_fragments_that_contradict_each_other_are_dropped() -> None:
 def test_incomplete_best_effort_samples_are_dropped_after_a_while() -> None:
     ears = Ears(is_reliable=False)
     ears.fragment(1, 1)
-    assert ears.budget.used_bytes > 0
+    assert ears.budget.used > 0
     ears.wait(11.0)
 
-    assert (ears.budget.used_bytes, ears.reader.deadline) == (0, math.inf)
+    assert (ears.budget.used, ears.reader.deadline) == (0, math.inf)
 
 
 def test_a_newer_best_effort_sample_replaces_an_incomplete_one() -> None:
@@ -233,7 +233,7 @@ def test_a_newer_best_effort_sample_replaces_an_incomplete_one() -> None:
     ears.sample(1)
 
     assert ears.numbers() == [2]
-    assert ears.budget.used_bytes == 0
+    assert ears.budget.used == 0
 
 
 def test_early_samples_beyond_the_limit_are_requested_again() -> None:
@@ -241,7 +241,7 @@ def test_early_samples_beyond_the_limit_are_requested_again() -> None:
     ears.beat(1, 30)
     for number in range(2, 31):
         ears.sample(number)
-    assert ears.budget.used_bytes <= 2000
+    assert ears.budget.used <= 2000
     ears.sample(1)
     ears.requests()
     ears.beat(1, 30, 2)
@@ -260,7 +260,7 @@ def test_the_end_of_a_writer_frees_what_it_used() -> None:
     ears.reader.unmatch(GUID)
     ears.sample(1)
 
-    assert (ears.budget.used_bytes, ears.numbers(), ears.reader.deadline) == (0, [], math.inf)
+    assert (ears.budget.used, ears.numbers(), ears.reader.deadline) == (0, [], math.inf)
 
 
 def fragment_requests(ears: Ears) -> list[tuple[int, ...]]:
@@ -322,7 +322,7 @@ def test_overlapping_runs_of_fragments_are_joined() -> None:
         ears.handle(run)
 
     assert [each.payload for each in ears.delivered] == [b"".join(pieces)]
-    assert ears.budget.used_bytes == 0
+    assert ears.budget.used == 0
 
 
 def fragments_of_large_samples(ears: Ears, sequence: int, which: range) -> None:
