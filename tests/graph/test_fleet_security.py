@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -181,8 +182,14 @@ def test_revoking_ends_the_link_of_a_member(ros: RosSystem, authority: Authority
 
 
 def test_an_authority_adds_renews_and_revokes_members(tmp_path: Path) -> None:
-    authority = Authority.create(tmp_path / "fleet")
-    folder = authority.add("robot1")
+    before_umask = os.umask(0)
+    try:
+        authority = Authority.create(tmp_path / "new" / "fleet")
+        folder = authority.add("robot1")
+    finally:
+        os.umask(before_umask)
+    for each in (tmp_path / "new", *(tmp_path / "new").rglob("*")):
+        assert each.stat().st_mode & 0o022 == 0, each  # others cannot change it
     assert (folder / "member.key").stat().st_mode & 0o777 == 0o600
     assert (authority.folder / "fleet.key").stat().st_mode & 0o777 == 0o600
     before = (folder / "member.crt").read_bytes()
@@ -395,20 +402,27 @@ def test_topics_and_services_of_all_members_together_are_limited(claimed_port: C
     ):
         others = link_to(address)
         try:
-            held = []
+            held, tokens = [], {}
             for name, offers in directories.items():
                 instance = new_instance()
                 answer = _answering(to_json(Directory(name, instance, 1, *offers)))
                 held.append(others.serve(keys.directory(name), answer))
-                held.append(others.declare_token(keys.live(name, 1, instance)))
+                tokens[name] = others.declare_token(keys.live(name, 1, instance))
                 wait_until(lambda name=name: name in operator.agent.shown, LIMIT_S, name)
-            shown = {
-                name: (len(each.sinks), len(each.inputs), len(each.services))
-                for name, each in operator.agent.shown.items()
-            }
-            assert shown == {"first": (2, 2, 1), "second": (0, 0, 0), "third": (0, 0, 0), "last": (0, 0, 0)}
-            assert any("too many topics are shown" in each for each in operator.warnings)
-            assert len(held) == 8
+
+            def shown() -> dict[str, tuple[int, int, int]]:
+                return {
+                    name: (len(each.sinks), len(each.inputs), len(each.services))
+                    for name, each in operator.agent.shown.copy().items()
+                }
+
+            shares = {"first": (2, 0, 0), "second": (1, 0, 0), "third": (2, 0, 0), "last": (0, 0, 0)}
+            wait_until(lambda: shown() == shares, LIMIT_S, lambda: str(shown()))
+            assert any("[second] offers too many topics" in each for each in operator.warnings)
+            tokens["first"].undeclare()
+            left = {"second": (2, 0, 0), "third": (3, 0, 0), "last": (0, 0, 0)}
+            wait_until(lambda: shown() == left, LIMIT_S, lambda: str(shown()))
+            assert len(held) == 4
         finally:
             others.close()
 

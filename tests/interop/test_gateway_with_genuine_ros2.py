@@ -155,12 +155,13 @@ def test_goals_succeed_in_both_directions(system: System) -> None:
 
 
 def test_goals_are_cancelled_in_both_directions(system: System) -> None:
-    for node, command, status in (
-        (system.ros1, "send_goal 2000", 2),
-        (system.ros2, "send_goal tutorials 2000", 5),
+    for node, command, accepted, status in (
+        (system.ros1, "send_goal 2000", "active", 2),
+        (system.ros2, "send_goal tutorials 2000", "accepted True", 5),
     ):
         mark = node.mark()
         node.write_line(command)
+        node.wait_for(f"^{accepted}$", since=mark)
         node.wait_for("^feedback$", since=mark)
         node.write_line("cancel")
         node.wait_for(f"^result {status} 0 1 1", since=mark)

@@ -22,7 +22,7 @@ from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import FleetFile, matches_any
 from pipros.fleet.local_graph import LocalGraph
 from pipros.fleet.local_looks import LocalLooks
-from pipros.fleet.members import Token
+from pipros.fleet.members import TOKENS_PER_MEMBER, Token
 from pipros.fleet.offers import Offers
 from pipros.fleet.presence import Presence
 from pipros.fleet.shown_member import ShownMember
@@ -296,6 +296,9 @@ class Agent:
         self._offers.forget(member)
         self._shown.forget(member)
         self._log.info("[%s] has left", member)
+
+    def on_crowded(self, member: str) -> None:
+        self._warn(f"[{member}] has too many agents; only the newest {TOKENS_PER_MEMBER} count")
 
     def on_older_namesake(self) -> None:
         self._on_failure(NameTaken(_taken(self.member)))

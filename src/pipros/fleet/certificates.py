@@ -6,10 +6,11 @@ the list; revoking a member removes its name from the list.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Final
@@ -80,9 +81,10 @@ class Authority:
             .sign(key, hashes.SHA256())
         )
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            _write_key(folder / AUTHORITY_KEY, key)
-            (folder / AUTHORITY).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+            with _writable_by_owner_only():
+                folder.mkdir(parents=True, exist_ok=True)
+                _write_key(folder / AUTHORITY_KEY, key)
+                (folder / AUTHORITY).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
         except OSError as error:
             raise KeysFailed(f"cannot write [{folder}]: {error.strerror or error}") from None
         authority = cls(folder)
@@ -172,11 +174,12 @@ class Authority:
                 .sign(issuer_key, hashes.SHA256())
             )
             folder = self.folder / name
-            folder.mkdir(exist_ok=True)
-            _write_key(folder / KEY, key)
-            (folder / CERTIFICATE).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
-            (folder / NAME).write_text(f"{name}\n")
-            shutil.copyfile(self.folder / AUTHORITY, folder / AUTHORITY)
+            with _writable_by_owner_only():
+                folder.mkdir(exist_ok=True)
+                _write_key(folder / KEY, key)
+                (folder / CERTIFICATE).write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+                (folder / NAME).write_text(f"{name}\n")
+                shutil.copyfile(self.folder / AUTHORITY, folder / AUTHORITY)
         except (OSError, ValueError) as error:
             raise KeysFailed(f"cannot issue a certificate in [{self.folder}]: {error}") from None
         return folder
@@ -184,8 +187,20 @@ class Authority:
     def _write_members(self, members: Mapping[str, Role]) -> None:
         text = json.dumps({name: role.value for name, role in sorted(members.items())}, indent=1)
         part = self.members_file.with_suffix(".part")
-        part.write_text(f"{text}\n")
-        part.replace(self.members_file)
+        with _writable_by_owner_only():
+            part.write_text(f"{text}\n")
+            part.replace(self.members_file)
+
+
+@contextlib.contextmanager
+def _writable_by_owner_only() -> Iterator[None]:
+    """Within the block, create files and folders that others cannot change, whatever the umask."""
+    before = os.umask(0o022)
+    os.umask(before | 0o022)
+    try:
+        yield
+    finally:
+        os.umask(before)
 
 
 def _name(common_name: str) -> x509.Name:

@@ -56,6 +56,11 @@ class Directory:
     has_parameters: bool = False
     sets_parameters: bool = False
 
+    @property
+    def size(self) -> int:
+        """Number of topics and services."""
+        return len(self.shared) + len(self.accepted) + len(self.services)
+
 
 @dataclass(frozen=True, slots=True)
 class Wishes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from pipros.fleet.keys import VERSION, read_live
 
@@ -16,13 +17,23 @@ class Token:
     version: int = VERSION
 
 
+TOKENS_PER_MEMBER: Final = 4
+"""Tokens kept for each name: of its running agent, of one that replaces it, and of those that just ended."""
+
+
 class Members:
-    """The set of tokens that are present."""
+    """The set of tokens that are present. Each name has a share of `TOKENS_PER_MEMBER`; the newest are kept.
+
+    Attributes:
+        crowded: names that had more tokens than their share.
+    """
 
     def __init__(self, limit: int) -> None:
-        """`limit`: maximum number of tokens; further ones are ignored."""
+        """`limit`: maximum number of names. As many tokens of further names wait for room."""
+        self.crowded: set[str] = set()
+        self._waiting: dict[Token, None] = {}
         self._limit = limit
-        self._tokens: set[Token] = set()
+        self._tokens: dict[str, set[Token]] = {}
 
     def update(self, key: str, *, is_present: bool) -> Token | None:
         """Add or remove a token. Return it, or None if nothing changed."""
@@ -31,15 +42,50 @@ class Members:
             return None
         member, version, instance = found
         token = Token(member, instance, version)
-        if is_present == (token in self._tokens) or (is_present and len(self._tokens) >= self._limit):
+        tokens = self._tokens.get(member, set())
+        if is_present and token in tokens:
             return None
-        (self._tokens.add if is_present else self._tokens.discard)(token)
-        return token
+        if not is_present:
+            self._waiting.pop(token, None)
+            if token not in tokens:
+                return None
+            tokens.discard(token)
+            if not tokens:
+                del self._tokens[member]
+            return token
+        if not tokens and len(self._tokens) >= self._limit:
+            if len(self._waiting) < self._limit:
+                self._waiting[token] = None
+            return None
+        tokens.add(token)
+        self._tokens[member] = tokens
+        if len(tokens) > TOKENS_PER_MEMBER:
+            self.crowded.add(member)
+            tokens.discard(min(tokens))
+        return token if token in tokens else None
+
+    def admit_waiting(self) -> list[Token]:
+        """Add the tokens that waited for room, as far as there is room now, and return them."""
+        admitted = []
+        for token in list(self._waiting):
+            if token.member not in self._tokens:
+                if len(self._tokens) >= self._limit:
+                    continue
+                self._tokens[token.member] = set()
+            del self._waiting[token]
+            self._tokens[token.member].add(token)
+            admitted.append(token)
+        return admitted
 
     def present(self) -> dict[str, Token]:
         """Return each member's newest token with this protocol version, keyed by member."""
-        return {token.member: token for token in sorted(self._tokens) if token.version == VERSION}
+        newest = {}
+        for member, tokens in list(self._tokens.items()):
+            fitting = [token for token in tokens.copy() if token.version == VERSION]
+            if fitting:
+                newest[member] = max(fitting)
+        return newest
 
     def of(self, member: str) -> list[Token]:
         """Return the tokens of one member, oldest first."""
-        return sorted(token for token in self._tokens if token.member == member)
+        return sorted(self._tokens.get(member, ()))

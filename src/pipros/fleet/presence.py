@@ -29,6 +29,9 @@ class PresenceListener(Protocol):
 
     def on_other_version(self, token: Token) -> None: ...
 
+    def on_crowded(self, member: str) -> None:
+        """A member has more tokens than `TOKENS_PER_MEMBER`; only the newest count."""
+
 
 class Presence:
     """Tracks which members are present. While the link is down, no member counts as gone.
@@ -63,8 +66,13 @@ class Presence:
         if has_returned and found is not None:
             self._listener.on_returned(found[0])
         token = self._members.update(key, is_present=True)
-        if token is None:
-            return
+        if found is not None and found[0] in self._members.crowded:
+            self._listener.on_crowded(found[0])
+        if token is not None:
+            self._report(token)
+
+    def _report(self, token: Token) -> None:
+        """Notify the listener of a new token."""
         if token.version != keys.VERSION:
             self._listener.on_other_version(token)
         elif token.member != self._member:
@@ -105,3 +113,5 @@ class Presence:
             self._listener.on_joined(other)
         else:
             self._listener.on_left(token.member)
+            for admitted in self._members.admit_waiting():
+                self._report(admitted)

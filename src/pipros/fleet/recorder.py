@@ -17,11 +17,11 @@ from dataclasses import astuple
 from typing import Final
 
 from pipros.bag.connection import Connection
+from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.fleet import keys
 from pipros.fleet.access import ROUTER
-from pipros.fleet.definition_room import DefinitionRoom
 from pipros.fleet.directory import Directory, Entry, Wishes, from_json, to_json, wishes_to_json
 from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import matches_any
@@ -114,7 +114,7 @@ class Recorder:
         self._topics: dict[tuple[str, str], _Topic] = {}
         self._wishes: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
-        self._room = DefinitionRoom(self._limits.fleet_definition_bytes)
+        self._room = Budget(self._limits.fleet_definition_bytes)
         self._latched_bytes: Counter[str] = Counter()
         self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
         self._waiting_bytes = 0

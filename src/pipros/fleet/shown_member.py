@@ -8,11 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 from pipros.fleet import keys
 from pipros.fleet.calls import RemoteService
-from pipros.fleet.definition_room import DefinitionRoom
 from pipros.fleet.directory import Directory, Entry, read_json
 from pipros.fleet.fleet_file import Priority, Rule
 from pipros.fleet.local_graph import outcome_topics
@@ -47,13 +47,13 @@ class ShownMember:
         me: str,
         directory: Directory,
         workers: Workers,
-        room: DefinitionRoom,
+        room: Budget,
         wake: Callable[[], object],
     ) -> None:
         """Store the settings.
 
         Args:
-            room: memory for the definitions of all members.
+            room: memory for the definitions of all members; each gets half of what the others leave.
             wake: called from any thread if `settle` has something to do.
         """
         self.directory = directory
@@ -67,7 +67,7 @@ class ShownMember:
         self._workers = workers
         self._wake = wake
         self._warn = WarningsOnce(node.log)
-        self._room = room
+        self._room = Budget(room.limit, room, part=0.5)
         self._definitions: dict[tuple[str, str], str | None] = {}
         self._taken_bytes: dict[tuple[str, str], int] = {}
         self._lock = threading.Lock()
@@ -84,8 +84,8 @@ class ShownMember:
             self._refused.add(entry)
             self._warn(f"[{entry.name}] of [{self.directory.member}] is not shown: {error}")
 
-    def settle(self, room: int) -> int:
-        """Update the local master. Return the number of topics and services in the directory, shown or not.
+    def settle(self, room: int) -> None:
+        """Update the local master.
 
         `room`: maximum number of topics and services to show.
         """
@@ -109,7 +109,6 @@ class ShownMember:
             self._receive(name, self.sinks[name])
         for name in self._received.keys() - wanted:
             self._received.pop(name).undeclare()
-        return len(directory.shared) + len(directory.accepted) + len(directory.services)
 
     def wanted(self) -> frozenset[str]:
         """Return the topics that local nodes subscribe to, plus the feedback and results of their actions."""
@@ -122,6 +121,7 @@ class ShownMember:
         self._settle_sinks({})
         self._settle_inputs({})
         self._settle_services({})
+        self._room.close()
 
     def _forget(self, offered: set[Entry]) -> None:
         """Forget all definitions and errors except those of the given entries."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
+from pipros.basics.shares import fair_shares
 from pipros.fleet import keys
-from pipros.fleet.definition_room import DefinitionRoom
 from pipros.fleet.directory import Wishes, from_json, wishes_to_json
 from pipros.fleet.local_graph import occupied
 from pipros.fleet.members import Token
@@ -48,7 +49,7 @@ class ShownMembers:
         self._workers = workers
         self._warn = warn
         self._wake = wake
-        self._room = DefinitionRoom(node.limits.fleet_definition_bytes)
+        self._room = Budget(node.limits.fleet_definition_bytes)
         self._wishes_sent: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
 
@@ -104,12 +105,16 @@ class ShownMembers:
 
     def settle(self) -> None:
         """Update the local master to match the members' directories."""
-        room = self._node.limits.fleet_topics
-        for shown in list(self.members.values()):
-            room -= shown.settle(max(room, 0))
-        if room < 0:
-            limit = limit_text("fleet_topics", self._node.limits.fleet_topics)
-            self._warn(f"too many topics are shown; {limit}")
+        limit = self._node.limits.fleet_topics
+        sizes = {name: shown.directory.size for name, shown in self.members.items()}
+        shares = fair_shares(sizes, limit)
+        for name, shown in sorted(self.members.items(), key=lambda each: shares[each[0]] >= sizes[each[0]]):
+            shown.settle(shares[name])  # those that must give up topics first
+            if shares[name] < sizes[name]:
+                self._warn(
+                    f"[{name}] offers too many topics and services; the first {shares[name]} of its "
+                    f"{sizes[name]} are shown; {limit_text('fleet_topics', limit)} for all members together"
+                )
 
     def publish_wishes(self) -> None:
         """Send each member the list of its topics that local nodes want, if the list has changed."""

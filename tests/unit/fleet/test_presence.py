@@ -28,6 +28,9 @@ class Heard:
     def on_older_namesake(self) -> None:
         self.events.append("older namesake")
 
+    def on_crowded(self, member: str) -> None:
+        self.events.append(f"{member} is crowded")
+
     def on_other_version(self, token: Token) -> None:
         self.events.append(f"{token.member} version {token.version}")
 
@@ -102,3 +105,30 @@ def test_other_versions_and_malformed_tokens_are_not_present() -> None:
     found.settle(is_connected=True, now_s=10)
     assert events == [f"future version {keys.VERSION + 1}"]
     assert found.present() == {}
+
+
+def test_many_tokens_of_one_member_hide_no_other() -> None:
+    heard = Heard()
+    found = Presence(ME, NOW, 3, heard)
+    for number in range(1_000):
+        found.update(keys.live("evil", keys.VERSION, f"{number:016}"), is_present=True, now_s=0)
+    found.update(robot(), is_present=True, now_s=0)
+
+    assert found.present().keys() == {"evil", "robot1"}
+    assert found.present()["evil"].instance == f"{999:016}"
+    assert "robot1 5 joined" in heard.events
+    assert "evil is crowded" in heard.events
+
+
+def test_members_that_were_too_many_are_shown_when_another_leaves() -> None:
+    heard = Heard()
+    found = Presence(ME, NOW, 2, heard)
+    for name in ("robot1", "robot2", "robot3"):
+        found.update(keys.live(name, keys.VERSION, NOW), is_present=True, now_s=0)
+    assert found.present().keys() == {"robot1", "robot2"}
+
+    found.update(robot(), is_present=False, now_s=1)
+    found.settle(is_connected=True, now_s=1 + LEAVE_S)
+
+    assert found.present().keys() == {"robot2", "robot3"}
+    assert heard.events[-2:] == ["robot1 left", "robot3 5 joined"]
