@@ -12,14 +12,14 @@ import pytest
 
 from pipros.msg import load_message_class
 from tests.support.dds_peers import enable_multicast
-from tests.support.environments import REPOSITORY, genuine_environment
+from tests.support.environments import genuine_environment
 from tests.support.hunt import busy_processors
 from tests.support.network import LoneNetwork, needs_network
 from tests.support.processes import Process, Processes
 from tests.support.ros2_oracles import ALL, PYTHON, Ros2
 
 pytestmark = needs_network
-PROGRAMS = REPOSITORY / "tests" / "support" / "ros2"
+PROGRAMS = Path(__file__).parent / "programs"
 MASTER = "http://localhost:11311"
 RULES = """
 topics: {to_ros1: {allow: ["/r2_*"]}}
