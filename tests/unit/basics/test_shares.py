@@ -22,5 +22,5 @@ def test_no_one_gets_less_than_another_who_got_more_than_wanted(wanted: dict[int
     assert sum(shares.values()) == min(limit, sum(wanted.values()))
     for user, share in shares.items():
         assert share <= wanted[user]
-        if share < wanted[user]:  # at most one less than anybody else, by rounding
+        if share < wanted[user]:  # at most one less than any other, by rounding
             assert share >= max(shares.values()) - 1
