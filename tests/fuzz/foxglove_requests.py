@@ -13,6 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from pipros.basics.input_file import read_file
 from pipros.bridges.foxglove.frames import parameter_values
 from pipros.bridges.foxglove.parameters import InvalidParameter, from_client, to_client
 from pipros.bridges.foxglove.requests import FetchAsset, Malformed, SetParameters, read_request
@@ -49,7 +50,7 @@ def target(data: bytes) -> None:
                     json.loads(frame)
         case FetchAsset():
             with contextlib.suppress(AssetRefused):
-                found = read_asset(request.uri, lambda _: [_FOLDER / "none"], 1000)
+                found = read_asset(request.uri, lambda _: [_FOLDER / "none"], 1000, read_file)
                 raise AssertionError(f"{request.uri} was read: {found!r}")
 
 

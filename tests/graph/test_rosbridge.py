@@ -23,8 +23,9 @@ from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.protocol import Settings
 from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.bridges.rosbridge.session import Timing
-from pipros.bridges.rosbridge.stream_servers import NotLoopback, TcpServer, UdpServer
+from pipros.bridges.rosbridge.stream_servers import TcpServer
 from pipros.bridges.rosbridge.text_input import JsonObjects
+from pipros.bridges.rosbridge.udp_server import NotLoopback, UdpServer
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_client import ServiceFailed

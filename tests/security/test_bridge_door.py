@@ -39,6 +39,7 @@ class Echo:
     def __init__(self) -> None:
         self.sessions: list[Echo] = []
         self.is_closed = False
+        self.is_unused = False
         self.client: Client
 
     def open(self, client: Client) -> Echo:
@@ -408,3 +409,140 @@ def test_tokens_are_not_logged(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.DEBUG):
         run(body())
     assert TOKEN not in caplog.text
+
+
+def masked(opcode: int, data: bytes, size: int | None = None) -> bytes:
+    """Return a client's frame with a mask of zeros. `size` is the announced size, if not the real one."""
+    size = len(data) if size is None else size
+    length = bytes([0x80 | size]) if size < 126 else b"\xff" + size.to_bytes(8, "big")
+    return bytes([opcode]) + length + bytes(4) + data
+
+
+FRAGMENT, CONTINUATION, LAST, TEXT = 0x01, 0x00, 0x80, 0x81
+
+
+async def raw(door: Door) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """Connect without a WebSocket library, to send invalid or incomplete frames."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", door.port)
+    writer.write(
+        b"GET / HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        b"Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\n"
+        b"Sec-WebSocket-Protocol: echo.v1\r\n\r\n"
+    )
+    await reader.readuntil(b"\r\n\r\n")
+    return reader, writer
+
+
+async def sent_until_cut(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, data: bytes) -> bytes:
+    """Send data repeatedly until the server ends the connection; return what the server said."""
+    with contextlib.suppress(ConnectionError):
+        while not reader.at_eof() and not writer.is_closing():
+            writer.write(data)
+            await writer.drain()
+            if reader._buffer:  # type: ignore[attr-defined] # the close frame
+                break
+    with contextlib.suppress(ConnectionError):
+        return await reader.read(1000)
+    return b""
+
+
+@pytest.mark.parametrize("frame", [masked(CONTINUATION, b""), masked(CONTINUATION, b"x" * 1000)])
+def test_a_message_without_end_is_cut_before_it_fills_the_memory(frame: bytes) -> None:
+    async def body() -> None:
+        limits = Limits(bridge_message_bytes=1_000_000)
+        async with opened(limits=limits) as door:
+            shares = door.shares
+            reader, writer = await raw(door)
+            writer.write(masked(FRAGMENT, b"begin"))
+            said = await sent_until_cut(reader, writer, frame * 100)
+            assert b"exceeds" in said or not said
+            await condition(lambda: shares.memory.used == 0)
+            assert shares.memory.peak <= 4_000_000
+            writer.close()
+
+    run(body())
+
+
+def test_incomplete_messages_of_all_clients_share_the_memory_and_return_it() -> None:
+    async def body() -> None:
+        limits = Limits(
+            bridge_message_bytes=1_000_000,
+            bridge_client_bytes=1_000_000,
+            bridge_queue_bytes=1_000_000,
+            bridge_total_bytes=8_000_000,
+        )
+        async with opened(limits=limits) as door, connected(door) as other:
+            clients = [await raw(door) for _ in range(20)]
+            for _, writer in clients:
+                writer.write(masked(TEXT, b"x" * 900_000, 950_000))
+            await condition(lambda: door.shares.memory.used > 3_000_000)
+            assert door.shares.memory.peak <= 8_000_000
+            await other.send("y" * 100_000)
+            assert await other.recv() == "y" * 100_000
+            for _, writer in clients:
+                writer.transport.abort()
+            await condition(lambda: door.shares.memory.used == 0)
+
+    run(body())
+
+
+@pytest.mark.parametrize("part", [masked(FRAGMENT, b"begin"), masked(TEXT, b"x" * 100, 1000)])
+def test_an_incomplete_message_must_end_in_time(part: bytes) -> None:
+    async def body() -> None:
+        async with opened(limits=Limits(request_s=0.3)) as door:
+            reader, writer = await raw(door)
+            writer.write(part)
+            assert b"did not arrive in time" in await reader.read(1000)
+            writer.close()
+
+    run(body())
+
+
+def test_a_slow_session_stops_the_reading_but_loses_no_message() -> None:
+    class Slow(Echo):
+        def open(self, client: Client) -> Echo:
+            session = Slow()
+            session.client = client
+            return session
+
+        async def receive(self, data: str | bytes) -> None:
+            await release.wait()
+            await super().receive(data[:10])
+
+    release = asyncio.Event()
+
+    async def body() -> None:
+        async with opened(handler=Slow()) as door, connected(door) as client:
+            sending = [
+                asyncio.create_task(client.send(f"{number:010}" + "x" * 200_000)) for number in range(50)
+            ]
+            await condition(lambda: door.shares.memory.peak > 200_000)
+            assert door.shares.memory.peak < 2_000_000
+            release.set()
+            assert [await client.recv() for _ in range(50)] == [f"{number:010}" for number in range(50)]
+            await asyncio.gather(*sending)
+
+    run(body())
+
+
+def test_a_client_that_uses_nothing_makes_room_for_another() -> None:
+    async def body() -> None:
+        handler = Echo()
+        async with (
+            opened(limits=Limits(bridge_clients=2), handler=handler) as door,
+            connected(door) as first,
+            connected(door) as second,
+        ):
+            for client in (first, second):
+                await client.send("hello")
+                await client.recv()
+            handler.sessions[1].is_unused = True
+            async with connected(door) as third:
+                await third.send("hello")
+                assert await third.recv() == "hello"
+                with pytest.raises(ConnectionClosed, match="needs the place"):
+                    await second.recv()
+            await first.send("still here")
+            assert await first.recv() == "still here"
+
+    run(body())

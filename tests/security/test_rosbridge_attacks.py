@@ -6,6 +6,7 @@ import json
 import socket
 import struct
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any
@@ -15,7 +16,11 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidMessage
 
 from pipros.basics.limits import Limits
+from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.protocol import Settings
+from pipros.bridges.rosbridge.server import ServerOptions
+from pipros.bridges.rosbridge.stream_servers import TcpServer
+from pipros.bridges.rosbridge.udp_server import UdpServer
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -120,7 +125,7 @@ def test_the_topics_of_clients_that_come_and_go_are_limited(url: str) -> None:
     with RosbridgeClient(url) as client:
         for each in range(30):
             client.send("subscribe", topic=f"/s{each}")
-        assert "too many subscribed topics" in client.wait_for("status")["msg"]
+        assert "too many topics: this client has 18" in client.wait_for("status")["msg"]
     is_served(url)
 
 
@@ -218,3 +223,97 @@ def test_silent_connections_beyond_the_descriptors_leave_room_for_clients(
                 return ""
 
         wait_until(lambda: "service_response" in str(answer()), 60)
+
+
+@pytest.mark.parametrize("is_bson", [False, True])
+@pytest.mark.parametrize("is_trickling", [False, True])
+def test_tcp_clients_that_do_not_log_in_keep_little_and_not_for_long(
+    make_node: MakeNode, is_bson: bool, is_trickling: bool
+) -> None:
+    node = make_node("bridge", limits=Limits()._replace(login_s=0.5, login_bytes=10_000))
+    settings = Settings(authenticator=Authenticator("0123456789abcdef", time.time), is_bson=is_bson)
+    server = TcpServer(node, ServerOptions(port=0, settings=settings))
+    port = server.start()
+    start = (5_000_000).to_bytes(4, "little") + b"\2op\0" if is_bson else b'{"op": "'
+    part = b"x" if is_trickling else b"x" * 100_000
+    try:
+        with socket.create_connection(("127.0.0.1", port), 20) as client:
+            client.sendall(start)
+            sent = 0
+
+            def is_ended() -> bool:
+                nonlocal sent
+                try:
+                    sent += client.send(part, socket.MSG_DONTWAIT)
+                    return client.recv(1, socket.MSG_DONTWAIT) == b""
+                except BlockingIOError:
+                    return False
+                except OSError:
+                    return True
+
+            wait_until(is_ended, 20)
+    finally:
+        server.close()
+    assert server.shares.memory.used == 0
+    assert server.shares.memory.peak <= 100_000
+
+
+def test_a_tcp_message_must_end_in_time(make_node: MakeNode) -> None:
+    for is_bson, start in ((False, b'{"op": "'), (True, (1000).to_bytes(4, "little"))):
+        node = make_node(f"bridge{is_bson}", limits=Limits()._replace(request_s=0.3))
+        server = TcpServer(node, ServerOptions(port=0, settings=Settings(is_bson=is_bson)))
+        port = server.start()
+        try:
+            with socket.create_connection(("127.0.0.1", port), 20) as client:
+                client.sendall(start)
+                assert client.recv(1) == b""
+        finally:
+            server.close()
+
+
+def test_udp_addresses_that_say_nothing_sensible_leave_room_for_clients(
+    make_node: MakeNode, robot: Node
+) -> None:
+    server = UdpServer(make_node("bridge", limits=Limits()._replace(bridge_clients=5)), ServerOptions(port=0))
+    address = "127.0.0.1", server.start()
+    try:
+        with ExitStack() as sockets_of_attacker:
+            for number in range(60):
+                attacker = sockets_of_attacker.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+                attacker.sendto([b"hello", b'{"op": "x', b'{"op": "x"}'][number % 3], address)
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+                client.settimeout(20)
+                client.sendto(b'{"op": "subscribe", ', address)
+                client.sendto(b'"topic": "/state"}', address)
+                assert json.loads(client.recv(10_000))["msg"] == {"data": "well"}
+    finally:
+        server.close()
+    wait_until(lambda: server.shares.memory.used == 0)
+
+
+def test_udp_clients_may_use_bson(make_node: MakeNode, robot: Node) -> None:
+    server = UdpServer(make_node("bridge"), ServerOptions(port=0, settings=Settings(is_bson=True)))
+    address = "127.0.0.1", server.start()
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            client.settimeout(20)
+            client.sendto(b"not BSON", address)
+            client.sendto(bson.encode({"op": "subscribe", "topic": "/state"}), address)
+            assert bson.decode(client.recv(10_000))["msg"] == {"data": "well"}
+    finally:
+        server.close()
+
+
+def test_a_reader_that_subscribes_again_and_again_does_not_delay_the_others(
+    make_node: MakeNode, robot: Node
+) -> None:
+    node = make_node("bridge")
+    with rosbridge_server(node, settings=Settings(has_control=False)) as url, RosbridgeClient(url) as reader:
+        for number in range(3000):
+            options = {"queue_length": number, "topic": f"/s{number % 400}", "type": "std_msgs/String"}
+            reader.send("subscribe", **options)
+        is_served(url)
+        assert reader.call("/rosapi/topic_type#1")["op"] == "service_response"
+        types = [topic for topic, _ in robot.master.get_topic_types()]
+        # A client that may only read does not decide which types others see.
+        assert [topic for topic in types if topic.startswith("/s")] == ["/state"]

@@ -20,7 +20,8 @@ from pipros.bridges.rosbridge.globs import Globs
 from pipros.bridges.rosbridge.protocol import Settings
 from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.bridges.rosbridge.session import Timing
-from pipros.bridges.rosbridge.stream_servers import TcpServer, UdpServer
+from pipros.bridges.rosbridge.stream_servers import TcpServer
+from pipros.bridges.rosbridge.udp_server import UdpServer
 from rospy.session import session
 
 

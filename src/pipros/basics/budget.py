@@ -31,9 +31,11 @@ class Budget:
             have used up the parent.
     """
 
-    __slots__ = ("_is_closed", "_lock", "_parent", "_part", "limit", "peak", "refusals", "used")
+    __slots__ = ("_is_closed", "_lock", "_own", "_parent", "_part", "limit", "peak", "refusals", "used")
 
-    def __init__(self, limit: float, parent: Budget | None = None, *, part: float = 1.0) -> None:
+    def __init__(
+        self, limit: float, parent: Budget | None = None, *, part: float = 1.0, own: float = 0
+    ) -> None:
         """Create an unused budget.
 
         Args:
@@ -41,6 +43,7 @@ class Budget:
             parent: budget from which each amount is also taken.
             part: largest part, from 0 to 1, of what the other children leave of `parent`. With 0.5, any
                 number of greedy children leave room for the next one.
+            own: amount that is not taken from `parent`, so that other children cannot use it up.
         """
         if limit < 0 or not 0 < part <= 1:
             raise ValueError(
@@ -52,8 +55,10 @@ class Budget:
         self.refusals = 0
         self._parent = parent
         self._part = part
+        self._own = own
         self._is_closed = False
-        self._lock: threading.Lock = threading.Lock() if parent is None else parent._lock
+        # reentrant, because a finalizer may return an amount while this thread takes one
+        self._lock: threading.RLock = threading.RLock() if parent is None else parent._lock
 
     @property
     def left(self) -> float:
@@ -66,8 +71,17 @@ class Budget:
         with self._lock:
             return self._take(amount)
 
+    def charge(self, amount: float) -> None:
+        """Use an amount even if too little is left, for something that exists already.
+
+        Until it is returned, `take` grants that much less.
+        """
+        with self._lock:
+            if not self._is_closed:
+                self._add(amount)
+
     def give_back(self, amount: float) -> None:
-        """Return an amount for which `take` returned True. Do nothing once the budget is closed.
+        """Return an amount that was taken or charged. Do nothing once the budget is closed.
 
         Raises:
             ValueError: the amount exceeds what is in use.
@@ -109,10 +123,16 @@ class Budget:
             return 0
         left = self.limit - self.used
         if self._parent is not None:
-            others = self._parent.used - self.used
-            part = self._part * (self._parent.limit - others) - self.used
-            left = min(left, part, self._parent._left())
+            shared = self._shared(self.used)
+            others = self._parent.used - shared
+            part = self._part * (self._parent.limit - others) - shared
+            own = max(self._own - self.used, 0)
+            left = min(left, own + max(min(part, self._parent._left()), 0))
         return max(left, 0)
+
+    def _shared(self, used: float) -> float:
+        """Return the part of `used` that is taken from the parent."""
+        return max(used - self._own, 0)
 
     def _take(self, amount: float) -> bool:
         if amount < 0:
@@ -124,14 +144,16 @@ class Budget:
         return True
 
     def _add(self, amount: float) -> None:
+        before = self._shared(self.used)
         self.used += amount
         self.peak = max(self.peak, self.used)
-        if self._parent is not None:
-            self._parent._add(amount)
+        if self._parent is not None and not self._parent._is_closed:
+            self._parent._add(self._shared(self.used) - before)
 
     def _give_back(self, amount: float) -> None:
         if not 0 <= amount <= self.used:
             raise ValueError(f"amount must be between 0 and {self.used}, got {amount}")
+        before = self._shared(self.used)
         self.used -= amount
         if self._parent is not None and not self._parent._is_closed:
-            self._parent._give_back(amount)
+            self._parent._give_back(before - self._shared(self.used))

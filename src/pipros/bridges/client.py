@@ -14,8 +14,9 @@ from __future__ import annotations
 import asyncio
 import struct
 import threading
+import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from typing import Any, Final
 
 from websockets.frames import CloseCode
@@ -23,6 +24,7 @@ from websockets.protocol import State
 
 from pipros.basics.limits import Limits
 from pipros.bridges.outbox import Frame, Outbox, Traffic
+from pipros.bridges.shares import ClientShares
 from pipros.net import sockets
 from pipros.net.backlog import Backlog, Buffer
 from pipros.web.server_port import PortConnection
@@ -74,25 +76,44 @@ class BridgeConnection(PortConnection):
     Attributes:
         is_page: whether the request was for the page.
         is_known: whether the request contained the token; True if no token is required.
+        shares: what the client may use, once it has been admitted; None for the page's clients.
         on_room: called when the buffer is no longer full.
         on_full: called when the buffer becomes full.
+        on_lost: called when the connection is lost.
     """
 
     is_page = False
     is_known = False
+    shares: ClientShares | None = None
     on_room: Callable[[], object] | None = None
     on_full: Callable[[], object] | None = None
+    on_lost: Callable[[], object] | None = None
     _is_encrypted = False
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._rest = Backlog()  # unwritten part of the current large frame
+        self._owner: object = None  # of that frame
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
         self._is_encrypted = transport.get_extra_info("ssl_object") is not None
         if not self._is_encrypted:  # with TLS, asyncio would pause even with an empty buffer
             self.transport.set_write_buffer_limits(high=0)
+
+    def enter(self, shares: ClientShares) -> None:
+        """Admit the client of a bridge, with its shares, which are returned when the connection is lost."""
+        self.shares = shares
+        self.admit(shares.input, shares.message_bytes)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        if self.shares is not None:
+            self.shares.close()
+        self._rest.clear()
+        self._owner = None
+        if self.on_lost is not None:
+            self.on_lost()
+        super().connection_lost(exc)
 
     def pause_writing(self) -> None:
         super().pause_writing()
@@ -129,6 +150,7 @@ class BridgeConnection(PortConnection):
         if frame.size <= JOINED_BYTES:
             self.transport.write(b"".join(parts))
             return
+        self._owner = frame.owner
         self._rest.append_rest(parts, self._send_now(parts))
         self._write_rest()
 
@@ -146,6 +168,7 @@ class BridgeConnection(PortConnection):
                 sent = len(chunk)
             self._rest.remove_sent(sent)
             if not self._rest:
+                self._owner = None
                 self.send_data()
 
     def _send_now(self, parts: Sequence[Buffer]) -> int:
@@ -186,44 +209,68 @@ class Client:
         address: IP address and port.
         agent: the `User-Agent` header, or an empty string.
         outbox: data for the client; thread-safe.
+        shares: what the client may use.
         received: number and size of the messages from the client.
+        host: IP address.
+        active_s: time of the last message from the client, or of the connection; monotonic.
     """
 
     def __init__(
-        self, connection: BridgeConnection, number: int, protocol: str, limits: Limits, wakeups: Wakeups
+        self,
+        connection: BridgeConnection,
+        number: int,
+        protocol: str,
+        limits: Limits,
+        wakeups: Wakeups,
+        shares: ClientShares,
     ) -> None:
         self.number = number
         self.protocol = protocol
         host, port = connection.remote_address[:2]
         self.address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
         self.agent = connection.request.headers.get("User-Agent", "") if connection.request else ""
-        self.outbox = Outbox(limits.bridge_queue_bytes, lambda: wakeups.wake(self._flush))
+        self.shares = shares
+        self.outbox = Outbox(limits.bridge_queue_bytes, lambda: wakeups.wake(self._flush), shares.queue)
         self.received = Traffic()
+        self.host = host
+        self.active_s = time.monotonic()
         self._connection = connection
         self._stall_s = limits.bridge_stall_s
         self._loop = asyncio.get_running_loop()
         self._frames: deque[Frame] = deque()  # remaining frames of the current message
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
-        self._sent: asyncio.Future[None] | None = None  # resolved once all responses are written
+        self._sent = asyncio.Event()  # set while no response waits or is being written
+        self._is_lost = False
         self._ending: asyncio.Task[None] | None = None
         connection.on_room = self._flush
         connection.on_full = self._watch_progress
+        connection.on_lost = self._note_lost
 
     def send(self, *frames: Frame) -> None:
         """Send a response, or another message that must not be dropped. Thread-safe."""
         self.outbox.answer(*frames)
 
-    async def send_large(self, frame: Frame) -> None:
+    async def send_large(self, make: Callable[[], Awaitable[Frame]]) -> None:
         """Send a response that may be large, once all other responses have been written.
 
-        Large responses are sent one at a time, so that they never overrun the outbox.
+        Large responses are made and sent one at a time, so that they never overrun the outbox, and at most
+        one of them is in memory, however many a client requests and does not read.
         """
         async with self._turn:
-            while self.outbox.has_answers:
-                self._sent = self._loop.create_future()
-                await self._sent
-            self.outbox.answer(frame)
+            while not self._is_lost and (self.outbox.has_answers or self._is_writing):
+                self._sent.clear()
+                await self._sent.wait()
+            if not self._is_lost:
+                self.outbox.answer(await make())
+
+    @property
+    def _is_writing(self) -> bool:
+        return bool(self._frames) or not self._connection.has_room
+
+    def _note_lost(self) -> None:
+        self._is_lost = True
+        self._sent.set()
 
     def end(self, reason: str, code: int = CloseCode.POLICY_VIOLATION) -> None:
         """Disconnect the client, with a reason that it can display. Does not block."""
@@ -231,6 +278,11 @@ class Client:
             self.outbox.close()
             self._ending = asyncio.create_task(self._connection.close(code, _shortened(reason)))
             self._loop.call_later(CLOSING_S, self._connection.transport.abort)
+
+    async def replace(self) -> None:
+        """Disconnect the client in favour of a new one. Return once it is disconnected."""
+        self.end("A new client needs the place of this one, which was not used.", CloseCode.TRY_AGAIN_LATER)
+        await self._connection.wait_closed()
 
     def close(self) -> None:
         """Discard all queued data after the connection has closed."""
@@ -245,6 +297,8 @@ class Client:
             return
         connection = self._connection
         left = TURN_BYTES
+        if not (self._is_writing or self.outbox.has_answers):
+            self._sent.set()
         while connection.has_room:
             if not self._frames:
                 self._frames.extend(self.outbox.pop() or ())
@@ -253,8 +307,8 @@ class Client:
             frame = self._frames.popleft()
             connection.write(frame)
             left -= frame.size
-            if self._sent is not None and not self._sent.done() and not self.outbox.has_answers:
-                self._sent.set_result(None)
+            if not (self._is_writing or self.outbox.has_answers):
+                self._sent.set()
             if left < 0:
                 self._loop.call_soon(self._flush)
                 return

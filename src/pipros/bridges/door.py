@@ -14,6 +14,7 @@ import json
 import logging
 import ssl
 import time
+from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from http import HTTPStatus
@@ -30,6 +31,7 @@ from pipros.bridges.admission import Admission
 from pipros.bridges.client import BridgeConnection, Client, Wakeups
 from pipros.bridges.outbox import Traffic
 from pipros.bridges.pace import Pace
+from pipros.bridges.shares import ServerShares
 from pipros.web.access import LOOPBACK_HOSTS, Access
 from pipros.web.entrance import Entrance
 from pipros.web.secret import Denied, Secret
@@ -60,6 +62,10 @@ class Session(Protocol):
 
     def sends(self) -> Sequence[str]:
         """Return the topics that the client publishes."""
+
+    @property
+    def is_unused(self) -> bool:
+        """Whether the client has no subscriptions, publications, services and pending requests."""
 
     def close(self) -> None:
         """Release the client's resources after its connection has closed."""
@@ -105,6 +111,7 @@ class Door:
 
     Attributes:
         port: the open port, after `open`.
+        shares: what all clients may use together.
     """
 
     def __init__(
@@ -113,18 +120,23 @@ class Door:
         admission: Admission,
         page: PageServer | None = None,
         limits: Limits | None = None,
+        *,
+        has_control: bool = True,
     ) -> None:
         """Create a door.
 
         Args:
             handlers: handlers by subprotocol, in order of preference; "" for clients without a subprotocol.
             page: server of the page on the same port.
+            has_control: whether clients may change the system. Others get small shares.
         """
         self.port = 0
         self._handlers = handlers
         self._admission = admission
         self._page = page
         self._limits = limits or process_limits()
+        self.shares = ServerShares(self._limits)
+        self._has_control = has_control
         entrance = Entrance(
             self._limits,
             most=self._limits.bridge_clients + self._limits.handshakes,
@@ -228,8 +240,11 @@ class Door:
             request.path, only_header(request.headers, "Authorization")
         )
         if connection.is_known:
-            connection.admit()
+            self._enter(connection)
         return None
+
+    def _enter(self, connection: BridgeConnection) -> None:
+        connection.enter(self.shares.client(is_reader=not self._has_control))
 
     def _answer_http(self, path: str, request: Request) -> Response:
         if path != CLIENTS_PATH:
@@ -262,16 +277,22 @@ class Door:
         handler = self._handlers[name]
         if not connection.is_known and not await self._logs_in(connection, handler):
             return
-        if len(self._clients) >= self._limits.bridge_clients:
+        if len(self._clients) >= self._limits.bridge_clients and not await self._end_idle(connection):
             too_many = limit_text("bridge_clients", self._limits.bridge_clients)
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"too many clients; {too_many}")
             return
-        client = Client(connection, next(self._numbers), name or "rosbridge", self._limits, self._wakeups)
+        if connection.shares is None:  # closed while it was being admitted
+            return
+        client = Client(
+            *(connection, next(self._numbers), name or "rosbridge", self._limits, self._wakeups),
+            connection.shares,
+        )
         session = handler.open(client)
         self._clients[client] = session, time.time()
         pace = Pace(self._limits)
         try:
             async for data in connection:
+                client.active_s = time.monotonic()
                 client.received.messages += 1
                 client.received.bytes += len(data)
                 await session.receive(data)
@@ -286,6 +307,23 @@ class Door:
             del self._clients[client]
             session.close()
             client.close()
+
+    async def _end_idle(self, newcomer: BridgeConnection) -> bool:
+        """Disconnect the client that has been silent longest, to make room for a new one.
+
+        Only clients without topics and services are disconnected and, if none is left, clients of an address
+        that has more than half of all clients. Return False if there is none.
+        """
+        by_silence = sorted(self._clients, key=lambda client: client.active_s)
+        hosts = Counter(client.host for client in by_silence)
+        host, count = hosts.most_common(1)[0]
+        unused = [each for each in by_silence if self._clients[each][0].is_unused]
+        if not unused and 2 * count > len(by_silence) and host != newcomer.remote_address[0]:
+            unused = [each for each in by_silence if each.host == host]
+        if not unused:
+            return False
+        await unused[0].replace()
+        return len(self._clients) < self._limits.bridge_clients
 
     async def _logs_in(self, connection: BridgeConnection, handler: Handler) -> bool:
         """Wait for the first message.
@@ -306,7 +344,7 @@ class Door:
             return False
         except ConnectionClosed:
             return False
-        connection.admit()
+        self._enter(connection)
         return True
 
 

@@ -3,6 +3,7 @@
 Theory of operation. The threads that receive messages `put` them, and the event loop pops them in the same
 order while the client's connection has room. A subscription may limit the number of its queued messages. If
 the client's limit in bytes is exceeded, the oldest messages of any subscription are dropped and counted.
+A queue of more than `UNCOUNTED_BYTES` also needs room in the client's budget, which all clients share.
 Responses to requests are never dropped, because the client would wait for them forever: if a response does
 not fit, the outbox is overrun and the client must be disconnected.
 """
@@ -13,6 +14,14 @@ import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Final
+
+from pipros.basics.budget import Budget
+
+UNCOUNTED_BYTES: Final = 64 * 1024
+"""Size up to which a queue needs no room in a budget, so that small messages cost no time for it."""
+_STEP_BYTES: Final = 256 * 1024
+"""Larger queues take room from a budget in these steps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,11 +31,13 @@ class Frame:
     Attributes:
         parts: the data. A large body is a separate part, so that it is not copied for each client.
         is_text: whether the data is UTF-8 text.
+        owner: object that must exist until the frame is sent, for example because memory is counted for it.
         size: number of bytes.
     """
 
     parts: tuple[bytes, ...]
     is_text: bool = False
+    owner: object = None
     size: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -70,17 +81,20 @@ class Outbox:
         is_overrun: whether a response did not fit.
     """
 
-    def __init__(self, limit_bytes: int, wake: Callable[[], object]) -> None:
+    def __init__(self, limit_bytes: int, wake: Callable[[], object], budget: Budget | None = None) -> None:
         """Create an empty outbox.
 
         Args:
             limit_bytes: maximum size of the queue. An empty queue accepts one message of any size.
             wake: called in any thread when the outbox is no longer empty, or is overrun.
+            budget: memory for the queue, beyond `UNCOUNTED_BYTES`.
         """
         self.total = Traffic()
         self.is_overrun = False
         self._limit_bytes = limit_bytes
         self._wake = wake
+        self._budget = budget
+        self._room = UNCOUNTED_BYTES if budget is not None else limit_bytes
         self._bytes = 0
         self._next = 0
         self._messages: OrderedDict[int, _Waiting] = OrderedDict()  # keyed by `number`
@@ -104,6 +118,7 @@ class Outbox:
             found = self._subscriptions.pop(key, None)
             for number in found.numbers if found is not None else ():
                 self._bytes -= self._messages.pop(number).size
+            self._give_back_room()
 
     def put(self, key: Hashable, *frames: Frame) -> None:
         """Add a message; its frames are sent or dropped together.
@@ -134,7 +149,7 @@ class Outbox:
                 return
             self._make_room(size)
             wakes = self._is_empty()
-            if self._bytes + size > self._limit_bytes and not wakes:
+            if not self._fits(size) and not wakes:
                 self.is_overrun = wakes = self._is_closed = True
                 self._clear()
             else:
@@ -155,6 +170,7 @@ class Outbox:
             else:
                 return None
             self._bytes -= taken.size
+            self._give_back_room()
             if taken.subscription is not None:
                 taken.subscription.numbers.popleft()
                 for traffic in (self.total, taken.subscription.traffic):
@@ -188,8 +204,32 @@ class Outbox:
 
     def _make_room(self, size: int) -> None:
         """Drop the oldest messages until `size` bytes fit or only responses remain."""
-        while self._messages and self._bytes + size > self._limit_bytes:
+        while not self._fits(size) and self._messages:
             self._drop(next(iter(self._messages)))
+
+    def _fits(self, size: int) -> bool:
+        """Return whether another `size` bytes fit, after taking room for them from the budget."""
+        needed = self._bytes + size
+        if needed > self._limit_bytes:
+            return False
+        if needed > self._room and self._budget is not None:
+            missing = needed - self._room
+            step = max(missing, _STEP_BYTES)
+            if not self._budget.take(step):
+                step = missing
+                if not self._budget.take(step):
+                    return False
+            self._room += step
+        return True
+
+    def _give_back_room(self) -> None:
+        """Return room to the budget if the queue has become empty or much shorter."""
+        if self._room <= UNCOUNTED_BYTES or self._budget is None:
+            return
+        unused = self._room - max(self._bytes, UNCOUNTED_BYTES)
+        if unused > (2 * _STEP_BYTES if self._bytes else 0):
+            self._budget.give_back(unused)
+            self._room -= unused
 
     def _drop(self, number: int) -> None:
         """Drop and count the oldest message of a subscription."""
@@ -206,3 +246,4 @@ class Outbox:
         for found in self._subscriptions.values():
             found.numbers.clear()
         self._bytes = 0
+        self._give_back_room()

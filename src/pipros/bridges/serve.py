@@ -119,7 +119,13 @@ def serve(
                 node.use_simulated_time()
         loop.start()
         protocols = make(node, loop)
-        door = Door(protocols.handlers(), admission, protocols.page, limits=node.limits)
+        door = Door(
+            protocols.handlers(),
+            admission,
+            protocols.page,
+            limits=node.limits,
+            has_control=options.has_control,
+        )
         try:
             loop.run(_open(door, options, protocols, tls))
             _announce(options, door.port, protocols.page, secret)

@@ -1,25 +1,26 @@
 """Topics that the clients of a bridge receive. All clients share one ROS subscription per topic.
 
 The node shares its subscriptions, and passes latched messages to callbacks that are added later. This module
-adds three guarantees for bridges: subscribing never blocks, because a thread calls the master; all clients of
-a topic share one object per message, which includes the time of arrival; and a client that expects a type
-never receives messages of other types.
+adds four guarantees for bridges: subscribing never blocks, because a thread calls the master; a client that
+subscribes and unsubscribes often delays only itself, because that thread serves the clients in turns; all
+clients of a topic share one object per message, which includes the time of arrival; and a client that expects
+a type never receives messages of other types.
 """
 
 from __future__ import annotations
 
 import threading
-from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
 from pipros.basics import names
-from pipros.basics.errors import InvalidName, LimitExceeded, PiprosError
-from pipros.basics.limits import limit_text
+from pipros.basics.errors import InvalidName, PiprosError
 from pipros.basics.printable import printable
+from pipros.basics.turns import Turns
 from pipros.bridges.rosapi import MASTER_DEADLINE_S
+from pipros.bridges.shares import TopicShares
 from pipros.net.master_client import MasterClient
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -59,6 +60,8 @@ callbacks of the topic wait for it; it adds the message to an `Outbox`. The node
 OnError = Callable[[PiprosError], object]
 """Called in the same thread as `OnMessage`."""
 
+PENDING_CHANGES: Final = 32
+"""Maximum number of pending subscriptions and unsubscriptions of one client that does not wait."""
 REPORTED_TYPES: Final = 10
 """Maximum number of wrong types that are reported to one client."""
 
@@ -77,17 +80,33 @@ def legal_topic(node: Node, name: str) -> str:
 class SharedTopics:
     """Subscriptions shared by the clients of a bridge. Thread-safe. Only `type_of` blocks."""
 
-    def __init__(self, node: Node) -> None:
+    def __init__(self, node: Node, *, reports_types: bool = True) -> None:
+        """Start without subscriptions.
+
+        Args:
+            reports_types: whether types that clients expect are registered at the master, where they become
+                the types of topics without publishers.
+        """
         self._node = node
         self._master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
-        self._limit = node.limits.bridge_topics
+        self._reports_types = reports_types
         self._lock = threading.Lock()
-        self._takers: Counter[str] = Counter()
+        self._topics = TopicShares(node.limits.bridge_topics)
+        self._reported: dict[str, str] = {}  # the types registered at the master
         self._newest: dict[str, tuple[AnyMsg, TopicMessage]] = {}
-        self._changes = Workers("subscriptions of a bridge", 1)  # a single thread keeps the changes in order
+        self._changes: Turns[Hashable, tuple[bool, Taken]] = Turns()
+        self._turn = threading.Condition(self._lock)
+        self._is_changing = False
+        self._is_closed = False
+        self._workers = Workers("subscriptions of a bridge", 1)
 
     def take(
-        self, topic: str, kind: str | None, on_message: OnMessage, on_error: OnError | None = None
+        self,
+        topic: str,
+        kind: str | None,
+        on_message: OnMessage,
+        on_error: OnError | None = None,
+        user: Hashable = None,
     ) -> Taken:
         """Call `on_message` with each message of a topic, beginning with latched messages.
 
@@ -95,19 +114,23 @@ class SharedTopics:
             topic: a name, resolved by the node.
             kind: the expected type; None accepts any type.
             on_error: called with a `WrongType`, once for each other type that is published on the topic.
+            user: the client, for its share of topics and its turns.
 
         Raises:
             InvalidName: `topic` is not a legal name.
-            LimitExceeded: `Limits.bridge_topics` topics are already subscribed to.
+            LimitExceeded: the client has its share of `Limits.bridge_topics`.
         """
         name = legal_topic(self._node, topic)
+        taken = Taken(self, name, kind, on_message, on_error, user)
         with self._lock:
-            if name not in self._takers and len(self._takers) >= self._limit:
-                raise LimitExceeded(f"too many subscribed topics; {limit_text('bridge_topics', self._limit)}")
-            self._takers[name] += 1
-        taken = Taken(self, name, kind, on_message, on_error)
-        self._changes.run(self._subscribe, taken)
+            self._topics.enter(name, user)
+        self._change(taken, is_begin=True)
         return taken
+
+    def wait_for_turn(self, user: Hashable) -> None:
+        """Wait until few changes of this user are pending, or `close` is called."""
+        with self._lock:
+            self._turn.wait_for(lambda: self._is_closed or self._changes.waiting(user) < PENDING_CHANGES)
 
     def type_of(self, topic: str) -> str | None:
         """Return a topic's type, from its newest message or from the master, or None if unknown. Blocks.
@@ -125,17 +148,48 @@ class SharedTopics:
     def counts(self) -> Mapping[str, int]:
         """Return the number of subscriptions to each topic."""
         with self._lock:
-            return dict(self._takers)
+            return self._topics.counts()
 
     def close(self) -> None:
         """Ignore all later changes. The node's shutdown ends the subscriptions."""
-        self._changes.close()
+        with self._lock:
+            self._is_closed = True
+            self._turn.notify_all()
+        self._workers.close()
         self._master.close()
 
+    def _change(self, taken: Taken, *, is_begin: bool) -> None:
+        """Schedule the begin or the end of a subscription in the thread."""
+        with self._lock:
+            self._changes.put(taken.user, (is_begin, taken))
+            if self._is_changing:
+                return
+            self._is_changing = True
+        self._workers.run(self._make_changes)
+
+    def _make_changes(self) -> None:
+        """Make the pending changes of all users in turns."""
+        while True:
+            with self._lock:
+                if not len(self._changes):
+                    self._is_changing = False
+                    return
+                _, (is_begin, taken) = self._changes.pop()
+                self._turn.notify_all()
+                if is_begin and taken.is_closed:
+                    continue
+                taken.is_begun = True
+            try:
+                (self._subscribe if is_begin else self._unsubscribe)(taken)
+            except Exception:
+                self._node.log.exception("a subscription of a bridge failed")
+
     def _subscribe(self, taken: Taken) -> None:
-        if not taken.is_closed and not self._node.is_ending:
+        if not self._node.is_ending:
             taken.subscriber = self._node.subscribe(taken.topic, AnyMsg, taken.deliver)
-            if taken.kind is not None:
+            is_reported = self._reported.get(taken.topic) == taken.kind
+            if taken.kind is not None and self._reports_types and not is_reported:
+                self._reported[taken.topic] = taken.kind
                 self._report_type(taken.topic, taken.kind)
 
     def _report_type(self, topic: str, kind: str) -> None:
@@ -146,16 +200,22 @@ class SharedTopics:
                 self._master.unregister_subscriber(topic, self._node.uri)
 
     def _release(self, taken: Taken) -> None:
-        self._changes.run(self._unsubscribe, taken)
+        with self._lock:
+            if not taken.is_begun:
+                self._forget(taken)
+                return
+        self._change(taken, is_begin=False)
 
     def _unsubscribe(self, taken: Taken) -> None:
         if taken.subscriber is not None and not self._node.is_ending:
             taken.subscriber.unregister()
         with self._lock:
-            self._takers[taken.topic] -= 1
-            if not self._takers[taken.topic]:
-                del self._takers[taken.topic]
-                self._newest.pop(taken.topic, None)
+            self._forget(taken)
+
+    def _forget(self, taken: Taken) -> None:
+        if self._topics.leave(taken.topic, taken.user):
+            self._newest.pop(taken.topic, None)
+            self._reported.pop(taken.topic, None)
 
     def _message_of(self, topic: str, raw: AnyMsg) -> TopicMessage:
         """Return the shared object for a message. Messages on a topic are delivered one at a time."""
@@ -163,7 +223,7 @@ class SharedTopics:
         if newest is not None and newest[0] is raw:
             return newest[1]
         message = TopicMessage(topic, raw.body, raw.header, self._node.clock.now_ns())
-        if topic in self._takers:
+        if topic in self._topics:
             self._newest[topic] = raw, message
         return message
 
@@ -174,7 +234,9 @@ class Taken:
     Attributes:
         topic: global name.
         kind: the expected type; None accepts any type.
+        user: the client.
         subscriber: the node's subscriber, once it exists. For use by `SharedTopics` only.
+        is_begun: whether subscribing has begun. For use by `SharedTopics` only.
         is_closed: whether `close` was called.
     """
 
@@ -185,9 +247,12 @@ class Taken:
         kind: str | None,
         on_message: OnMessage,
         on_error: OnError | None,
+        user: Hashable,
     ) -> None:
         self.topic = topic
+        self.user = user
         self.subscriber: Subscriber[AnyMsg] | None = None
+        self.is_begun = False
         self.is_closed = False
         self._topics = topics
         self.kind = kind

@@ -6,11 +6,10 @@ import errno
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Final
+from typing import Final, TypeVar
 from urllib.parse import unquote
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.input_file import read_file
 from pipros.basics.printable import printable
 
 PREFIX: Final = "package://"
@@ -22,12 +21,20 @@ NAMES: Final = re.compile(
 """Paths that clients may fetch: files that describe a robot or its world."""
 
 
+T = TypeVar("T")
+
+
 class AssetRefused(PiprosError):
     """An asset does not exist, or clients may not fetch it."""
 
 
-def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_bytes: int) -> bytes:
-    """Return the content of a file in a package. Blocks.
+def read_asset(
+    uri: str,
+    folders_of: Callable[[str], Iterable[Path]],
+    limit_bytes: int,
+    read: Callable[[Path, int], T],
+) -> T:
+    """Return the content of a file in a package, as `read` returns it. Blocks.
 
     No part of the path may be hidden, and the file must be inside one of the package's folders even after all
     links are resolved.
@@ -35,6 +42,7 @@ def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_byte
     Args:
         uri: `package://NAME/PATH`, percent-encoded or not.
         folders_of: function that returns the folders of a package.
+        read: reads a file of at most `limit_bytes`, for example `read_file`.
 
     Raises:
         AssetRefused: the file cannot be read, or clients may not read it. The error text reveals nothing
@@ -53,7 +61,7 @@ def read_asset(uri: str, folders_of: Callable[[str], Iterable[Path]], limit_byte
             file = root.joinpath(*parts).resolve(strict=True)
             if not file.is_relative_to(root) or not NAMES.fullmatch(file.name):
                 continue
-            return read_file(file, limit_bytes)
+            return read(file, limit_bytes)
         except OSError as error:
             if error.errno == errno.EFBIG:
                 raise AssetRefused(f"[{shown}]: {error.strerror}") from None

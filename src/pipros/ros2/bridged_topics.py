@@ -395,4 +395,4 @@ def _merge(node: Node, route: Route) -> StaticTransforms | None:
     is_static = STATIC_TRANSFORMS in (route.ros1, route.ros2)
     if not is_static or route.pair.plan.ros1_type != "tf2_msgs/TFMessage":
         return None
-    return StaticTransforms(node.limits.bridge_message_bytes)
+    return StaticTransforms(node.limits.zenoh_message_bytes)

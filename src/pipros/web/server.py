@@ -35,6 +35,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import CloseCode
 from websockets.http11 import Request, Response
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.web.access import LOOPBACK_HOSTS, Access
@@ -42,7 +43,7 @@ from pipros.web.browser_share import begin_browser
 from pipros.web.entrance import Entrance
 from pipros.web.json_text import json_text
 from pipros.web.secret import Denied, Secret
-from pipros.web.server_port import PortConnection, ServerPort
+from pipros.web.server_port import READ_AHEAD_BYTES, PortConnection, ServerPort
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -116,6 +117,7 @@ class PageServer:
         entrance = Entrance(self._limits, most=BROWSERS + self._limits.handshakes, log=logger)
         self._port = ServerPort(entrance, self._limits)
         self._browsers = 0
+        self._input = Budget(BROWSERS * REQUEST_BYTES // 2)
         self._logged: set[tuple[str, type[BaseException]]] = set()
         self.access = Access(0, secret=self._secret)
 
@@ -181,7 +183,9 @@ class PageServer:
         if self._browsers >= most:
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"{most} browsers are already connected.")
             return
-        connection.admit()
+        with_spare = 2 * (REQUEST_BYTES + READ_AHEAD_BYTES)
+        budget = Budget(with_spare, self._input, part=0.5, own=READ_AHEAD_BYTES)
+        connection.admit(budget, REQUEST_BYTES)
         self._browsers += 1
         browser = _Browser(connection, self._services, self._logged)
         try:
@@ -192,6 +196,7 @@ class PageServer:
             pass
         finally:
             self._browsers -= 1
+            budget.close()
             await browser.close()
 
 

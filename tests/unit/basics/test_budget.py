@@ -77,6 +77,36 @@ def test_greedy_clients_with_a_part_leave_room_for_the_next() -> None:
     assert taken == [512, 256, 128, 64, 32]
 
 
+def test_what_a_client_has_of_its_own_cannot_be_used_up_by_others() -> None:
+    server = Budget(10)
+    greedy, modest = Budget(100, server, own=2), Budget(100, server, part=0.5, own=3)
+    assert greedy.take(12)
+    assert server.used == 10
+    assert modest.left == 3
+    assert modest.take(3)
+    assert not modest.take(1)
+    assert (modest.used, server.used) == (3, 10)
+    greedy.give_back(12)
+    assert modest.left == 5
+    assert modest.take(5)
+    assert (modest.used, server.used) == (8, 5)
+    modest.close()
+    assert server.used == 0
+
+
+def test_a_charge_is_never_refused_but_leaves_less_for_later() -> None:
+    server = Budget(10)
+    client = Budget(5, server)
+    client.charge(12)
+    assert (client.used, server.used, client.left) == (12, 12, 0)
+    assert not server.take(1)
+    client.give_back(9)
+    assert client.take(2)
+    client.close()
+    client.charge(1)
+    assert server.used == 0
+
+
 def test_an_amount_can_be_replaced_by_another() -> None:
     server = Budget(100)
     client = Budget(50, server)

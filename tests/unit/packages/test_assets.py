@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from pipros.basics.input_file import read_file
 from pipros.packages.assets import AssetRefused, read_asset
 
 
@@ -34,7 +35,7 @@ def read(package: Path, uri: str, limit_bytes: int = 1000) -> bytes:
     def folders_of(name: str) -> Sequence[Path]:
         return [package] if name == "my_robot" else []
 
-    return read_asset(uri, folders_of, limit_bytes)
+    return read_asset(uri, folders_of, limit_bytes, read_file)
 
 
 @pytest.mark.parametrize("path", ["meshes/arm 1.STL", "meshes/arm%201.STL", "inside.stl"])

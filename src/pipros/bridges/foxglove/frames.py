@@ -11,6 +11,7 @@ from enum import IntEnum
 from typing import Any
 
 from pipros.bridges.foxglove.catalog import Channel, Service
+from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.outbox import Frame, text_frame
 from pipros.web.json_text import encoded
 
@@ -143,8 +144,8 @@ def connection_graph(
     )
 
 
-def asset(request: int, content: bytes) -> Frame:
-    return Frame((_ASSET.pack(_ASSET_RESPONSE, request, _ASSET_FOUND, 0), content))
+def asset(request: int, found: Asset) -> Frame:
+    return Frame((_ASSET.pack(_ASSET_RESPONSE, request, _ASSET_FOUND, 0), found.content), owner=found)
 
 
 def asset_failure(request: int, text: str) -> Frame:

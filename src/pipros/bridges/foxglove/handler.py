@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.client import Client
 from pipros.bridges.foxglove import frames
 from pipros.bridges.foxglove.catalog import Catalog
@@ -20,7 +21,9 @@ from pipros.bridges.foxglove.graph_watch import GraphWatch, Look, is_allowed
 from pipros.bridges.foxglove.parameter_watch import Changes, ParameterWatch
 from pipros.bridges.foxglove.parameters import flattened
 from pipros.bridges.foxglove.publishing import ENCODINGS
+from pipros.bridges.foxglove.sent_assets import Asset, SentAssets
 from pipros.bridges.foxglove.session import TIME_KEY, ClientSession
+from pipros.bridges.foxglove.shared_answer import SharedAnswer
 from pipros.bridges.shared_topics import SharedTopics, TopicMessage
 from pipros.graph.system_state import SystemState
 from pipros.msg.time import NS_PER_S
@@ -34,7 +37,7 @@ from pipros.workspace.index import PackageIndex
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 CALLS_AT_ONCE: Final = 256
-"""Maximum number of concurrent service calls of all clients; further calls wait."""
+"""Maximum number of concurrent service calls of all clients, beyond one for each; further calls wait."""
 _CLOCK = struct.Struct("<II")
 
 READING = ("parameters", "parametersSubscribe", "connectionGraph", "assets")
@@ -76,7 +79,9 @@ class FoxgloveHandler:
         self.state: SystemState = EMPTY
         self.has_control = rules.has_control
         self.threads = DaemonPool("foxglove client", node.limits.bridge_clients)
-        self.call_threads = DaemonPool("foxglove call", CALLS_AT_ONCE)
+        self.call_turns = CallTurns("foxglove call", CALLS_AT_ONCE)
+        self._assets = SentAssets(node.limits.bridge_asset_bytes)
+        self._parameters = SharedAnswer(self._query_parameters)
         self._loop = loop
         self._sessions: dict[ClientSession, Client] = {}
         self._calls = OpenCalls()
@@ -155,12 +160,15 @@ class FoxgloveHandler:
 
     def parameters(self) -> Mapping[str, Any]:
         """Return all parameters that clients may see. Blocks."""
+        return self._parameters.get()
+
+    def _query_parameters(self) -> Mapping[str, Any]:
         found = flattened(self.node.params.get("/"))
         return {name: value for name, value in found.items() if self.allows_parameter(name)}
 
-    def read_asset(self, uri: str) -> bytes:
-        """Return the content of an asset. Blocks; raises `AssetRefused`."""
-        return read_asset(uri, self._folders_of, self.node.limits.bridge_message_bytes)
+    def read_asset(self, uri: str) -> Asset:
+        """Return an asset. Blocks; raises `AssetRefused`."""
+        return read_asset(uri, self._folders_of, self.node.limits.bridge_asset_bytes, self._assets.read)
 
     def _folders_of(self, package: str) -> Sequence[Path]:
         found = self._packages.get(package)

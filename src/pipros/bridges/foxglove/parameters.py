@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import base64
 import binascii
-from collections.abc import Iterator, Mapping
+import bisect
+from collections.abc import Iterable, Mapping
 from typing import Any
 from xmlrpc.client import Binary
 
@@ -27,13 +28,31 @@ def flattened(tree: object) -> dict[str, Any]:
     return dict(names.leaves_below("/", tree)) if isinstance(tree, dict) else {}
 
 
-def selected(found: Mapping[str, Any], name: str) -> Iterator[tuple[str, Any]]:
-    """Yield the parameter `name` or, if there is none, all parameters in the namespace `name`."""
-    if name in found:
-        yield name, found[name]
-        return
-    prefix = names.as_namespace(name)
-    yield from ((key, value) for key, value in found.items() if key.startswith(prefix))
+def selected(found: Mapping[str, Any], wanted: Iterable[str]) -> dict[str, Any]:
+    """Return the parameters with the given names. A name without a parameter selects its namespace.
+
+    The time does not depend on how many names there are and how they overlap, but for the search of each.
+    """
+    ordered: list[str] | None = None
+    ranges: list[tuple[int, int]] = []
+    result: dict[str, Any] = {}
+    for name in dict.fromkeys(wanted):
+        if name in found:
+            result[name] = found[name]
+            continue
+        if ordered is None:
+            ordered = sorted(found)
+        prefix = names.as_namespace(name)
+        begin = bisect.bisect_left(ordered, prefix)
+        # the character after the slash that ends the prefix: all names in the namespace come before it
+        end = bisect.bisect_left(ordered, prefix[:-1] + chr(ord(prefix[-1]) + 1))
+        ranges.append((begin, end))
+    done = 0
+    for begin, end in sorted(ranges):
+        for key in (ordered or [])[max(begin, done) : end]:
+            result.setdefault(key, found[key])
+        done = max(done, end)
+    return result
 
 
 def to_client(name: str, value: Any) -> dict[str, Any]:

@@ -17,6 +17,8 @@ from pipros.basics.printable import printable
 
 REQUEST_CHARACTERS: Final = 1_000_000
 """Maximum length of a JSON object from a client."""
+NAMES: Final = 2_000
+"""Maximum number of parameter names in one request."""
 
 _PUBLISH, _CALL = 1, 2
 _ID = struct.Struct("<I")
@@ -203,6 +205,8 @@ class _Fields:
         values = self._list(name) if self.values.get(name) is not None else []
         if not all(isinstance(value, str) for value in values):
             raise Malformed(f"{name} must contain strings")
+        if len(values) > NAMES:
+            raise Malformed(f"{name} must contain at most {NAMES} names, got {len(values)}")
         return values
 
     def objects(self, name: str) -> Iterator[_Fields]:

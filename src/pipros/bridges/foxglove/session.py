@@ -10,9 +10,11 @@ import functools
 from collections.abc import Awaitable, Callable, Coroutine, Hashable, Mapping, Sequence
 from typing import Any, Final, Protocol
 
-from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
+from pipros.basics.errors import InvalidName, LimitExceeded, NotFound, PiprosError
 from pipros.basics.limits import limit_text
+from pipros.basics.names import is_legal
 from pipros.basics.printable import printable
+from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.foxglove import frames
 from pipros.bridges.foxglove.catalog import Catalog, Channel
 from pipros.bridges.foxglove.frames import Level
@@ -37,8 +39,10 @@ from pipros.bridges.foxglove.requests import (
     UnsubscribeParameters,
     read_request,
 )
+from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.outbox import Frame, Outbox
 from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
+from pipros.bridges.shares import ClientShares, ExceedsShare
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
@@ -48,6 +52,12 @@ CALL_S: Final = 60.0
 """Timeout of a service call."""
 OPEN_REQUESTS: Final = 100
 """Maximum number of pending service calls and asset requests of one client."""
+OPEN_ASSETS: Final = 16
+"""Maximum number of pending asset requests of one client, which are answered one at a time."""
+PARAMETER_NAME_BYTES: Final = 200
+"""Approximate memory for the name of a parameter, besides its characters."""
+SUBSCRIPTION_BYTES: Final = 1_000
+"""Approximate memory for a subscription or a publication, besides the names."""
 TIME_KEY: Final = "time"
 READ_ONLY: Final = "this server is read-only; start it with --control to change the system"
 
@@ -72,7 +82,7 @@ class Bridge(Protocol):
     Attributes:
         has_control: whether clients may publish, call services and set parameters.
         threads: threads for work that may block briefly, enough for all clients.
-        call_threads: threads for service calls, which may block for a long time.
+        call_turns: threads for service calls, which may block for a long time.
     """
 
     node: Node
@@ -81,7 +91,7 @@ class Bridge(Protocol):
     state: SystemState
     has_control: bool
     threads: DaemonPool
-    call_threads: DaemonPool
+    call_turns: CallTurns
 
     def offers(self, capability: str) -> bool: ...
     def allows_topic(self, name: str) -> bool: ...
@@ -90,16 +100,18 @@ class Bridge(Protocol):
     def correct(self, topic: str, header: Mapping[str, str]) -> object: ...
     def watch_parameters(self) -> None: ...
     def parameters(self) -> Mapping[str, Any]: ...
-    def read_asset(self, uri: str) -> bytes: ...
+    def read_asset(self, uri: str) -> Asset: ...
 
 
 class Connection(Protocol):
     """The client's connection, implemented by `pipros.bridges.client.Client`."""
 
     outbox: Outbox
+    shares: ClientShares
 
     def send(self, *frames: Frame) -> None: ...
-    def send_large(self, frame: Frame) -> Awaitable[None]: ...
+    def end(self, reason: str) -> None: ...
+    def send_large(self, make: Callable[[], Awaitable[Frame]]) -> Awaitable[None]: ...
 
 
 class ClientSession:
@@ -116,6 +128,8 @@ class ClientSession:
         self._graph: SystemState | None = None
         self._calls = OpenCalls()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._call_turns = bridge.call_turns.user()
+        self._open_assets = 0
         self._limit = bridge.node.limits.bridge_subscriptions
         client.outbox.open(TIME_KEY, 1)
 
@@ -123,6 +137,8 @@ class ClientSession:
         """Handle a message. Only service calls and asset requests continue after this returns."""
         try:
             await self._handle(read_request(data))
+        except ExceedsShare as error:
+            self._client.end(str(error))
         except (PiprosError, ValueError, TypeError, OverflowError, OSError) as error:
             self._report(str(error))
 
@@ -138,6 +154,7 @@ class ClientSession:
         """End the client's subscriptions and publications, and cancel its calls and tasks."""
         self._bridge.leave(self)
         self._calls.interrupt()
+        self._call_turns.close()
         for task in self._tasks:
             task.cancel()
         for _, taken in self._taken.values():
@@ -146,6 +163,12 @@ class ClientSession:
             self._bridge.threads.start(publication.close)
         self._taken.clear()
         self._publications.clear()
+
+    @property
+    def is_unused(self) -> bool:
+        """Whether the client has no subscriptions, publications and pending requests."""
+        is_subscribed = self._taken or self.takes_parameters or self._graph is not None
+        return not (is_subscribed or self._publications or self._tasks)
 
     @property
     def takes_parameters(self) -> bool:
@@ -190,6 +213,7 @@ class ClientSession:
             case Subscribe():
                 for number, channel in request.pairs:
                     self._subscribe(number, channel)
+                await self._run(functools.partial(self._bridge.topics.wait_for_turn, self))
             case Unsubscribe():
                 for number in request.ids:
                     self._unsubscribe(number)
@@ -208,9 +232,7 @@ class ClientSession:
             case SubscribeParameters():
                 self._subscribe_parameters(request.names)
             case UnsubscribeParameters():
-                self._takes_all_parameters &= bool(request.names)
-                self._parameters.difference_update(map(self._bridge.node.resolve, request.names))
-                self._bridge.watch_parameters()
+                self._unsubscribe_parameters(request.names)
             case SubscribeGraph():
                 self._graph = EMPTY if request.is_wanted else None
                 self.show_graph(self._bridge.state)
@@ -226,6 +248,7 @@ class ClientSession:
             self._report(f"subscription {number} already exists", Level.WARNING)
             return
         self._check_limit(len(self._taken))
+        self._client.shares.keep(SUBSCRIPTION_BYTES)
         outbox, md5sum = self._client.outbox, channel.definition.md5sum
 
         def deliver(message: TopicMessage) -> None:
@@ -237,10 +260,15 @@ class ClientSession:
         outbox.open(number)
         try:
             taken = self._bridge.topics.take(
-                channel.topic, channel.definition.type, deliver, lambda error: self._report(str(error))
+                channel.topic,
+                channel.definition.type,
+                deliver,
+                lambda error: self._report(str(error)),
+                self,
             )
         except PiprosError:
             outbox.forget(number)
+            self._client.shares.release(SUBSCRIPTION_BYTES)
             raise
         self._taken[number] = channel, taken
 
@@ -251,6 +279,7 @@ class ClientSession:
             return
         found[1].close()
         self._client.outbox.forget(number)
+        self._client.shares.release(SUBSCRIPTION_BYTES)
 
     async def _advertise(self, channel: ClientChannel) -> None:
         topic = legal_topic(self._bridge.node, channel.topic)
@@ -259,15 +288,22 @@ class ClientSession:
         if channel.id in self._publications:
             raise PiprosError(f"channel {channel.id} is already advertised")
         self._check_limit(len(self._publications))
-        self._publications[channel.id] = await self._run(
-            functools.partial(Publication, self._bridge.node, channel)
-        )
+        size_bytes = _size_of(channel)
+        self._client.shares.keep(size_bytes)
+        try:
+            self._publications[channel.id] = await self._run(
+                functools.partial(Publication, self._bridge.node, channel)
+            )
+        except BaseException:
+            self._client.shares.release(size_bytes)
+            raise
 
     async def _unadvertise(self, number: int) -> None:
         publication = self._publications.pop(number, None)
         if publication is None:
             self._report(f"channel {number} is not advertised", Level.WARNING)
         else:
+            self._client.shares.release(_size_of(publication.channel))
             await self._run(publication.close)
 
     async def _publish(self, request: Publish) -> None:
@@ -282,7 +318,7 @@ class ClientSession:
             self._check_offered("services")
             if service is None:
                 raise PiprosError(f"service {request.service} does not exist")
-            body = await self._bridge.call_threads.run(
+            body = await self._call_turns.wait_for(
                 call_service,
                 self._bridge.node,
                 service,
@@ -295,14 +331,35 @@ class ClientSession:
             self._client.send(frames.service_failure(request.service, request.call, str(error)))
             return
         answer = frames.service_response(request.service, request.call, request.encoding, body)
-        await self._client.send_large(answer)
+
+        async def make() -> Frame:
+            return answer
+
+        await self._client.send_large(make)
 
     async def _send_parameters(self, names: Sequence[str], request: str | None) -> None:
-        found = await self._run(self._bridge.parameters)
-        resolved = [self._bridge.node.resolve(name) for name in names]
-        wanted = dict(pair for name in resolved for pair in selected(found, name)) if names else found
-        answer = frames.parameter_values([to_client(*pair) for pair in wanted.items()], request)
-        await self._client.send_large(answer)
+        async def make() -> Frame:
+            frame: Frame = await self._run(functools.partial(self._parameter_values, names, request))
+            return frame
+
+        await self._client.send_large(make)
+
+    def _parameter_values(self, names: Sequence[str], request: str | None) -> Frame:
+        """Return the answer to a request for parameters. Blocks.
+
+        Raises:
+            LimitExceeded: the answer does not fit into the client's queue.
+        """
+        found = self._bridge.parameters()
+        wanted = selected(found, map(self._bridge.node.resolve, names)) if names else found
+        frame = frames.parameter_values([to_client(*pair) for pair in wanted.items()], request)
+        limit = self._bridge.node.limits.bridge_queue_bytes
+        if frame.size > limit:
+            raise LimitExceeded(
+                f"the parameters have {frame.size} bytes; {limit_text('bridge_queue_bytes', limit)}; "
+                "name some of them"
+            )
+        return frame
 
     async def _set_parameters(self, request: SetParameters) -> None:
         if not self._bridge.has_control:
@@ -329,18 +386,42 @@ class ClientSession:
             return
 
     def _subscribe_parameters(self, names: Sequence[str]) -> None:
-        self._check_limit(len(self._parameters) + len(names))
+        for name in names:
+            if not is_legal(name):
+                raise InvalidName(f"[{printable(name)}] is not a legal parameter name")
+        new = set(map(self._bridge.node.resolve, names)) - self._parameters
+        self._check_limit(len(self._parameters) + len(new))
+        self._client.shares.keep(sum(map(_size_of_name, new)))
         self._takes_all_parameters |= not names
-        self._parameters.update(map(self._bridge.node.resolve, names))
+        self._parameters |= new
+        self._bridge.watch_parameters()
+
+    def _unsubscribe_parameters(self, names: Sequence[str]) -> None:
+        self._takes_all_parameters &= bool(names)
+        gone = self._parameters & set(map(self._bridge.node.resolve, names))
+        self._parameters -= gone
+        self._client.shares.release(sum(map(_size_of_name, gone)))
         self._bridge.watch_parameters()
 
     async def _fetch_asset(self, request: FetchAsset) -> None:
-        try:
-            content = await self._run(functools.partial(self._bridge.read_asset, request.uri))
-        except PiprosError as error:
-            self._client.send(frames.asset_failure(request.request, str(error)))
+        """Send an asset. It is read once all earlier responses have been sent, so only one is in memory."""
+        if self._open_assets >= OPEN_ASSETS:
+            text = f"{OPEN_ASSETS} asset requests are pending; wait until one ends"
+            self._client.send(frames.asset_failure(request.request, text))
             return
-        await self._client.send_large(frames.asset(request.request, content))
+
+        async def make() -> Frame:
+            try:
+                asset = await self._run(functools.partial(self._bridge.read_asset, request.uri))
+            except PiprosError as error:
+                return frames.asset_failure(request.request, str(error))
+            return frames.asset(request.request, asset)
+
+        self._open_assets += 1
+        try:
+            await self._client.send_large(make)
+        finally:
+            self._open_assets -= 1
 
     # -- shared by all requests ------------------------------------------------------------------
 
@@ -371,3 +452,13 @@ class ClientSession:
     def _report(self, text: str, level: Level = Level.ERROR) -> None:
         """Send a status message. Thread-safe."""
         self._client.send(frames.status(level, text))
+
+
+def _size_of(channel: ClientChannel) -> int:
+    """Return the approximate memory for a publication."""
+    names = len(channel.topic) + len(channel.type)
+    return SUBSCRIPTION_BYTES + 4 * names + 2 * len(channel.schema)
+
+
+def _size_of_name(name: str) -> int:
+    return len(name) + PARAMETER_NAME_BYTES

@@ -25,6 +25,7 @@ from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import printable
 from pipros.bridges.rosapi import QUESTIONS
 from pipros.bridges.rosbridge.authentication import Authenticator
+from pipros.bridges.rosbridge.bson_size import parsed_bson_bytes
 from pipros.bridges.rosbridge.effects import (
     Advertise,
     AnswerCall,
@@ -42,7 +43,14 @@ from pipros.bridges.rosbridge.effects import (
 )
 from pipros.bridges.rosbridge.encoding import Encoding, bson_codec, check_codec
 from pipros.bridges.rosbridge.globs import Globs
-from pipros.bridges.rosbridge.text_input import BadInput, Fragments, JsonObjects, json_object
+from pipros.bridges.rosbridge.text_input import (
+    BadInput,
+    Fragments,
+    JsonObjects,
+    json_object,
+    parsed_json_bytes,
+)
+from pipros.bridges.shares import ClientShares, ExceedsShare, ServerShares
 
 QUEUE_SIZE = 100
 """Queue size of a publisher, unless the client specifies it."""
@@ -55,8 +63,15 @@ _OF_ROS_2 = frozenset(
 )
 
 
+ID_CHARACTERS = 1_000
+"""Maximum length of an id, as JSON, that the server keeps."""
+_NAME_BYTES = 1_000
+_ID_BYTES = 200
+"""Approximate memory for a topic or service and for an id, besides their names."""
+
 _CHANGING = frozenset(("advertise", "publish", "call_service", "advertise_service"))
-_QUESTIONS = frozenset(f"/rosapi/{name}" for name in QUESTIONS)
+QUESTION_NAMES = frozenset(f"/rosapi/{name}" for name in QUESTIONS)
+"""Services that do not change the system."""
 
 
 class Level(IntEnum):
@@ -115,6 +130,7 @@ class ClientProtocol:
 
     Attributes:
         is_authenticated: whether the client may use operations other than `auth`.
+        parsed_bytes: approximate memory of the message that is being handled; 0 for a short one.
     """
 
     def __init__(
@@ -123,17 +139,22 @@ class ClientProtocol:
         resolve: Callable[[str], str],
         limits: Limits | None = None,
         clock_s: Callable[[], float] = time.monotonic,
+        shares: ClientShares | None = None,
     ) -> None:
         """Create the initial state. `resolve` returns a name's global form, or raises `InvalidName`."""
         limits = limits or process_limits()
+        self._shares = shares or ServerShares(limits).client(is_reader=not settings.has_control)
         self._settings = settings
         self._resolve = resolve
         self._clock_s = clock_s
         self._most_names = limits.bridge_subscriptions
         self.is_authenticated = settings.authenticator is None
+        self.parsed_bytes = 0
         self._level = Level.ERROR
-        self._objects = JsonObjects(limits.bridge_message_bytes)
-        self._fragments = Fragments(limits.bridge_message_bytes, settings.fragment_timeout_s)
+        self._objects = JsonObjects(self._shares.message_bytes, self._shares.input)
+        self._fragments = Fragments(
+            self._shares.message_bytes, settings.fragment_timeout_s, self._shares.input
+        )
         self._topics: dict[str, _Topic] = {}
         self._advertised: dict[str, set[str]] = {}
         self._offered: set[str] = set()
@@ -161,6 +182,11 @@ class ClientProtocol:
             yield from self._receive_bson(data)
             return
         try:
+            self._begin_parsing(parsed_json_bytes(data))
+        except BadInput as error:
+            yield from self.status(Level.ERROR, str(error))
+            return
+        try:
             operation = json_object(data)
         except BadInput:
             yield from self.receive_stream(data if isinstance(data, str) else data.decode(errors="replace"))
@@ -174,13 +200,17 @@ class ClientProtocol:
         """Process the next part of a stream of JSON objects, and yield the effects of complete objects."""
         for found in self._objects.feed(text):
             try:
-                operation = json_object(found) if isinstance(found, str) else None
+                operation = self._parsed(found) if isinstance(found, str) else None
             except BadInput as error:
                 found, operation = error, None
             if operation is None:
                 yield from self.status(Level.ERROR, str(found))
             else:
                 yield from self._handle(operation)
+
+    def end_message(self) -> None:
+        """Return the memory of the message that has been handled."""
+        self._begin_parsing(0)
 
     def status(self, level: Level, text: str, operation: Mapping[str, Any] | None = None) -> Iterator[Reply]:
         """Yield a `status` operation, unless the client has turned off its level."""
@@ -193,10 +223,33 @@ class ClientProtocol:
         """Return the response to a failed `call_service`."""
         return Reply(response_to(operation, text, is_success=False))
 
+    def _parsed(self, text: str) -> dict[str, Any]:
+        self._begin_parsing(parsed_json_bytes(text))
+        return json_object(text)
+
+    def _begin_parsing(self, size_bytes: int) -> None:
+        """Take memory for a parsed message in place of the previous one.
+
+        Raises:
+            BadInput: too little is left.
+        """
+        if not self._shares.parsed.hold(self.parsed_bytes, size_bytes):
+            limit = limit_text("bridge_parsed_bytes", int(self._shares.parsed.limit))
+            raise BadInput(f"a message with so many values needs too much memory; {limit}")
+        self.parsed_bytes = size_bytes
+
+    @property
+    def incomplete_bytes(self) -> int:
+        """Memory of the incomplete text at the end of a stream."""
+        return self._objects.held_bytes
+
     def _receive_bson(self, data: bytes) -> Iterator[Effect]:
         bson = bson_codec()
         try:
+            self._begin_parsing(parsed_bson_bytes(data, self._shares.parsed.limit))
             operation = bson.decode(data)
+        except BadInput as error:
+            yield from self.status(Level.ERROR, str(error))
         except (bson.error, ValueError, RecursionError) as error:
             yield from self.status(Level.ERROR, f"not BSON: {printable(error)}")
         else:
@@ -211,7 +264,7 @@ class ClientProtocol:
             if name == "fragment" and not is_joined:
                 text = self._fragments.add(operation, self._clock_s())
                 if text is not None:
-                    yield from self._handle(json_object(text), is_joined=True)
+                    yield from self._handle(self._parsed(text), is_joined=True)
                 return
             handle = self._operations.get(name) if isinstance(name, str) else None
             if handle is None:
@@ -220,6 +273,8 @@ class ClientProtocol:
             if not self._settings.has_control:
                 _check_changes_nothing(operation)
             yield from handle(operation)
+        except ExceedsShare as error:
+            yield Disconnect(str(error))
         except (PiprosError, RecursionError) as error:
             if name == "call_service":
                 yield self.no_response(operation, str(error))
@@ -233,21 +288,25 @@ class ClientProtocol:
         kind = _type(operation) if operation.get("type") is not None else None
         wish = Delivery(
             Encoding.of(operation.get("compression")),
-            _number(operation, "throttle_rate") / 1000,
+            max(_number(operation, "throttle_rate", least=-math.inf), 0) / 1000,
             int(_number(operation, "queue_length")),
             int(_number(operation, "fragment_size")),
         )
         check_codec(wish.encoding)
+        key = _key(operation)
         known = self._topics.get(topic)
         if known is None:
             self._check_room(self._topics, "subscriptions")
             known = _Topic(kind)
         elif kind is not None and known.kind is not None and kind != known.kind:
             raise BadOperation(f"{topic} is already subscribed to with the type {known.kind}, not {kind}")
-        if _key(operation) not in known.wishes:
+        elif known.wishes.get(key) == wish and kind in (None, known.kind):
+            return
+        if key not in known.wishes:
             self._check_room(known.wishes, f"subscriptions to {topic}")
+            self._shares.keep(_cost(key) + (0 if topic in self._topics else _cost_of_name(topic)))
         known.kind = known.kind or kind
-        known.wishes[_key(operation)] = wish
+        known.wishes[key] = wish
         self._topics[topic] = known
         yield TakeTopic(topic, known.kind, known.delivery(), operation)
 
@@ -256,50 +315,62 @@ class ClientProtocol:
         known = self._topics.get(topic)
         if known is None:
             return
-        if operation.get("id") is None:
-            known.wishes.clear()
-        known.wishes.pop(_key(operation), None)
-        if known.wishes:
-            yield TakeTopic(topic, known.kind, known.delivery(), operation)
-        else:
+        key = _key(operation)
+        gone = list(known.wishes) if operation.get("id") is None else [key] if key in known.wishes else []
+        for each in gone:
+            del known.wishes[each]
+            self._shares.release(_cost(each))
+        if not known.wishes:
             del self._topics[topic]
+            self._shares.release(_cost_of_name(topic))
             yield LeaveTopic(topic)
+        elif gone:
+            yield TakeTopic(topic, known.kind, known.delivery(), operation)
 
     def _advertise(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic", self._settings.topics)
         kind = _type(operation)
         latch = _flag(operation, "latch") or False
         queue_size = int(_number(operation, "queue_size", QUEUE_SIZE))
+        key = _key(operation)
+        self._check_advertised(topic)
         ids = self._advertised.get(topic, set())
-        if topic not in self._advertised:
-            self._check_room(self._advertised, "advertised topics")
-        if _key(operation) not in ids:
+        if key not in ids:
             self._check_room(ids, f"advertisements of {topic}")
-        self._advertised[topic] = {*ids, _key(operation)}
+            self._shares.keep(_cost(key) + (0 if ids else _cost_of_name(topic)))
+            self._advertised.setdefault(topic, set()).add(key)
         yield Advertise(topic, kind, latch, queue_size, operation)
 
     def _unadvertise(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic")
+        key = _key(operation)
         ids = self._advertised.get(topic, set())
-        if operation.get("id") is None:
-            ids.clear()
-        ids.discard(_key(operation))
+        for each in list(ids) if operation.get("id") is None else [key] if key in ids else []:
+            ids.remove(each)
+            self._shares.release(_cost(each))
         if topic in self._advertised and not ids:
             del self._advertised[topic]
+            self._shares.release(_cost_of_name(topic))
             yield Unadvertise(topic)
 
     def _publish(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic", self._settings.topics)
-        if topic not in self._advertised:
-            self._check_room(self._advertised, "advertised topics")
-            self._advertised[topic] = {"null"}
+        values = operation.get("msg", {})
+        if not isinstance(values, (dict, list)):
+            # For many topics an empty message is a command, such as a velocity of zero.
+            raise BadOperation(f"msg must be an object, got {_quoted(values)}")
         latch, queue_size = _flag(operation, "latch"), int(_number(operation, "queue_size", QUEUE_SIZE))
-        yield Publish(topic, operation.get("msg", {}), latch, queue_size, operation)
+        if topic not in self._advertised:
+            self._check_advertised(topic)
+            self._shares.keep(_cost_of_name(topic) + _cost("null"))
+            self._advertised[topic] = {"null"}
+        yield Publish(topic, values, latch, queue_size, operation)
 
     # -- services -------------------------------------------------------------------------
 
     def _call_service(self, operation: dict[str, Any]) -> Iterator[Effect]:
-        service = self._name(operation, "service", self._settings.services)
+        # As in rosbridge, a number after # only distinguishes calls.
+        service = self._name(operation, "service", self._settings.services, end="#")
         fragment_size = int(_number(operation, "fragment_size"))
         yield CallService(service, operation.get("args"), fragment_size, operation)
 
@@ -307,6 +378,7 @@ class ClientProtocol:
         service, kind = self._name(operation, "service", self._settings.services), _type(operation)
         if service not in self._offered:
             self._check_room(self._offered, "offered services")
+            self._shares.keep(_cost_of_name(service))
         self._offered.add(service)
         yield OfferService(service, kind, operation)
 
@@ -315,6 +387,7 @@ class ClientProtocol:
         if service not in self._offered:
             raise BadOperation(f"this client does not offer {service}")
         self._offered.discard(service)
+        self._shares.release(_cost_of_name(service))
         yield WithdrawService(service)
 
     def _service_response(self, operation: dict[str, Any]) -> Iterator[Effect]:
@@ -348,9 +421,13 @@ class ClientProtocol:
 
     # -- fields of operations -------------------------------------------------------------
 
-    def _name(self, operation: Mapping[str, Any], key: str, globs: Globs | None = None) -> str:
-        """Return the name of a topic or service, as written, if the globs allow it."""
+    def _name(
+        self, operation: Mapping[str, Any], key: str, globs: Globs | None = None, end: str | None = None
+    ) -> str:
+        """Return the name of a topic or service, as written up to `end`, if the globs allow it."""
         name = operation.get(key)
+        if isinstance(name, str) and end is not None:
+            name = name.partition(end)[0]
         if not isinstance(name, str) or not name:
             raise BadOperation(f"{key} must be a name, got {_quoted(name)}")
         try:
@@ -361,6 +438,10 @@ class ClientProtocol:
             raise BadOperation(f"clients may not use {resolved}; they may use {', '.join(globs.patterns)}")
         return name
 
+    def _check_advertised(self, topic: str) -> None:
+        if topic not in self._advertised:
+            self._check_room(self._advertised, "advertised topics")
+
     def _check_room(self, known: Any, what: str) -> None:
         if len(known) >= self._most_names:
             limit = limit_text("bridge_subscriptions", self._most_names)
@@ -369,7 +450,8 @@ class ClientProtocol:
 
 def _check_changes_nothing(operation: Mapping[str, Any]) -> None:
     """Raise `BadOperation` if an operation would change the system."""
-    is_question = operation["op"] == "call_service" and operation.get("service") in _QUESTIONS
+    service = operation.get("service")
+    is_question = operation["op"] == "call_service" and isinstance(service, str) and service in QUESTION_NAMES
     if operation["op"] in _CHANGING and not is_question:
         raise BadOperation("this server is read-only; its option --control allows changes")
 
@@ -383,25 +465,41 @@ def response_to(operation: Mapping[str, Any], values: Any, *, is_success: bool) 
 
 def _key(operation: Mapping[str, Any]) -> str:
     """Convert an operation's id, which can be of any type, to a dictionary key."""
-    return json.dumps(operation.get("id"), default=str, sort_keys=True)
+    identity = operation.get("id")
+    key = "null" if identity is None else json.dumps(identity, default=str, sort_keys=True)
+    if len(key) > ID_CHARACTERS:
+        raise BadOperation(f"id must have at most {ID_CHARACTERS} characters, got {len(key)}")
+    return key
+
+
+def _cost(key: str) -> int:
+    """Return the approximate memory for an id."""
+    return len(key) + _ID_BYTES
+
+
+def _cost_of_name(name: str) -> int:
+    """Return the approximate memory for a topic or a service."""
+    return 4 * len(name) + _NAME_BYTES
 
 
 def _type(operation: Mapping[str, Any]) -> str:
     kind = operation.get("type")
-    if not isinstance(kind, str) or "/" not in kind:
+    text = kind if isinstance(kind, str) and len(kind) <= ID_CHARACTERS else ""
+    parts = [part for part in text.split("/") if part]
+    if len(parts) < 2:
         raise BadOperation(f"type must be package/Name, got {_quoted(kind)}")
-    package, *_, name = kind.split("/")
+    package, *_, name = parts
     return f"{package}/{name}"  # accept ROS 2 names, such as `std_msgs/msg/String`
 
 
-def _number(operation: Mapping[str, Any], key: str, default: int = 0) -> float:
-    """Return a field that must be a number >= 0, or the default if the field is missing or null."""
+def _number(operation: Mapping[str, Any], key: str, default: int = 0, *, least: float = 0) -> float:
+    """Return a field that must be a number >= `least`, or the default if the field is missing or null."""
     value = operation.get(key)
     if value is None:
         return default
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < math.inf:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value < math.inf:
         raise BadOperation(f"{key} must be a number >= 0, got {_quoted(value)}")
-    return min(value, 2**31)
+    return max(min(value, 2**31), -(2**31))
 
 
 def _flag(operation: Mapping[str, Any], key: str) -> bool | None:

@@ -56,7 +56,9 @@ class RosbridgeHandler:
     def open(self, client: Client) -> DoorSession:
         """Start a session for a client."""
         asyncio.get_running_loop().call_soon(self._on_change)
-        return DoorSession(client, self._bridge.connect(client.outbox), self._threads, self._on_change)
+        return DoorSession(
+            client, self._bridge.connect(client.outbox, client.shares), self._threads, self._on_change
+        )
 
     def is_login(self, first: str | bytes) -> bool:
         """Return whether the first message is a valid `auth` operation."""
@@ -97,6 +99,10 @@ class DoorSession:
     def sends(self) -> Sequence[str]:
         """Return the topics that the client publishes."""
         return self._session.published
+
+    @property
+    def is_unused(self) -> bool:
+        return self._session.is_unused
 
     def close(self) -> None:
         """Close the session, in a thread."""

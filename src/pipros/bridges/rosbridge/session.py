@@ -14,6 +14,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
+from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.outbox import Outbox
 from pipros.bridges.rosapi import MASTER_DEADLINE_S
 from pipros.bridges.rosbridge.effects import (
@@ -33,21 +34,29 @@ from pipros.bridges.rosbridge.effects import (
 from pipros.bridges.rosbridge.encoding import Encoder, fragment_frames, operation_frame
 from pipros.bridges.rosbridge.filling import Filler
 from pipros.bridges.rosbridge.offering import OfferedServices
-from pipros.bridges.rosbridge.protocol import ClientProtocol, Level, Settings, response_to
+from pipros.bridges.rosbridge.protocol import (
+    QUESTION_NAMES,
+    ClientProtocol,
+    Level,
+    Settings,
+    response_to,
+)
 from pipros.bridges.rosbridge.publishing import CallLater, SharedPublishers
 from pipros.bridges.rosbridge.streams import TopicStream
 from pipros.bridges.shared_topics import SharedTopics
+from pipros.bridges.shares import ClientShares, ExceedsShare, ServerShares
 from pipros.graph.services import service_class_of
 from pipros.net.master_client import MasterClient
-from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
 
 CALLS_AT_ONCE: Final = 64
-"""Maximum number of concurrent service calls of all clients; further calls wait."""
+"""Maximum number of concurrent service calls of all clients, beyond one for each; further calls wait."""
 CALLS_OF_A_CLIENT: Final = 256
 """Maximum number of running and queued calls of one client."""
+SMALL_CALL_BYTES: Final = 4096
+"""Approximate memory for the request of a pending call that is small."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,24 +91,29 @@ class Bridge:
         self.call_later = call_later
         self.call_s = timing.call_s
         self.master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
-        self.topics = SharedTopics(node)
+        # A client that may not change the system must not decide which type others see.
+        self.topics = SharedTopics(node, reports_types=self.settings.has_control)
         self.encoder = Encoder(is_bson=self.settings.is_bson)
         self.filler = Filler(lambda: node.clock.now_ns(), self.limits)
         self.services = OfferedServices(node, self.filler, timing.call_s)
         self.publishers = SharedPublishers(
             node, self.filler, self.topics.type_of, call_later, timing.unregister_s
         )
-        self.calls = Workers("service calls of a bridge", CALLS_AT_ONCE)
+        self.calls = CallTurns("service calls of a bridge", CALLS_AT_ONCE)
+        # Questions to rosapi are short, and do not wait for calls that may take minutes.
+        self.questions = CallTurns("questions of a bridge", CALLS_AT_ONCE)
 
-    def connect(self, outbox: Outbox) -> ClientSession:
+    def connect(self, outbox: Outbox, shares: ClientShares | None = None) -> ClientSession:
         """Return a session for a new client. The caller must send the session's outbox to the client."""
-        return ClientSession(self, outbox)
+        is_reader = not self.settings.has_control
+        return ClientSession(self, outbox, shares or ServerShares(self.limits).client(is_reader=is_reader))
 
     def close(self) -> None:
         """Unadvertise the clients' services, and ignore any further subscriptions."""
         self.services.close()
         self.topics.close()
         self.calls.close()
+        self.questions.close()
         self.master.close()
 
 
@@ -113,17 +127,20 @@ class ClientSession:
         ended: reason for disconnecting the client; empty while it may stay connected.
     """
 
-    def __init__(self, bridge: Bridge, outbox: Outbox) -> None:
+    def __init__(self, bridge: Bridge, outbox: Outbox, shares: ClientShares) -> None:
         self.outbox = outbox
+        self._shares = shares
         self.ended = ""
         self._bridge = bridge
         self._node = bridge.node
-        self._protocol = ClientProtocol(bridge.settings, bridge.node.resolve, bridge.limits)
+        self._protocol = ClientProtocol(bridge.settings, bridge.node.resolve, bridge.limits, shares=shares)
         self._streams: dict[str, TopicStream] = {}
         self._published: set[str] = set()
         self._offered: dict[str, str] = {}  # maps the names that the client uses to global names
         self._calls = OpenCalls()
         self._open_calls = 0
+        self._call_turns = bridge.calls.user()
+        self._questions = bridge.questions.user()
         self._is_closed = False
         self._lock = threading.Lock()
         self._carry_out: Mapping[type, Callable[[Any], None]] = {
@@ -153,6 +170,8 @@ class ClientSession:
         with self._lock:
             self._is_closed = True
         self._calls.interrupt()
+        self._call_turns.close()
+        self._questions.close()
         for stream in list(self._streams.values()):
             stream.close()
         for service in list(self._offered.values()):
@@ -160,6 +179,11 @@ class ClientSession:
         for topic in list(self._published):
             self._bridge.publishers.release(self, topic)
         self.outbox.close()
+
+    @property
+    def incomplete_bytes(self) -> int:
+        """Memory of the incomplete text at the end of a stream."""
+        return self._protocol.incomplete_bytes
 
     @property
     def is_logged_in(self) -> bool:
@@ -192,9 +216,13 @@ class ClientSession:
             try:
                 self._carry_out[type(effect)](effect)
             except Exception as error:
+                if isinstance(error, ExceedsShare):
+                    self.ended = str(error)
+                    return
                 if not isinstance(error, PiprosError):
                     self._node.log.exception("unexpected error in an operation of a client")
                 self._refuse(getattr(effect, "operation", {}), str(error) or type(error).__name__)
+        self._protocol.end_message()
         if self._is_closed:  # `close` may have run before this thread finished
             self.close()
 
@@ -219,8 +247,9 @@ class ClientSession:
         stream = self._streams.get(topic)
         if stream is None:
             stream = self._streams[topic] = TopicStream(
-                topic, bridge.topics, bridge.encoder, self.outbox, self._status, bridge.call_later
+                topic, bridge.topics, bridge.encoder, self.outbox, self._status, bridge.call_later, self
             )
+        bridge.topics.wait_for_turn(self)
         stream.take(effect.kind, effect.delivery)
 
     def _leave(self, effect: LeaveTopic) -> None:
@@ -255,10 +284,14 @@ class ClientSession:
                 raise PiprosError(
                     f"{CALLS_OF_A_CLIENT} calls from this client are pending; wait until one ends"
                 )
+            size_bytes = max(self._protocol.parsed_bytes, SMALL_CALL_BYTES)
+            if not self._shares.calls.take(size_bytes):
+                raise PiprosError("pending calls from this client need too much memory; wait until one ends")
             self._open_calls += 1
-        self._bridge.calls.run(partial(self._call_now, effect))
+        turns = self._questions if effect.service in QUESTION_NAMES else self._call_turns
+        turns.run(partial(self._call_now, effect, size_bytes))
 
-    def _call_now(self, effect: CallService) -> None:
+    def _call_now(self, effect: CallService, size_bytes: int) -> None:
         """Call a service and send the response. Runs in a separate thread."""
         try:
             values, is_success = self._response(effect), True
@@ -267,6 +300,7 @@ class ClientSession:
         finally:
             with self._lock:
                 self._open_calls -= 1
+                self._shares.calls.give_back(size_bytes)
         if not self._is_closed:
             response = response_to(effect.operation, values, is_success=is_success)
             try:

@@ -1,18 +1,15 @@
-"""rosbridge over plain TCP and UDP: a sequence of JSON objects or, over TCP only, of BSON documents."""
+"""rosbridge over plain TCP: a sequence of JSON objects or BSON documents. Also the base of UDP's server."""
 
 from __future__ import annotations
 
 import asyncio
 import codecs
-import ipaddress
 import logging
 import re
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import suppress
 from typing import Any, Final
 
-from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
 from pipros.bridges.client import Wakeups
 from pipros.bridges.door import DESCRIPTORS_SHARE
@@ -20,6 +17,8 @@ from pipros.bridges.outbox import Outbox
 from pipros.bridges.pace import Pace
 from pipros.bridges.rosbridge.server import BridgeRuntime, ClientTopics, ServerOptions
 from pipros.bridges.rosbridge.session import ClientSession
+from pipros.bridges.rosbridge.tcp_input import CHUNK_BYTES, TcpInput
+from pipros.bridges.shares import ClientShares, ServerShares
 from pipros.net import sockets
 from pipros.net.address import plain_address
 from pipros.node import Node
@@ -27,32 +26,27 @@ from pipros.web.daemon_pool import DaemonPool
 
 logger = logging.getLogger("pipros.bridges")
 
-CHUNK_BYTES: Final = 64 * 1024
 ENTERING: Final = 16
 """Maximum number of connections waiting to become clients."""
 ACCEPTING_TURNS: Final = 3
 """Iterations of the event loop that asyncio needs to accept a pending connection. If the server closed
 sooner, the socket of that connection would stay open.
 """
-SILENT_S: Final = 600.0
-"""Time after which a silent UDP client is removed, because UDP does not signal the end of a connection."""
-WAITING_DATAGRAMS: Final = 100
-"""Maximum number of queued datagrams of a client."""
-LARGEST_DATAGRAM: Final = 65_507
 _HTTP: Final = re.compile(rb"[A-Z]{3}[A-Z ]")
 _SHOWN_BYTES: Final = 60
 _LENGTH_BYTES: Final = 4
 _SMALLEST_DOCUMENT: Final = 5
 
 
-class _Server:
-    """Base class of both servers: the event loop, the threads and the list of clients."""
+class StreamServer:
+    """Base class of the servers for TCP and UDP: the event loop, the threads and the list of clients."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
         self._options = options
         self._runtime = BridgeRuntime(node, options)
         self.bridge = self._runtime.bridge
         self._limits = self._runtime.limits
+        self.shares = ServerShares(self._limits)
         room = sockets.connections_that_fit(DESCRIPTORS_SHARE) - ENTERING
         self._most_clients = min(self._limits.bridge_clients, room)
         self._topics = ClientTopics(node)
@@ -81,14 +75,17 @@ class _Server:
     async def _end(self) -> None:
         raise NotImplementedError
 
-    def _connect(self, key: Any, host: str, wake: Callable[[], object]) -> ClientSession | None:
+    def _connect(
+        self, key: Any, host: str, wake: Callable[[], object], shares: ClientShares
+    ) -> ClientSession | None:
         """Return a session for a new client, or None if there are too many clients."""
         if len(self._clients) >= self._most_clients:
             return None
         self._clients[key] = f"{host}:0", time.time()
         self._topics.report(list(self._clients.values()))
-        outbox = Outbox(self._limits.bridge_queue_bytes, lambda: self._wakeups.wake(wake))
-        return self.bridge.connect(outbox)
+        limit_bytes = self._limits.bridge_queue_bytes
+        outbox = Outbox(limit_bytes, lambda: self._wakeups.wake(wake), shares.queue)
+        return self.bridge.connect(outbox, shares)
 
     def _disconnect(self, key: Any, session: ClientSession) -> None:
         self._threads.start(session.close)
@@ -96,7 +93,7 @@ class _Server:
         self._topics.report(list(self._clients.values()))
 
 
-class TcpServer(_Server):
+class TcpServer(StreamServer):
     """A rosbridge server that accepts TCP connections, running on a node."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
@@ -140,19 +137,21 @@ class TcpServer(_Server):
     async def _attend(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve one client until it disconnects."""
         has_data = asyncio.Event()
+        shares = self.shares.client(is_reader=not self._options.settings.has_control)
         host = plain_address(str(writer.get_extra_info("peername")[0]))
         async with self._entrance:
             if len(self._clients) >= self._most_clients:
                 await self._end_idle()
-            session = self._connect(writer, host, has_data.set)
+            session = self._connect(writer, host, has_data.set, shares)
         if session is None:
             return
         self._sessions[writer] = session
         sender = asyncio.create_task(self._send(session.outbox, has_data, writer))
         pace = Pace(self._limits)
+        source = TcpInput(session, reader, self._limits, shares)
         receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
         try:
-            async for size in receive(session, reader):
+            async for size in receive(session, source):
                 if session.ended or sender.done():
                     break
                 self._sessions[writer] = self._sessions.pop(writer)
@@ -161,6 +160,7 @@ class TcpServer(_Server):
             pass
         finally:
             sender.cancel()
+            shares.close()
             del self._sessions[writer]
             self._disconnect(writer, session)
 
@@ -173,11 +173,11 @@ class TcpServer(_Server):
             task.cancel()
             await asyncio.wait([task])
 
-    async def _receive_json(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
+    async def _receive_json(self, session: ClientSession, source: TcpInput) -> AsyncIterator[int]:
         """Handle the data from the client, and yield the size of each part."""
         decoder = codecs.getincrementaldecoder("utf-8")("replace")
         has_begun = False
-        while data := await self._first_in_time(session, reader.read(CHUNK_BYTES)):
+        while data := await source.read(session.incomplete_bytes):
             if not has_begun and (start := data.lstrip()):
                 has_begun = True
                 if not start.startswith(b"{"):
@@ -186,24 +186,21 @@ class TcpServer(_Server):
             await self._threads.run(session.receive_stream, decoder.decode(data))
             yield len(data)
 
-    async def _receive_bson(self, session: ClientSession, reader: asyncio.StreamReader) -> AsyncIterator[int]:
+    async def _receive_bson(self, session: ClientSession, source: TcpInput) -> AsyncIterator[int]:
         """Handle the data from the client, and yield the size of each document."""
-        while True:
-            head = await self._first_in_time(session, reader.readexactly(_LENGTH_BYTES))
+        while head := await source.read_all(_LENGTH_BYTES):
             size = int.from_bytes(head, "little")
             if _HTTP.match(head):
                 self._report_stranger(head)
                 return
             if not _SMALLEST_DOCUMENT <= size <= self._limits.bridge_message_bytes:
                 return
-            parts = [head]
-            left = size - _LENGTH_BYTES
-            while left:
-                parts.append(await reader.read(min(left, CHUNK_BYTES)))
-                if not parts[-1]:
-                    return
-                left -= len(parts[-1])
-            await self._threads.run(session.receive, b"".join(parts))
+            rest = await source.read_all(size - _LENGTH_BYTES)
+            if not rest:
+                return
+            await self._threads.run(session.receive, head + rest)
+            del rest
+            source.end_message()
             yield size
 
     def _report_stranger(self, start: bytes) -> None:
@@ -216,11 +213,6 @@ class TcpServer(_Server):
             self._has_reported_strangers = True
             found = printable(start[:_SHOWN_BYTES].decode(errors="replace"))
             logger.warning("A client was disconnected: it must begin with an operation, got [%s]", found)
-
-    async def _first_in_time(self, session: ClientSession, read: Any) -> bytes:
-        """Read data. Until the client has logged in, the login timeout applies."""
-        data: bytes = await asyncio.wait_for(read, None if session.is_logged_in else self._limits.login_s)
-        return data
 
     async def _send(self, outbox: Outbox, has_data: asyncio.Event, writer: asyncio.StreamWriter) -> None:
         """Write the content of the outbox. Closes the connection if the client does not read it."""
@@ -237,93 +229,3 @@ class TcpServer(_Server):
         except (OSError, asyncio.TimeoutError):
             pass
         writer.transport.abort()
-
-
-class NotLoopback(PiprosError):
-    """UDP was requested on a network address, where a datagram's sender can be forged."""
-
-
-class UdpServer(_Server):
-    """A rosbridge server over UDP, running on a node, for clients on this machine only.
-
-    Each sender address counts as one client.
-    """
-
-    def __init__(self, node: Node, options: ServerOptions) -> None:
-        """Raise `NotLoopback` if the address is not a loopback address."""
-        if options.host != "localhost" and not _is_loopback(options.host):
-            raise NotLoopback(f"UDP serves only this machine: address must be 127.0.0.1, got {options.host}")
-        super().__init__(node, options)
-        self._known: dict[Any, _UdpClient] = {}
-
-    async def _open(self) -> int:
-        loop = asyncio.get_running_loop()
-        self._wakeups = Wakeups(loop)
-        address = self._options.host, self._options.port
-        self._transport, _ = await loop.create_datagram_endpoint(lambda: _Datagrams(self), address)
-        port: int = self._transport.get_extra_info("sockname")[1]
-        return port
-
-    async def _end(self) -> None:
-        self._transport.close()
-        for client in list(self._known.values()):
-            client.task.cancel()
-
-    def take(self, data: bytes, address: Any) -> None:
-        """Handle a datagram. Called in the event loop."""
-        client = self._known.get(address)
-        if client is None:
-            client = _UdpClient()
-            session = self._connect(client, str(address[0]), lambda: self._flush(address))
-            if session is None:
-                return
-            client.session = session
-            client.task = asyncio.create_task(self._attend(client, address))
-            self._known[address] = client
-        with suppress(asyncio.QueueFull):
-            client.datagrams.put_nowait(data)
-
-    async def _attend(self, client: _UdpClient, address: Any) -> None:
-        pace = Pace(self._limits)
-        try:
-            while not client.session.ended:
-                data = await asyncio.wait_for(client.datagrams.get(), SILENT_S)
-                await self._threads.run(client.session.receive_stream, data.decode(errors="replace"))
-                await asyncio.sleep(pace.delay_s(len(data)))
-        except asyncio.TimeoutError:
-            pass
-        finally:
-            del self._known[address]
-            self._disconnect(client, client.session)
-
-    def _flush(self, address: Any) -> None:
-        client = self._known.get(address)
-        while client is not None and (frames := client.session.outbox.pop()) is not None:
-            for frame in frames:
-                if frame.size <= LARGEST_DATAGRAM:
-                    self._transport.sendto(b"".join(frame.parts), address)
-
-
-class _UdpClient:
-    """A client and the datagrams that it has sent."""
-
-    session: ClientSession
-    task: asyncio.Task[None]
-
-    def __init__(self) -> None:
-        self.datagrams: asyncio.Queue[bytes] = asyncio.Queue(WAITING_DATAGRAMS)
-
-
-class _Datagrams(asyncio.DatagramProtocol):
-    def __init__(self, server: UdpServer) -> None:
-        self._server = server
-
-    def datagram_received(self, data: bytes, addr: Any) -> None:
-        self._server.take(data, addr)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Final
 
 from pipros.basics.errors import PiprosError
@@ -34,6 +34,7 @@ class TopicStream:
         outbox: Outbox,
         on_error: Callable[[str], object],
         call_later: CallLater,
+        user: Hashable = None,
     ) -> None:
         self._topic = topic
         self._topics = topics
@@ -41,6 +42,7 @@ class TopicStream:
         self._outbox = outbox
         self._on_error = on_error
         self._call_later = call_later
+        self._user = user
         self._delivery = Delivery()
         self._taken: list[Taken] = []
         self._newest: TopicMessage | None = None
@@ -67,9 +69,16 @@ class TopicStream:
             self._on_message(message, is_new=is_new)
 
         with self._lock:  # messages that arrive now are handled with the new options
-            taken = self._topics.take(self._topic, kind, on_message, lambda error: self._report(str(error)))
+            taken = self._topics.take(
+                self._topic, kind, on_message, lambda error: self._report(str(error)), self._user
+            )
             self._delivery = delivery
             self._taken.append(taken)
+            # Messages come from the oldest subscription until the newest one is effective.
+            replaced = self._replaced() or self._taken[1:-1]
+            self._taken = [each for each in self._taken if each not in replaced]
+        for each in replaced:
+            each.close()
 
     def close(self) -> None:
         """Stop sending: discard queued messages and end the subscriptions."""

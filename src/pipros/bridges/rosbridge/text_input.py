@@ -12,16 +12,32 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from pipros.basics.budget import Budget
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 
 _MARK = re.compile(r'[{}"\\]')
 _MARK_IN_STRING = re.compile(r'["\\]')
 _SHOWN = 60
+_CHECKED_CHARACTERS = 4096
+_LIST_BYTES, _DICT_BYTES, _ITEM_BYTES, _QUOTE_BYTES = 90, 250, 40, 30
+"""Memory of Python objects, rounded up. `{}` and `[]` need 30 times as much memory as their text."""
 
 
 class BadInput(PiprosError):
     """Text from a client is not a JSON object, or is too long."""
+
+
+def parsed_json_bytes(text: str | bytes) -> int:
+    """Return an upper bound for the memory of a JSON text and its values; 0 for a short text.
+
+    Does not parse the text: parsing stops all other threads, for some 10 ms per MiB of values.
+    """
+    if len(text) <= _CHECKED_CHARACTERS:
+        return 0
+    text = text if isinstance(text, str) else text.decode(errors="replace")
+    objects = text.count("[") * _LIST_BYTES + text.count("{") * _DICT_BYTES
+    return 2 * text.__sizeof__() + objects + text.count(",") * _ITEM_BYTES + text.count('"') * _QUOTE_BYTES
 
 
 def json_object(text: str | bytes) -> dict[str, Any]:
@@ -44,10 +60,12 @@ def json_object(text: str | bytes) -> dict[str, Any]:
 class JsonObjects:
     """Splits a stream of JSON objects without delimiters, by matching their braces."""
 
-    def __init__(self, limit_bytes: int) -> None:
+    def __init__(self, limit_bytes: int, budget: Budget | None = None) -> None:
+        """Keep at most `limit_bytes` of an incomplete object, counted in `budget`."""
         self._limit_bytes = limit_bytes
+        self._budget = budget or Budget(limit_bytes)
         self._parts: list[str] = []
-        self._length = 0
+        self._held = 0
         self._depth = 0
         self._is_in_string = False
         self._is_escaped = False
@@ -57,9 +75,15 @@ class JsonObjects:
         """Whether the buffer is empty, so that no object is incomplete."""
         return not self._depth
 
+    @property
+    def held_bytes(self) -> int:
+        """Memory of the incomplete object; each part of its text counts with its overhead."""
+        return self._held
+
     def clear(self) -> None:
         """Discard the incomplete object."""
-        self._parts, self._length, self._depth = [], 0, 0
+        self._budget.give_back(self._held)
+        self._parts, self._held, self._depth = [], 0, 0
         self._is_in_string = self._is_escaped = False
 
     def feed(self, text: str) -> Iterator[str | BadInput]:
@@ -79,18 +103,22 @@ class JsonObjects:
                     return
                 position = start
             end = self._end_of_object(text, position)
-            self._length += end - position
-            self._parts.append(text[position:end])
+            part = text[position:end]
+            self._parts.append(part)
             position = end
             if not self._depth:
                 whole = "".join(self._parts)
                 self.clear()
                 yield whole
-            elif self._length > self._limit_bytes:
+            elif self._held + part.__sizeof__() > self._limit_bytes or not self._budget.take(
+                part.__sizeof__()
+            ):
                 self.clear()
                 limit = limit_text("bridge_message_bytes", self._limit_bytes)
                 yield BadInput(f"a JSON object is too long; {limit}")
                 return
+            else:
+                self._held += part.__sizeof__()
 
     def _end_of_object(self, text: str, position: int) -> int:
         """Return the position after the object's last brace, or the end of the text."""
@@ -128,8 +156,12 @@ class _Incomplete:
 class Fragments:
     """Joins a client's fragments, which may arrive in any order."""
 
-    def __init__(self, limit_bytes: int, timeout_s: float) -> None:
-        """Keep at most `limit_bytes` of incomplete texts, each for `timeout_s` after its last fragment."""
+    def __init__(self, limit_bytes: int, timeout_s: float, budget: Budget | None = None) -> None:
+        """Keep at most `limit_bytes` of incomplete texts, each for `timeout_s` after its last fragment.
+
+        They also count in `budget`.
+        """
+        self._budget = budget or Budget(2 * limit_bytes)
         self._limit_bytes = limit_bytes
         self._timeout_s = timeout_s
         self._texts: dict[str, _Incomplete] = {}
@@ -150,12 +182,17 @@ class Fragments:
         if type(total) is not int or type(number) is not int or not 0 <= number < total:
             raise BadInput("fragment: num and total must be integers, 0 <= num < total")
         key = json.dumps(fragment.get("id"))
+        if len(key) > _ID_CHARACTERS:
+            raise BadInput(f"fragment: id must have at most {_ID_CHARACTERS} characters")
         text = self._texts.setdefault(key, _Incomplete(total))
         if text.total != total:
             self._drop(key)
             raise BadInput("fragment: total differs from that of earlier fragments")
-        cost = len(data) + _COST_OF_A_FRAGMENT
-        size = cost - (len(text.parts.get(number, "")) + _COST_OF_A_FRAGMENT if number in text.parts else 0)
+        before = _cost(text.parts[number]) if number in text.parts else 0
+        size = _cost(data) - before
+        if not self._budget.hold(before, _cost(data)):
+            self._drop(key)
+            raise BadInput("fragment: incomplete messages exceed the memory for this client")
         text.parts[number] = data
         text.size += size
         text.since_s = now_s
@@ -164,15 +201,22 @@ class Fragments:
             self._drop(key)
             return "".join(text.parts[each] for each in range(total))
         if self._bytes > self._limit_bytes:
-            self._texts.clear()
-            self._bytes = 0
+            for each in list(self._texts):
+                self._drop(each)
             limit = limit_text("bridge_message_bytes", self._limit_bytes)
             raise BadInput(f"the incomplete fragments are too long; {limit}")
         return None
 
     def _drop(self, key: str) -> None:
-        self._bytes -= self._texts.pop(key).size
+        size = self._texts.pop(key).size
+        self._bytes -= size
+        self._budget.give_back(size)
 
 
-_COST_OF_A_FRAGMENT = 200
+def _cost(data: str) -> int:
+    return data.__sizeof__() + _COST_OF_A_FRAGMENT
+
+
+_ID_CHARACTERS = 1_000
+_COST_OF_A_FRAGMENT = 250
 """Memory in bytes that a fragment needs besides its data."""

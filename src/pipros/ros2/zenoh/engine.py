@@ -245,7 +245,7 @@ def _config(zenoh: Any, routers: Sequence[str], timeout_s: float, limits: Limits
         "scouting/gossip/enabled": False,
         "timestamping/enabled": True,
         "transport/shared_memory/enabled": False,
-        "transport/link/rx/max_message_size": limits.bridge_message_bytes,
+        "transport/link/rx/max_message_size": limits.zenoh_message_bytes,
     }
     for key, value in values.items():
         config.insert_json5(key, json.dumps(value))

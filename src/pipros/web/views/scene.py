@@ -58,6 +58,8 @@ MOST_PACKINGS: Final = 4
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
 LONGEST_DESCRIPTION: Final = 16_000_000
+DESCRIPTIONS: Final = 20
+"""Parameters whose robot descriptions name files that may be read: those of the current values."""
 FILE: Final = "file://"
 _TF_TOPICS: Final = ("/tf", "/tf_static")
 _TF_HISTORY_S: Final = 10.0
@@ -72,7 +74,7 @@ class SceneViews:
         self._topics: dict[str, Shared[SceneTopic]] = {}
         self._clouds: dict[str, Shared[CloudTopic]] = {}
         self._packages = PackageIndex.from_environment(system.node.environment)
-        self._files: frozenset[str] = frozenset()
+        self._files: dict[str, frozenset[str]] = {}  # by the parameter of the robot description, oldest first
         self._feedback: dict[str, Future[Publisher[Any]]] = {}
 
     async def config(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:
@@ -187,7 +189,7 @@ class SceneViews:
         while True:
             try:
                 text = await self._system.questions.run(self._description, name)
-                found = await self._system.computations.run(self._shapes, text)
+                found = await self._system.computations.run(self._shapes, name, text)
             except PiprosError as error:
                 found = {"error": str(error)}
             if found != shown:
@@ -210,12 +212,12 @@ class SceneViews:
     def _read(self, uri: str) -> bytes:
         most = process_limits().scene_resource_bytes
         if uri.startswith(FILE):
-            return read_named_file(uri, self._files, most)
+            return read_named_file(uri, frozenset().union(*self._files.values()), most)
         if uri.startswith(PREFIX):
             # Paths in mesh files often contain . and ..: resolve them before the strict check.
             package, _, path_text = uri.removeprefix(PREFIX).partition("/")
             uri = f"{PREFIX}{package}/{os.path.normpath(path_text)}"
-        return read_asset(uri, self._folders_of, most)
+        return read_asset(uri, self._folders_of, most, read_file)
 
     def _folders_of(self, package: str) -> tuple[Path, ...]:
         found = self._packages.get(package)
@@ -236,7 +238,7 @@ class SceneViews:
             return str(params.read(master, master.search_param(name)))
         raise UrdfError(f"Parameter [{name}] does not exist, and was not found by searchParam()")
 
-    def _shapes(self, text: str) -> Mapping[str, Any]:
+    def _shapes(self, name: str, text: str) -> Mapping[str, Any]:
         if not text.strip():
             return {"error": "URDF is empty"}
         if len(text) > LONGEST_DESCRIPTION:
@@ -245,7 +247,10 @@ class SceneViews:
             links = read_shapes(text)
         except UrdfError as error:
             return {"error": f"Failed to parse URDF model: {error}"}
-        self._files |= named_files(links)
+        self._files.pop(name, None)
+        self._files[name] = frozenset(named_files(links))
+        while len(self._files) > DESCRIPTIONS:
+            del self._files[next(iter(self._files))]
         return {"links": [dataclasses.asdict(link) for link in links]}
 
     def _shared(self, name: str) -> Shared[SceneTopic]:

@@ -8,6 +8,7 @@ from typing import Any
 from pipros.bridges.foxglove import frames
 from pipros.bridges.foxglove.catalog import Channel, Definition, Service, ServiceDefinition
 from pipros.bridges.foxglove.frames import Level
+from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.outbox import Frame
 
 
@@ -72,7 +73,7 @@ def test_binary_messages_are_little_endian() -> None:
     assert binary(frames.service_response(1, 2, "ros1", body)) == (
         b"\x03\x01\x00\x00\x00\x02\x00\x00\x00\x04\x00\x00\x00ros1\xab\xcd"
     )
-    assert binary(frames.asset(7, body)) == b"\x04\x07\x00\x00\x00\x00\x00\x00\x00\x00\xab\xcd"
+    assert binary(frames.asset(7, Asset(body))) == b"\x04\x07\x00\x00\x00\x00\x00\x00\x00\x00\xab\xcd"
     assert binary(frames.asset_failure(7, "né")) == b"\x04\x07\x00\x00\x00\x01\x03\x00\x00\x00n\xc3\xa9"
 
 

@@ -24,13 +24,35 @@ def test_each_value_has_its_full_name() -> None:
 
 def test_a_name_selects_a_parameter_or_those_below_it() -> None:
     found = flattened(TREE)
-    assert list(selected(found, "/a")) == [("/a", 1)]
-    assert [name for name, _ in selected(found, "/robot")] == [
-        "/robot/speed",
-        "/robot/names",
+    assert selected(found, ["/a"]) == {"/a": 1}
+    assert set(selected(found, ["/robot"])) == {"/robot/speed", "/robot/names", "/robot/deep/y"}
+    assert selected(found, ["/rob"]) == {}
+    assert selected(found, ["/"]) == found
+    assert selected(found, ["/robot", "/robot/deep", "/robot/deep/y", "/robot"]) == selected(
+        found, ["/robot"]
+    )
+    assert set(selected(found, ["/robot/deep", "/a", "/robot/speed"])) == {
+        "/a",
         "/robot/deep/y",
-    ]
-    assert list(selected(found, "/rob")) == []
+        "/robot/speed",
+    }
+
+
+class CountedNames(dict[str, Any]):
+    """Parameters that count how often they are looked up."""
+
+    lookups = 0
+
+    def __getitem__(self, name: str) -> Any:
+        self.lookups += 1
+        return super().__getitem__(name)
+
+
+def test_each_parameter_is_read_once_however_many_names_select_it() -> None:
+    found = CountedNames((f"/a/b/c{number}", number) for number in range(5000))
+    names = ["/", "/a", "/a/b", "/none", *(f"/none{number}" for number in range(2000))] * 3
+    assert selected(found, names) == found
+    assert found.lookups == 5000
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,14 @@ from typing import Any
 
 from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import Limits
+from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.foxglove.catalog import Catalog, Definition
 from pipros.bridges.foxglove.parameter_watch import DELETED
+from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.foxglove.session import ClientSession
 from pipros.bridges.outbox import Frame, Outbox
 from pipros.bridges.shared_topics import TopicMessage
+from pipros.bridges.shares import ServerShares
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
 from pipros.packages.assets import AssetRefused
@@ -38,7 +41,12 @@ class FakeTopics:
         self.taken: list[tuple[str, str | None, Callable[[TopicMessage], object], FakeTaken]] = []
         self.error: PiprosError | None = None
 
-    def take(self, topic: str, kind: str | None, on_message: Any, on_error: Any = None) -> FakeTaken:
+    def wait_for_turn(self, user: Any) -> None:
+        pass
+
+    def take(
+        self, topic: str, kind: str | None, on_message: Any, on_error: Any = None, user: Any = None
+    ) -> FakeTaken:
         if self.error is not None:
             raise self.error
         taken = FakeTaken()
@@ -62,7 +70,7 @@ class FakeBridge:
         self.state = SystemState({"/chatter": ["/talker"]}, {}, {})
         self.has_control = has_control
         self.threads = DaemonPool("test", 2)
-        self.call_threads = DaemonPool("test calls", 2)
+        self.call_turns = CallTurns("test calls", 2)
         self.corrected: list[str] = []
         self.left: list[ClientSession] = []
         self.watched = 0
@@ -88,23 +96,28 @@ class FakeBridge:
     def parameters(self) -> Mapping[str, Any]:
         return {"/a": 1, "/robot/b": 2.0}
 
-    def read_asset(self, uri: str) -> bytes:
+    def read_asset(self, uri: str) -> Asset:
         if uri != "package://p/a.stl":
             raise AssetRefused("not there")
-        return b"solid"
+        return Asset(b"solid")
 
 
 class FakeClient:
     """The connection of the client, which records what is sent."""
 
-    def __init__(self) -> None:
+    def __init__(self, limits: Limits) -> None:
         self.outbox = Outbox(1_000_000, lambda: None)
+        self.shares = ServerShares(limits).client(is_reader=False)
+        self.ended: list[str] = []
+
+    def end(self, reason: str) -> None:
+        self.ended.append(reason)
 
     def send(self, *frames: Frame) -> None:
         self.outbox.answer(*frames)
 
-    async def send_large(self, frame: Frame) -> None:
-        self.outbox.answer(frame)
+    async def send_large(self, make: Callable[[], Awaitable[Frame]]) -> None:
+        self.outbox.answer(await make())
 
     def received(self) -> list[Any]:
         """Everything that was sent since the last call: JSON values, or bytes."""
@@ -121,7 +134,7 @@ class Conversation:
 
     def __init__(self, **options: Any) -> None:
         self.bridge = FakeBridge(**options)
-        self.client = FakeClient()
+        self.client = FakeClient(self.bridge.node.limits)
         self.session = ClientSession(self.client, self.bridge)
 
     async def say(self, op: str | bytes, **fields: Any) -> list[Any]:

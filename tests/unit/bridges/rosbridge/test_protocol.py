@@ -232,7 +232,7 @@ def test_fragments_are_joined_in_any_order_even_twice() -> None:
     text = '{"op": "subscribe", "topic": "/a"}'
     for seed in range(20):
         peer = Peer()
-        first, second = fragments(text, 7), fragments(text, 5, identity=["other", 2])
+        first, second = fragments(text, 7), fragments(text.replace("/a", "/b"), 5, identity=["other", 2])
         frames = [*first, *second]
         random.Random(seed).shuffle(frames)  # noqa: S311
         effects = [effect for frame in frames for effect in peer.sends(frame)]
@@ -375,3 +375,20 @@ def test_a_client_that_knows_the_secret_may_go_on_and_no_other() -> None:
     assert attempts([subscribe], authenticator) == [Disconnect]
     for wrong in (claims(secret="x" * 16), {"op": "auth"}):
         assert attempts([wrong], authenticator) == [Disconnect], wrong
+
+
+@pytest.mark.parametrize("message", [None, 5, "text", True])
+def test_messages_other_than_objects_are_not_published(message: Any) -> None:
+    [reply] = Peer().sends(json.dumps({"op": "publish", "topic": "/cmd_vel", "msg": message}))
+    assert isinstance(reply, Reply)
+    assert "msg must be an object" in reply.operation["msg"]
+
+
+def test_old_conventions_of_clients_are_accepted() -> None:
+    peer = Peer()
+    [call] = peer.sends('{"op": "call_service", "service": "/add#33"}')
+    assert (call.service, call.operation["service"]) == ("/add", "/add#33")
+    [take] = peer.sends(
+        '{"op": "subscribe", "topic": "/a", "type": "/std_msgs//String", "throttle_rate": -1}'
+    )
+    assert (take.kind, take.delivery.throttle_s) == ("std_msgs/String", 0)

@@ -1,0 +1,42 @@
+"""An expensive query whose result is shared by all who ask while it runs."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class SharedAnswer(Generic[T]):
+    """Runs one query at a time, and drops its result when no caller waits any more. Thread-safe.
+
+    Each result is from a query that began after the call to `get`.
+    """
+
+    def __init__(self, query: Callable[[], T]) -> None:
+        self._query = query
+        self._lock = threading.Lock()
+        self._newest: tuple[float, T] | None = None
+        self._waiting = 0
+        self._counting = threading.Lock()
+
+    def get(self) -> T:
+        """Return the result of a query. Blocks; raises the errors of the query."""
+        asked_s = time.monotonic()
+        with self._counting:
+            self._waiting += 1
+        try:
+            with self._lock:
+                newest = self._newest
+                if newest is None or newest[0] < asked_s:
+                    self._newest = None
+                    newest = self._newest = time.monotonic(), self._query()
+                return newest[1]
+        finally:
+            with self._counting:
+                self._waiting -= 1
+                if not self._waiting:
+                    self._newest = None

@@ -1,0 +1,158 @@
+"""Shares of a server's memory, topics and service calls that its clients get. Performs no I/O.
+
+A limit that all clients share lets one of them use up everything. Here, each client has a share of its own,
+and at most half of what the other clients leave. `close` returns whatever a client still holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from typing import Final
+
+from pipros.basics.budget import Budget
+from pipros.basics.errors import LimitExceeded
+from pipros.basics.limits import Limits, limit_text
+
+PART: Final = 0.5
+"""Largest part of what other clients leave that one client gets."""
+OWN_BYTES: Final = 256 * 1024
+"""Memory that each client has in any case."""
+OWN_TOPICS: Final = 8
+"""Topics that each client may receive, and publish, in any case."""
+READ_AHEAD_BYTES: Final = 256 * 1024
+"""Complete messages that a server reads before it has handled the previous ones."""
+PATIENCE: Final = 1
+"""Refusals after which a client that exceeds its share again is disconnected."""
+
+
+class ExceedsShare(LimitExceeded):
+    """A client needs more than its share. It was told before, and should be disconnected."""
+
+
+class TopicShares:
+    """Counts the topics of all users. Not thread-safe.
+
+    A topic counts for the user that needed it first, until that user leaves it, and then for another one.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._topics = Budget(limit)
+        self._budgets: dict[Hashable, Budget] = {}
+        self._users: dict[str, dict[Hashable, int]] = {}  # first the user for which the topic counts
+
+    def enter(self, topic: str, user: Hashable) -> None:
+        """Count a topic for a user. A user may enter a topic repeatedly, and must leave it as often.
+
+        Raises:
+            LimitExceeded: the user has more than its share of topics.
+        """
+        users = self._users.get(topic)
+        if users is None:
+            budget = self._budgets.get(user)
+            if budget is None:
+                budget = self._budgets[user] = Budget(self._limit, self._topics, part=PART, own=OWN_TOPICS)
+            if not budget.take(1):
+                self._forget_unused(user)
+                raise LimitExceeded(
+                    f"too many topics: this client has {int(budget.used)}, and all together "
+                    f"{int(self._topics.used)}; {limit_text('bridge_topics', self._limit)}"
+                )
+            users = self._users[topic] = {}
+        users[user] = users.get(user, 0) + 1
+
+    def leave(self, topic: str, user: Hashable) -> bool:
+        """Undo one `enter`. Return whether the topic has no users any more."""
+        users = self._users[topic]
+        users[user] -= 1
+        if users[user]:
+            return False
+        was_counted = next(iter(users)) is user
+        del users[user]
+        if was_counted:
+            self._budgets[user].give_back(1)
+            self._forget_unused(user)
+        if not users:
+            del self._users[topic]
+            return True
+        if was_counted:
+            heir = next(iter(users))
+            if heir not in self._budgets:
+                self._budgets[heir] = Budget(self._limit, self._topics, part=PART, own=OWN_TOPICS)
+            self._budgets[heir].charge(1)
+        return False
+
+    def __contains__(self, topic: object) -> bool:
+        """Whether any user needs a topic."""
+        return topic in self._users
+
+    def counts(self) -> Mapping[str, int]:
+        """Return how often each topic was entered."""
+        return {topic: sum(users.values()) for topic, users in self._users.items()}
+
+    def _forget_unused(self, user: Hashable) -> None:
+        if not self._budgets[user].used:
+            del self._budgets[user]
+
+
+class ServerShares:
+    """What all clients of a server may use together."""
+
+    def __init__(self, limits: Limits) -> None:
+        self.limits = limits
+        largest = limits.bridge_queue_bytes + 3 * limits.bridge_message_bytes
+        self.client_bytes = max(limits.bridge_client_bytes, largest)
+        self.memory = Budget(max(limits.bridge_total_bytes, 2 * largest))
+
+    def client(self, *, is_reader: bool = False) -> ClientShares:
+        """Return the shares of a new client."""
+        return ClientShares(self, is_reader=is_reader)
+
+
+class ClientShares:
+    """What one client may use. Thread-safe.
+
+    Attributes:
+        message_bytes: maximum size of a message from the client.
+        memory: everything that the server holds for the client. The other budgets are parts of it.
+        input: messages from the client that are incomplete or have not been handled.
+        kept: names and ids that the client made the server keep.
+        parsed: approximate memory for the client's current message, once parsed.
+        calls: approximate memory for the requests of pending service calls.
+        queue: messages and responses that the client has not read.
+    """
+
+    def __init__(self, server: ServerShares, *, is_reader: bool) -> None:
+        limits = server.limits
+        self.is_reader = is_reader
+        self.message_bytes = limits.bridge_message_bytes
+        if is_reader:
+            self.message_bytes = min(limits.bridge_reader_bytes, limits.bridge_message_bytes)
+        parsed = limits.bridge_parsed_bytes // 4 if is_reader else limits.bridge_parsed_bytes
+        self.memory = Budget(server.client_bytes, server.memory, part=PART, own=OWN_BYTES)
+        self.input = Budget(2 * self.message_bytes + 4 * READ_AHEAD_BYTES, self.memory)
+        self.kept = Budget(limits.bridge_kept_bytes, self.memory)
+        self.parsed = Budget(parsed, self.memory)
+        self.calls = Budget(parsed, self.memory)
+        self.queue = Budget(limits.bridge_queue_bytes, self.memory)
+        self._kept_limit = limits.bridge_kept_bytes
+
+    def keep(self, size_bytes: int) -> None:
+        """Count what a request makes the server keep.
+
+        Raises:
+            LimitExceeded: the client exceeds its share for the first time, or others have used up the memory.
+            ExceedsShare: the client has exceeded its share before.
+        """
+        if not self.kept.take(size_bytes):
+            limit = limit_text("bridge_kept_bytes", self._kept_limit)
+            text = f"this client makes the server keep too much; {limit}"
+            raise ExceedsShare(text) if self.kept.refusals > PATIENCE else LimitExceeded(text)
+
+    def release(self, size_bytes: int) -> None:
+        """Stop counting what the server no longer keeps."""
+        self.kept.give_back(size_bytes)
+
+    def close(self) -> None:
+        """Return everything, because the client has left. May be called repeatedly."""
+        self.memory.close()
