@@ -97,3 +97,25 @@ def test_goals_of_a_client_in_cpp_end_as_they_should(plain_ros: RosSystem) -> No
         "PREEMPTED -1 asked to end",
         "SUCCEEDED 8 reached",
     ], ended.output
+
+
+@pytest.mark.timeout(200)
+@pytest.mark.parametrize("side", ["pipros", "genuine"])
+def test_goals_removed_from_the_status_list_are_lost(plain_ros: RosSystem, side: str) -> None:
+    plain_ros.serve_master()
+    sides = {"pipros": plain_ros.pipros, "genuine": plain_ros.genuine}
+
+    ended = sides[side].run("python3", PROGRAMS / "lose_goals.py", timeout_s=120)
+
+    lines = [line for line in ended.stdout if not line.startswith("[ERROR]")]
+    assert lines == [
+        "[]",
+        "True",
+        "['StatusTracker'] True",
+        "delete LOST",
+        "['StatusTracker'] True",
+        "clear LOST",
+        "['StatusTracker'] True",
+        "replace LOST",
+        "[]",
+    ], ended.output

@@ -18,7 +18,7 @@ from actionlib.server_goal_handle import ServerGoalHandle
 from actionlib.status_tracker import StatusTracker
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.basics.limits import limit_text, process_limits
-from pipros.libraries.actions.goal_table import GoalTable
+from pipros.libraries.actions.goal_table import append_goal, meant_by
 
 _star_names(__name__, "threading")
 
@@ -38,6 +38,11 @@ class ActionServer:
 
     Callbacks run one at a time, without holding the server's lock, so callbacks and other threads may use the
     goal handles at the same time.
+
+    Attributes:
+        status_list: the goals that the status topic reports, in the order in which they arrived. Programs may
+            change the list while they hold `lock`: the server forgets a goal that is removed from it, and
+            clients then report it as lost.
 
     Args:
         goal_cb: called with the ServerGoalHandle of each new goal.
@@ -67,8 +72,7 @@ class ActionServer:
         self.lock = RLock()
         self._callback_lock = RLock()
         self.status_timer: Any = None
-        limits = process_limits()
-        self._goals: GoalTable[StatusTracker] = GoalTable(limits.goals, limits.name_characters, _has_ended)
+        self.status_list: list[StatusTracker] = []
         self._has_refused = False
         self.last_cancel = rospy.Time()
         self.status_list_timeout = rospy.Duration()
@@ -86,12 +90,6 @@ class ActionServer:
                 ns,
             )
             self.start()
-
-    @property
-    def status_list(self) -> list[StatusTracker]:
-        """The goals that the status topic reports, in the order in which they arrived."""
-        with self.lock:
-            return list(self._goals)
 
     def register_goal_callback(self, cb: Callable[[Any], object]) -> None:
         """Set the function to call with each new goal."""
@@ -177,14 +175,16 @@ class ActionServer:
         with self.lock:
             if not self.started:
                 return []
-            for tracker in self._goals.meant_by(goal_id.id, goal_id.stamp.to_nsec(), _stamp_of):
+            known = self._find(goal_id.id)
+            stamp = goal_id.stamp.to_nsec()
+            for tracker in meant_by(self.status_list, known, goal_id.id, stamp, _stamp_of):
                 if tracker.handle_tracker is None:
                     tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
                     tracker.handle_destruction_time = rospy.Time.now()
                 handle = ServerGoalHandle(tracker, self, tracker.handle_tracker)
                 if handle.set_cancel_requested():
                     cancelled.append(handle)
-            if goal_id.id and self._goals.find(goal_id.id) is None:
+            if goal_id.id and known is None:
                 self._expect_cancelled(goal_id)
             self.last_cancel = max(self.last_cancel, goal_id.stamp)
         return cancelled
@@ -193,7 +193,7 @@ class ActionServer:
         """Record the cancellation of a goal that may still arrive."""
         tracker = StatusTracker(goal_id, GoalStatus.RECALLING)
         tracker.handle_destruction_time = rospy.Time.now()
-        if not self._goals.add(goal_id.id, tracker):
+        if not self._add(tracker):
             self._warn_of_refusal()
 
     def internal_goal_callback(self, goal: Any) -> None:
@@ -212,7 +212,7 @@ class ActionServer:
         with self.lock:
             if not self.started:
                 return None
-            known = self._goals.find(goal.goal_id.id)
+            known = self._find(goal.goal_id.id)
             if known is not None:
                 self._handle_known(known)
                 return None
@@ -220,7 +220,7 @@ class ActionServer:
             # timestamps on arrival.
             is_late = not goal.goal_id.stamp.is_zero() and goal.goal_id.stamp <= self.last_cancel
             tracker = StatusTracker(None, None, goal)
-            if not self._goals.add(tracker.status.goal_id.id, tracker):
+            if not self._add(tracker):
                 self._reject(tracker)
                 return None
             tracker.handle_tracker = HandleTrackerDeleter(self, tracker)
@@ -231,6 +231,16 @@ class ActionServer:
                 )
                 return None
             return handle
+
+    def _find(self, goal_id: str) -> StatusTracker | None:
+        return next((each for each in self.status_list if each.status.goal_id.id == goal_id), None)
+
+    def _add(self, tracker: StatusTracker) -> bool:
+        """Add a goal to the list. Return False if the list is full or the goal's ID is too long."""
+        limits = process_limits()
+        if len(tracker.status.goal_id.id) > limits.name_characters:
+            return False
+        return append_goal(self.status_list, tracker, limits.goals, _has_ended)
 
     def _handle_known(self, tracker: StatusTracker) -> None:
         """Handle a goal that has already arrived, or that was cancelled before it arrived."""
@@ -269,13 +279,13 @@ class ActionServer:
         """Publish the status of all goals. Ended goals remain listed for `status_list_timeout`."""
         with self.lock:
             now = rospy.Time.now()
-            self._goals.keep(
-                lambda tracker: (
-                    not _has_ended(tracker)
-                    or tracker.handle_destruction_time + self.status_list_timeout >= now
-                )
-            )
-            message = GoalStatusArray(status_list=[tracker.status for tracker in self._goals])
+            self.status_list[:] = [
+                tracker
+                for tracker in self.status_list
+                if not _has_ended(tracker)
+                or tracker.handle_destruction_time + self.status_list_timeout >= now
+            ]
+            message = GoalStatusArray(status_list=[tracker.status for tracker in self.status_list])
             message.header.stamp = now
             if not rospy.is_shutdown():
                 self.status_pub.publish(message)

@@ -2,10 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Generic, TypeVar
 
 _Goal = TypeVar("_Goal")
+
+
+def meant_by(
+    goals: Iterable[_Goal], named: _Goal | None, goal_id: str, stamp: int, stamp_of: Callable[[_Goal], int]
+) -> list[_Goal]:
+    """Return the goals that a cancellation request selects, by the rules in actionlib_msgs/GoalID.
+
+    An ID selects one goal, and a timestamp (ns) selects all goals up to that time. If both are given, both
+    selections apply. An empty ID with the timestamp 0 selects all goals.
+
+    Args:
+        named: the goal with the ID `goal_id`, if there is one.
+        stamp_of: function that returns a goal's timestamp (ns).
+    """
+    if goal_id and not stamp:
+        return [] if named is None else [named]
+    return [goal for goal in goals if not stamp or goal is named or stamp_of(goal) <= stamp]
+
+
+def append_goal(goals: list[_Goal], goal: _Goal, limit: int, has_ended: Callable[[_Goal], bool]) -> bool:
+    """Append a goal to a list of at most `limit` goals, in which it may replace the oldest that has ended.
+
+    Return False if the list is full and no goal has ended.
+    """
+    if len(goals) >= limit:
+        ended = next((index for index, each in enumerate(goals) if has_ended(each)), None)
+        if ended is None:
+            return False
+        del goals[ended]
+    goals.append(goal)
+    return True
 
 
 class GoalTable(Generic[_Goal]):
@@ -36,16 +67,8 @@ class GoalTable(Generic[_Goal]):
         return self._goals.get(goal_id)
 
     def meant_by(self, goal_id: str, stamp: int, stamp_of: Callable[[_Goal], int]) -> list[_Goal]:
-        """Return the goals that a cancellation request selects, by the rules in actionlib_msgs/GoalID.
-
-        An ID selects one goal, and a timestamp (ns) selects all goals up to that time. If both are given,
-        both selections apply. An empty ID with the timestamp 0 selects all goals. `stamp_of` returns a goal's
-        timestamp (ns).
-        """
-        named = self.find(goal_id)
-        if goal_id and not stamp:
-            return [] if named is None else [named]
-        return [goal for goal in self if not stamp or goal is named or stamp_of(goal) <= stamp]
+        """Return the goals that a cancellation request selects; see the function `meant_by`."""
+        return meant_by(self, self.find(goal_id), goal_id, stamp, stamp_of)
 
     def add(self, goal_id: str, goal: _Goal) -> bool:
         """Add a goal. Return False if the table is full or the ID is too long."""
