@@ -86,35 +86,56 @@ def deserialize_messages(
     max_msgs: int | None = None,
     start: int = 0,
 ) -> None:
-    """Move the complete messages from a buffer to a list.
+    """Move the complete messages from a buffer to the end of a list.
 
-    An incomplete message remains at the buffer's start.
+    An incomplete message remains in the buffer, at the offset `start`. Bytes before it are not changed.
 
     Args:
         b: messages in the format of `serialize_message`, up to the buffer's position.
-        queue_size: number of most recent messages to keep.
-        max_msgs: the maximum number of messages to read.
+        queue_size: the length to which the list is cut, from its start and including what it contained
+            before. None or 0 to keep everything.
+        max_msgs: the maximum number of messages to read; None or 0 for no limit.
         start: the offset at which to start.
 
     Raises:
-        genpy.DeserializationError: the bytes are not a message of class `data_class`.
+        genpy.DeserializationError: the bytes are not a message of class `data_class`. The messages before it
+            have been added.
     """
     try:
-        end, data = b.tell(), b.getvalue()
-        bodies: list[bytes] = []
-        while end - start >= _LENGTH.size and (max_msgs is None or len(bodies) < max_msgs):
-            (length,) = _LENGTH.unpack_from(data, start)
-            if end - start - _LENGTH.size < length:
-                break
-            start += _LENGTH.size
-            bodies.append(data[start : start + length])
-            start += length
-        msg_queue += [data_class().deserialize(body) for body in bodies[-queue_size if queue_size else 0 :]]
-        b.seek(0)
-        b.truncate(0)
-        b.write(data[start:end])
+        end = b.tell()
+        b.seek(min(start, end))
+        data = b.read(end - b.tell())
+        if len(data) < _LENGTH.size:
+            return
+        bodies, read = _split(data, max_msgs)
+        if queue_size is not None:
+            bodies = bodies[-queue_size:]
+        for body in bodies:
+            msg_queue.append(data_class().deserialize(body))
+        if queue_size is not None:
+            del msg_queue[:-queue_size]
+        if read:
+            b.seek(start)
+            b.truncate()
+            b.write(data[read:])
     except Exception as error:
         raise DeserializationError(f"cannot deserialize: {error}") from error
+
+
+def _split(data: bytes, limit: int | None) -> tuple[list[bytes], int]:
+    """Return the bodies of the complete messages, up to `limit`, and the number of bytes that they occupy."""
+    bodies: list[bytes] = []
+    at = 0
+    while len(data) - at >= _LENGTH.size:
+        (length,) = _LENGTH.unpack_from(data, at)
+        begin = at + _LENGTH.size
+        if len(data) - begin < length:
+            break
+        at = begin + length
+        bodies.append(data[begin:at])
+        if limit and len(bodies) >= limit:
+            break
+    return bodies, at
 
 
 def args_kwds_to_message(

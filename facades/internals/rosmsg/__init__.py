@@ -15,7 +15,8 @@ from genpy.dynamic import generate_dynamic
 from pipros.basics.errors import PiprosError
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.cli.rosmsg import main as _main
-from pipros.cli.rosmsg_proto import main as _prototype_main
+from pipros.cli.rosmsg_proto import NoPrototype as _NoPrototype
+from pipros.cli.rosmsg_proto import prototype as _prototype
 from pipros.graph.skeleton import skeleton
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
@@ -271,14 +272,19 @@ def rosmsg_cmd_package(mode: str, full: str) -> None:
     _command(mode, full, "package", None)
 
 
-def rosmsg_cmd_prototype(args: Sequence[str]) -> None:
-    """Run `rosmsg-proto` with the given arguments.
+def rosmsg_cmd_prototype(args: Sequence[str]) -> str | None:
+    """Return what `rosmsg-proto` prints for the given arguments: an empty message as YAML.
+
+    Return None if there is no such message and the option `-s` is given.
 
     Raises:
-        SystemExit: the command failed, or its arguments are invalid.
+        SystemExit: the type does not exist, or the arguments are invalid. Standard error says why.
     """
-    if code := _prototype_main(list(args)):
-        sys.exit(code)
+    try:
+        return _prototype(args)
+    except _NoPrototype as error:
+        sys.stderr.write(str(error))
+        sys.exit(error.exit_code)
 
 
 def _command(mode: str, full: str, name: str, argv: Sequence[str] | None) -> None:

@@ -21,31 +21,73 @@ if TYPE_CHECKING:
 FLOW_STYLES = {0: False, 1: True}
 
 
+class NoPrototype(PiprosError):
+    """No example can be produced, for example because the type does not exist.
+
+    Attributes:
+        exit_code: that of the command.
+    """
+
+    def __init__(self, text: str, exit_code: int = 1) -> None:
+        self.exit_code = exit_code
+        super().__init__(text)
+
+
 @command
 def main(argv: Sequence[str] | None = None) -> int:
-    parser = _parser()
-    options, arguments = parser.parse_args(list(sys.argv[1:] if argv is None else argv))
-    if len(arguments) < 2 or arguments[0] not in ("msg", "srv"):
-        sys.stderr.write("Insufficient arguments")
-        return USAGE_ERROR
-
     def body() -> int:
         try:
-            message = example(arguments[0], arguments[1])
-        except UnknownInterface as error:
-            if options.silent:
-                return 0
+            text = prototype(sys.argv[1:] if argv is None else argv)
+        except NoPrototype as error:
             sys.stderr.write(str(error))
-            return 1
-        excluded = options.exclude.split(",")
-        text = skeleton(
-            message, FLOW_STYLES.get(options.flow_style), excluded, fill_arrays=not options.empty_arrays
-        )
-        text = "\n".join(options.prefix + line for line in text.splitlines())
-        print(text if options.no_hyphens else f'"{text}"')
+            return error.exit_code
+        if text is not None:
+            print(text)
         return 0
 
     return run(body)
+
+
+def prototype(argv: Sequence[str]) -> str | None:
+    """Return the text that the command prints, without a newline at its end.
+
+    Return None if there is no example and the option `--silent` is given.
+
+    Raises:
+        NoPrototype: there is no example.
+        SystemExit: an option is invalid, or the type is not written as `package/Type`.
+    """
+    parser = _parser()
+    options, arguments = parser.parse_args(list(argv))
+    try:
+        kind, name = _kind_and_name(arguments)
+        if not options.silent:
+            _check_separators(parser, name)
+        message = example(kind, name)
+    except NoPrototype:
+        if options.silent:
+            return None
+        raise
+    excluded = options.exclude.split(",")
+    text = skeleton(
+        message, FLOW_STYLES.get(options.flow_style), excluded, fill_arrays=not options.empty_arrays
+    )
+    text = "\n".join(options.prefix + line for line in text.splitlines())
+    return text if options.no_hyphens else f'"{text}"'
+
+
+def _kind_and_name(arguments: Sequence[str]) -> tuple[str, str]:
+    if len(arguments) < 2:
+        raise NoPrototype("Insufficient arguments", USAGE_ERROR)
+    return arguments[0], arguments[1]
+
+
+def _check_separators(parser: OptionParser, name: str) -> None:
+    rule = "Please refer to msg/srv types as 'package_name/Type'."
+    if "::" in name:
+        parser.error(f"rosmsgproto does not understand C++-style namespaces (i.e. '::').\n{rule}")
+    if "." in name:
+        parser.error(f"invalid message type '{name}'.\n{rule}")
 
 
 def _parser() -> OptionParser:
@@ -66,26 +108,28 @@ def _parser() -> OptionParser:
     return parser
 
 
-class UnknownInterface(PiprosError):
-    """The message or service does not exist."""
-
-
 def example(kind: str, name: str) -> Message:
     """Return an empty message or service request.
 
-    If the name does not include a package, search all packages.
+    Args:
+        kind: `msg` or `srv`.
+        name: the type. If the name does not include a package, all packages are searched.
 
     Raises:
-        UnknownInterface: no package defines the message or service.
+        NoPrototype: no package, or more than one, defines the message or service.
     """
+    if kind not in ("msg", "srv"):
+        raise NoPrototype(f"Invalid mode: .{kind}")
     interfaces, noun = (MESSAGES, "message") if kind == "msg" else (SERVICES, "service")
+    if interfaces.is_malformed(name):
+        raise NoPrototype(f"Invalid type: 'invalid name [{name}]'", USAGE_ERROR)
     found = interfaces.types_named(name)
-    if not found:
-        raise UnknownInterface(f"Unknown {noun} name {name}")
+    if len(found) != 1:
+        raise NoPrototype(f"{'Ambiguous' if found else 'Unknown'} message name {name}")
     try:
         if kind == "msg":
             return load_message_class(found[0])()
         request: Message = load_service_class(found[0])._request_class()
     except PiprosError:
-        raise UnknownInterface(f"Unknown {noun} class: {found[0]}") from None
+        raise NoPrototype(f"Unknown {noun} class: {found[0]}") from None
     return request

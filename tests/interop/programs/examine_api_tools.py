@@ -66,6 +66,58 @@ def examine_rosmsg():
     sys.argv = ["rosmsg"]
 
 
+PROTOTYPES = (
+    "msg std_msgs/String",
+    "msg String",
+    "msg -H geometry_msgs/PoseStamped",
+    "msg -p .. geometry_msgs/Pose",
+    "msg -f 1 geometry_msgs/Pose",
+    "msg -f 0 geometry_msgs/Pose",
+    "msg -x header geometry_msgs/PoseStamped",
+    "msg -e sensor_msgs/JointState",
+    "msg sensor_msgs/JointState",
+    "msg std_msgs/Empty",
+    "srv std_srvs/SetBool",
+    "srv SetBool",
+    "srv Empty",
+    "msg",
+    "-s msg",
+    "nonsense std_msgs/String",
+    "msg -s Nope",
+    "msg Nope",
+    "srv Nope",
+    "msg nowhere_msgs/Nope",
+    "msg -s nowhere_msgs/Nope",
+    "msg a/b/c",
+    "msg std_msgs::String",
+    "msg -s std_msgs::String",
+    "msg std_msgs.String",
+)
+
+
+def examine_prototypes():
+    """Must be called last, because genuine ROS then replaces PyYAML's loaders by some that fail."""
+    import rosmsg
+
+    begin("prototypes")
+    sys.argv = ["rosmsg-proto"]  # the name in its errors
+    for line in PROTOTYPES:
+        examine(line, lambda: exits(lambda: rosmsg.rosmsg_cmd_prototype(line.split())))
+
+
+def exits(function):
+    """Return the result and the output of a function that may end the process, and the exit code."""
+    out, errors = io.StringIO(), io.StringIO()
+    result, code = None, None
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
+        try:
+            result = function()
+        except SystemExit as error:
+            code = error.code
+    lines = [line for line in errors.getvalue().splitlines() if "rosdep view is empty" not in line]
+    return result, out.getvalue(), lines, code
+
+
 def examine_rostopic():
     from geometry_msgs.msg import Point32, Polygon, PoseStamped
     from std_msgs.msg import String
@@ -185,3 +237,4 @@ def examine_the_rest():
 examine_rosmsg()
 examine_rostopic()
 examine_the_rest()
+examine_prototypes()

@@ -3,6 +3,7 @@
 import io
 import logging
 import os
+from itertools import product
 
 from examination import begin, examine, wait_for
 from geometry_msgs.msg import PointStamped
@@ -11,6 +12,7 @@ from rosgraph_msgs.msg import Log
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+import genpy
 import rosgraph
 import rosgraph.roslogging
 import rospy
@@ -117,18 +119,32 @@ def buffers():
     stamped = PointStamped()
     rospy.msg.serialize_message(buffer, 7, stamped)
     examine("serialized", lambda: (buffer.getvalue(), stamped.header.seq, stamped.header.frame_id))
-    for options in ({}, {"queue_size": 2}, {"max_msgs": 1}, {"queue_size": 1, "max_msgs": 2}):
-        examine(f"deserialized {options}", lambda: deserialized(options))
+    for tail in (b"\5\0\0\0ab", b"\5\0", b"", b"\1\0\0\0x"):
+        for queue in ([], ["old", "older", "oldest", None]):
+            for sizes in product((None, 0, 1, 2, 4, 9, -1, -2), (None, 0, 1, 2, -1)):
+                options = dict(zip(("queue_size", "max_msgs"), sizes, strict=True))
+                examine(f"{tail} {queue} {options}", lambda: deserialized(tail, list(queue), options))
+    for tail in (b"", b"\5\0\0\0ab", b"\1\0\0\0x"):
+        for start in (0, 4, 8, 13, 17, 30):
+            for options in ({}, {"queue_size": 1}):
+                more = {**options, "start": start}
+                examine(f"{tail} {more}", lambda: deserialized(tail, ["old", "older"], more))
+    for content in (b"", b"\0\0", b"\5\0\0\0abc"):
+        examine(f"incomplete {content}", lambda: deserialized(content, [1, 2], {"queue_size": 1}, ()))
 
 
-def deserialized(options):
+def deserialized(tail, queue, options, texts=("", "b", "c")):
+    """Return the list, the bytes of the buffer, and its position or the type of an error."""
     buffer = io.BytesIO()
-    for text in ("", "b", "c"):
+    for text in texts:
         rospy.msg.serialize_message(buffer, 1, String(text))
-    buffer.write(b"\5\0\0\0ab")
-    queue = []
-    rospy.msg.deserialize_messages(buffer, queue, String, **options)
-    return [message.data for message in queue], buffer.getvalue(), buffer.tell()
+    buffer.write(tail)
+    try:
+        rospy.msg.deserialize_messages(buffer, queue, String, **options)
+        end = buffer.tell()
+    except genpy.DeserializationError as error:
+        end = type(error).__name__
+    return [getattr(each, "data", each) for each in queue], buffer.getvalue(), end
 
 
 def main():

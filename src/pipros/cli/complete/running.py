@@ -62,10 +62,10 @@ def service_type(service: str) -> str:
 
 def prototype(kind: str, type_name: str) -> list[str]:
     """Return a message or request template with default values, or an empty list if the type is unknown."""
-    from pipros.cli.rosmsg_proto import UnknownInterface, example
+    from pipros.cli.rosmsg_proto import NoPrototype, example
     from pipros.graph.skeleton import skeleton
 
     try:
         return [f'{MANY_LINES}"{skeleton(example(kind, type_name))}"'] if type_name else []
-    except UnknownInterface:
+    except NoPrototype:
         return []
