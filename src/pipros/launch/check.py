@@ -8,7 +8,7 @@ from pathlib import Path
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, Node
-from pipros.launch.xml import load
+from pipros.launch.xml import Loader
 from pipros.workspace.executables import find_executables
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
@@ -26,22 +26,23 @@ def mistakes(
 
     Args:
         with_test_depends: whether `test_depend` counts as a declaration.
-        ignore_unset: whether to accept arguments without a value. If so, nodes whose package or type depends
-            on such an argument are not checked.
+        ignore_unset: whether to accept arguments without a value. If so, the rest of a file after the first
+            use of such an argument is skipped, and the packages and programs of nodes are only checked up to
+            the first `<arg>` without a value, as in Noetic.
     """
+    loader = Loader(LoadContext.of_process(index), {}, skips_unset=ignore_unset)
     try:
-        launch = load(
-            [str(file)], context=LoadContext.of_process(index), unset_as=UNSET if ignore_unset else None
-        )
-        if not ignore_unset:
-            launch.check_machines()
+        loader.load_file(str(file))
+        launch = loader.finish()
+        launch.check_machines()
     except PiprosError as error:
         return [str(error)]
     unset = [] if ignore_unset else [argument.name for argument in launch.arguments if argument.is_required]
+    checked = loader.before_unset or launch
     return [
         *(f"No value for arg [{name}]" for name in unset),
-        *_undeclared(launch, index, (*_RUN_KINDS, *(("test_depends",) if with_test_depends else ()))),
-        *_without_program(launch, index),
+        *_undeclared(checked, index, (*_RUN_KINDS, *(("test_depends",) if with_test_depends else ()))),
+        *_without_program(checked, index),
         *(f"ROSLaunch config error: {text}" for text in launch.warnings if "DEPRECATED" not in text),
     ]
 

@@ -31,10 +31,15 @@ class SubstitutionError(PiprosError, ValueError):
 
 
 class UnsetArgument(SubstitutionError):
-    """`$(arg x)` refers to an argument that has no value."""
+    """`$(arg x)` refers to an argument that has no value.
 
-    def __init__(self, name: str) -> None:
+    Attributes:
+        is_declared: whether there is an `<arg>` of that name.
+    """
+
+    def __init__(self, name: str, *, is_declared: bool) -> None:
         self.name = name
+        self.is_declared = is_declared
         super().__init__(f"requires the '{name}' arg to be set")
 
 
@@ -191,7 +196,7 @@ class Substitution:
         value = self.arguments.get(name)
         if value is None:
             if self.unset_as is None:
-                raise UnsetArgument(name)
+                raise UnsetArgument(name, is_declared=name in self.arguments)
             return self.unset_as
         return value
 

@@ -21,7 +21,7 @@ from pipros.launch.read_params import read_param, read_rosparam
 from pipros.launch.read_scope import read_arg, read_env, read_included_arguments, read_remap
 from pipros.launch.reader import ElementReader
 from pipros.launch.scope import LaunchScope
-from pipros.launch.substitute import Substitution
+from pipros.launch.substitute import Substitution, UnsetArgument
 from pipros.safe.xml import Element, XmlError, parse
 
 INCLUDE_LIMIT = 60
@@ -72,6 +72,8 @@ class Loader:
 
     Attributes:
         arguments: command-line arguments for the next file.
+        before_unset: with `skips_unset`, the contents of the files up to the first `<arg>` without a value;
+            None if all arguments have values.
     """
 
     def __init__(
@@ -81,6 +83,7 @@ class Loader:
         *,
         unset_as: str | None = None,
         arguments_only: bool = False,
+        skips_unset: bool = False,
         builder: LaunchBuilder | None = None,
         limits: Limits | None = None,
     ) -> None:
@@ -88,6 +91,8 @@ class Loader:
 
         Args:
             unset_as, arguments_only, limits: see `load`.
+            skips_unset: whether to skip the rest of a file after the first use of an argument without a
+                value, as Noetic does if it checks a file without its arguments.
             builder: collects the contents; by default, an empty builder is used.
         """
         self._budget = Budget(limits or process_limits())
@@ -95,6 +100,8 @@ class Loader:
         self.arguments: dict[str, str | None] = dict(arguments)
         self._unset_as = unset_as
         self._arguments_only = arguments_only
+        self._skips_unset = skips_unset
+        self.before_unset: Launch | None = None
         self._builder = builder or LaunchBuilder()
         self._depth = 0
 
@@ -127,7 +134,8 @@ class Loader:
         root = f"/{namespace}/" if namespace else "/"
         return LaunchScope(root, file, substitution, given=frozenset(self.arguments))
 
-    def _load(self, file: str, scope: LaunchScope) -> None:
+    def _load(self, file: str, scope: LaunchScope) -> bool:
+        """Read a file. Return False if the rest of it was skipped."""
         try:
             content = self._context.read_file(file)
         except OSError as error:
@@ -135,9 +143,9 @@ class Loader:
         except OverBudget as error:
             raise LaunchError(f"cannot read [{file}]: {error}") from None
         self._builder.add_file(file)
-        self._process_root(_parse(content, file), scope)
+        return self._process_root(_parse(content, file), scope)
 
-    def _process_root(self, root: Element, scope: LaunchScope) -> None:
+    def _process_root(self, root: Element, scope: LaunchScope) -> bool:
         if root.tag != "launch":
             raise LaunchError(
                 "Invalid roslaunch XML syntax: no root <launch> tag",
@@ -146,7 +154,17 @@ class Loader:
             )
         if "deprecated" in root.attributes:
             self._builder.warn(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
-        self._process(ElementReader(root, scope, self._builder, self._context))
+        try:
+            self._process(ElementReader(root, scope, self._builder, self._context))
+        except LaunchError as error:
+            if not self._skips_unset or not self._is_unset(error.__cause__):
+                raise
+            return False
+        return True
+
+    def _is_unset(self, error: BaseException | None) -> bool:
+        """Return whether the error is the use of an argument that is declared, or may have been skipped."""
+        return isinstance(error, UnsetArgument) and (error.is_declared or self.before_unset is not None)
 
     def _process(self, parent: ElementReader) -> None:
         for reader in parent.children():
@@ -171,6 +189,8 @@ class Loader:
 
     def _arg(self, reader: ElementReader) -> None:
         argument = read_arg(reader)
+        if self._skips_unset and self.before_unset is None and reader.scope.arguments[argument.name] is None:
+            self.before_unset = self.finish()
         if self._depth == 0:
             self._builder.add_argument(argument)
 
@@ -202,14 +222,14 @@ class Loader:
         self._depth += 1
         reader.builder.add_include(reader.scope.file, file)
         try:
-            self._load(file, included)
+            is_complete = self._load(file, included)
         except LaunchError as error:
             chain = [*error.places, reader.place]
             raise LaunchError(error.reason, _shortened(chain), error.element) from error.__cause__
         finally:
             self._depth -= 1
         unused = [name for name in given if name not in included.declared]
-        if unused and not pass_all:
+        if unused and not pass_all and is_complete:
             raise reader.error(f"unused args [{', '.join(unused)}] for include of [{file}]")
         reader.scope.default_machine = included.default_machine
 

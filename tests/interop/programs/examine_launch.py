@@ -312,15 +312,65 @@ def examine_unset_arguments():
         file.write("<package><name>p</name><version>1.0.0</version><description>d</description>")
         file.write('<maintainer email="a@b.com">m</maintainer><license>BSD</license></package>')
     os.environ["ROS_PACKAGE_PATH"] = folder + os.pathsep + os.environ["ROS_PACKAGE_PATH"]
-    for node in (
-        'pkg="$(arg x)" type="t"',
-        'pkg="$(arg x)_y" type="t"',
-        'pkg="p" type="$(arg x)"',
-    ):
-        path = os.path.join(folder, "a.launch")
+    for name, content in INCLUDED.items():
+        with open(os.path.join(folder, f"{name}.launch"), "w") as file:
+            file.write(f"<launch>{content}</launch>")
+    path = os.path.join(folder, "a.launch")
+    for content in CHECKED:
         with open(path, "w") as file:
-            file.write(f'<launch><arg name="x"/><node name="n" {node}/></launch>')
-        examine(node, lambda: roslaunch.rlutil.check_roslaunch(path, ignore_unset_args=True) is None)
+            file.write(f"<launch>{content}</launch>")
+
+        def check(unset):
+            with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
+                return roslaunch.rlutil.check_roslaunch(path, ignore_unset_args=unset) is None
+
+        examine(content, lambda: check(True))
+        if "x" not in content and "needs" not in content:  # otherwise, genuine ROS raises an exception
+            examine(content, lambda: check(False))
+
+
+_NODE = '<node name="n" pkg="p" type="t"/>'
+_LOST = '<node name="n" pkg="nowhere" type="t"/>'
+_X = '<arg name="x"/>'
+
+INCLUDED = {
+    "needs": f"{_X}{_LOST}",
+    "uses": f'{_X}<param name="p" value="$(arg x)"/><bad/><node name="n"/>',
+    "lost": _LOST,
+}
+CHECKED = (
+    f'{_X}<node name="n" pkg="$(arg x)" type="t"/>',
+    f'{_X}<node name="n" pkg="$(arg x)_y" type="t"/>',
+    f'{_X}<node name="n" pkg="p" type="$(arg x)"/>',
+    f'{_X}<node name="$(arg x)" pkg="p" type="t"/>',
+    f'{_X}<node name="n" pkg="nowhere" type="t" args="$(arg x)"/>',
+    f'{_X}<node name="n" pkg="nowhere" type="t" machine="$(arg x)"/>',
+    f'{_X}<node name="n" pkg="nowhere" type="t" respawn="$(arg x)"/>',
+    _NODE,
+    _LOST,
+    f"{_X}{_LOST}",
+    f"{_LOST}{_X}",
+    f'{_X}<group if="$(arg x)">{_LOST}</group>',
+    f'{_X}<group ns="$(arg x)">{_LOST}</group>',
+    f'<group>{_X}</group><param name="p" value="$(arg x)"/>{_LOST}',
+    f'{_X}<include file="$(arg x)"/>',
+    f'{_X}<include file="$(dirname)/$(arg x).launch"/>{_LOST}',
+    f'{_X}<param name="p" value="$(eval arg(\'x\') * 2)"/><node name="n"/>',
+    f'{_X}<arg name="y" default="$(arg x)"/><node name="n" pkg="$(arg y)" type="t"/>',
+    f'{_X}<node name="n"/>',
+    f'{_X}<node name="n" pkg="p" type="t" machine="nowhere"/>',
+    f'{_X}<param name="p" value="$(arg x)"/><node name="n"/>',
+    '<include file="$(dirname)/lost.launch"/>',
+    f'{_X}<include file="$(dirname)/lost.launch"/>',
+    '<include file="$(dirname)/needs.launch"/>',
+    f'<include file="$(dirname)/needs.launch"/>{_LOST}',
+    '<include file="$(dirname)/needs.launch"><arg name="x" value="1"/></include>',
+    '<include file="$(dirname)/uses.launch"/>',
+    f'<include file="$(dirname)/uses.launch"/>{_LOST}',
+    '<include file="$(dirname)/uses.launch"/><node name="n"/>',
+    '<include file="$(dirname)/uses.launch"><arg name="z" value="1"/></include>',
+    '<include file="$(dirname)/none.launch"/>',
+)
 
 
 def examine_tools():
