@@ -102,6 +102,15 @@ def test_a_short_fibonacci_sequence_and_an_average(ros: RosSystem) -> None:
     client.wait_for("Action finished: (SUCCEEDED|ABORTED)")
 
 
+def test_the_fibonacci_server_of_roscpp_has_an_action_of_that_name_whatever_the_node_is(
+    ros: RosSystem,
+) -> None:
+    ros.serve_master()
+    ros.pipros.start("rosrun", "actionlib_tutorials", "fibonacci_server", "__name:=other")
+    ros.wait_for_subscriber("/fibonacci/goal")
+    assert ros.subscribers("/fibonacci/goal") == ["/other"]
+
+
 def test_a_client_of_actions_ends_with_one_line_after_ctrl_c(ros: RosSystem) -> None:
     ros.pipros.start_master()
     client = ros.pipros.start("rosrun", "actionlib_tutorials", "fibonacci_client.py")

@@ -294,6 +294,19 @@ def test_import_rospy_alone_gives_its_inner_modules(tmp_path: Path) -> None:
     assert printed[0] == printed[1]
 
 
+@pytest.mark.parametrize("module", ["catkin.find_in_workspaces", "catkin.init_workspace"])
+def test_modules_of_catkin_bind_those_that_they_import(module: str, tmp_path: Path) -> None:
+    program = f"import catkin, {module}\nprint(catkin.workspace.__name__)\ncatkin.workspace.get_workspaces()"
+    for python, environment in (
+        ("/usr/bin/python3", genuine_environment(tmp_path, "http://127.0.0.1:1")),
+        ("python3", pipros_environment(tmp_path, "http://127.0.0.1:1", make_tool_folder(tmp_path / "tools"))),
+    ):
+        ran = subprocess.run(
+            [python, "-c", program], env=environment, capture_output=True, text=True, timeout=60
+        )
+        assert (ran.returncode, ran.stdout) == (0, "catkin.workspace\n"), ran.stderr
+
+
 USED_WITHOUT_IMPORT = (
     "xml.etree.ElementTree.parse",
     "xml.parsers.expat.ParserCreate",

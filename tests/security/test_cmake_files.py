@@ -40,6 +40,11 @@ HOSTILE = {
     "expression": "math(EXPR x 1/0)",
     "arguments of a macro": f"macro(m)\nendmacro()\n{_LONG}\nm(${{long}} ${{long}})",
     "element of a loop": f"foreach(i {'x' * 4_200_000})\nendforeach()",
+    "expression in a condition": f'if("{"a" * 60}!" MATCHES "^(a+)+$")\nendif()',
+    "expression in a string": f'string(REGEX MATCHALL "(a|aa)+$" x "{"a" * 90}!")',
+    "expression in a replacement": f'string(REGEX REPLACE "(a+)+$" "" x "{"a" * 60}!")',
+    "expression for a list": f'set(x "{"a" * 60}!")\nlist(FILTER x EXCLUDE REGEX "(a*)*$")',
+    "expression for files": f'file(WRITE x "{"a" * 60}!")\nfile(STRINGS x y REGEX "(a+)+$")',
     "number of digits": "foreach(i RANGE 99999999999999999999999)\nendforeach()",
 }
 

@@ -15,6 +15,7 @@ from pipros.basics.errors import NotFound
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.dynamic import message_classes_from_text
+from pipros.msg.importing.load import installed_md5
 from pipros.node import Node
 from tests.support.ros import RosSystem
 
@@ -55,6 +56,23 @@ def test_classes_that_genpy_generated_are_found_on_the_path(modules: Path) -> No
     assert load_service_class("made_msgs/Bar").__name__ == "Bar"
     with pytest.raises(NotFound):
         load_message_class("made_msgs/Missing")
+
+
+def test_the_md5_sum_of_an_installed_type_is_known_without_an_import(modules: Path) -> None:
+    sources = {
+        "_Foo": f'class Foo:\n  _md5sum = "{"a" * 32}"\nraise AssertionError("was imported")',
+        "_Bar": "class Bar: pass",
+    }
+    for name, source in sources.items():
+        (modules / "loud_package" / "msg" / f"{name}.py").write_text(source)
+    names = ["std_msgs/String", "loud_package/Foo", "loud_package/Bar", "loud_package/None", "this/Foo", "x"]
+
+    assert [installed_md5(name) for name in names] == [
+        "992ce8a1687cec8c8bd883ec73ca41d1",
+        "a" * 32,
+        *[None] * 4,
+    ]
+    assert not {"loud_package", "this"} & set(sys.modules)
 
 
 def test_a_class_that_is_not_a_message_is_not_returned(modules: Path) -> None:

@@ -17,6 +17,9 @@ from pipros.basics import interrupts
 OUTPUT_FAILED = 120
 """Python's exit code for failed writes to standard output, and therefore also that of Noetic's commands."""
 
+INTERRUPTED = 130
+"""The code of shells for a command that SIGINT ended."""
+
 _Arguments = ParamSpec("_Arguments")
 
 _replaced_streams: list[Any] = []
@@ -32,7 +35,8 @@ class OutputFailed(OSError):
 def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
     """Make `main` a command that works with any standard streams and can be interrupted at any time.
 
-    - Ctrl-C ends the command at any time (`pipros.basics.interrupts`).
+    - Ctrl-C ends the command at any time (`pipros.basics.interrupts`), without a traceback, with code 130
+      unless the command has its own.
     - A closed stream (`>&-`) is `/dev/null` for the command and its children, as for Noetic's commands.
       Therefore, no file or socket that is opened later gets the stream's descriptor.
     - If output cannot be written, the command ends with one line on standard error and code 120.
@@ -64,6 +68,8 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
         except BrokenPipeError:
             discard_output()
             return 0
+        except KeyboardInterrupt:
+            return INTERRUPTED
         finally:
             if sys.stdout is not before:
                 _replaced_streams.append(sys.stdout)

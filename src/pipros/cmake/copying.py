@@ -43,7 +43,7 @@ class CannotCopy(PiprosError):
 class Pattern:
     """A `PATTERN` or `REGEX`, and how matching paths are treated."""
 
-    expression: re.Pattern[str]
+    expression: regex.Pattern
     is_excluded: bool = False
     mode: int | None = None
 
@@ -159,7 +159,7 @@ def _mode(permissions: Sequence[str]) -> int:
 def _pattern(keyword: str, text: str) -> Pattern:
     if keyword == "REGEX":
         return Pattern(regex.compiled(text))
-    return Pattern(re.compile(f"(?:.*/)?{fnmatch.translate(text)}"))
+    return Pattern(regex.Pattern(text, re.compile(f"(?:.*/)?{fnmatch.translate(text)}")))
 
 
 def copy(item: Copy, base: Path, say: Say) -> Path:

@@ -1,20 +1,95 @@
-"""Translate CMake's regular expressions to Python's."""
+"""Translate CMake's regular expressions to Python's, and limit the time of a match.
+
+Like CMake's own matcher, `re` backtracks: `(a+)+$` needs days for 40 characters. A match is therefore ended
+after `MATCH_S` of processor time, by a timer: `re` calls Python's signal handlers while it matches. Threads
+other than the main thread, and Windows, have no such timer, and therefore no limit.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import MutableMapping
+import signal
+import threading
+from collections.abc import Callable, Iterator, MutableMapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
 
+from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.cmake.scope import check_length
+
+MATCH_S = 1.0
+"""Maximum processor time of one search, in seconds. Those of real packages take microseconds."""
 
 _SPECIAL = re.compile(r"\\.|\[\^?\]?[^\]]*\]|[{}]|\$$", re.DOTALL)
 
 
+class TooSlow(PiprosError, ValueError):
+    """A match takes too much processor time."""
+
+
+class _TimeIsUp(Exception):
+    """Raised by the signal handler."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A compiled expression.
+
+    All methods raise `TooSlow` if the match takes more than `MATCH_S` of processor time.
+    """
+
+    expression: str
+    _compiled: re.Pattern[str]
+
+    def search(self, text: str) -> re.Match[str] | None:
+        """Return the first match anywhere in the text."""
+        with self._limited():
+            return self._compiled.search(text)
+
+    def fullmatch(self, text: str) -> re.Match[str] | None:
+        """Return the match of the whole text."""
+        with self._limited():
+            return self._compiled.fullmatch(text)
+
+    def matches(self, text: str) -> list[re.Match[str]]:
+        """Return all matches."""
+        with self._limited():
+            return list(self._compiled.finditer(text))
+
+    def sub(self, replace: Callable[[re.Match[str]], str], text: str) -> str:
+        """Return the text with every match replaced."""
+        with self._limited():
+            return self._compiled.sub(replace, text)
+
+    @contextmanager
+    def _limited(self) -> Iterator[None]:
+        is_main = threading.current_thread() is threading.main_thread()
+        if not is_main or not hasattr(signal, "setitimer"):
+            yield
+            return
+        before = signal.signal(signal.SIGPROF, _end_match)
+        try:
+            signal.setitimer(signal.ITIMER_PROF, MATCH_S)
+            yield
+        except _TimeIsUp:
+            raise TooSlow(
+                f'the regular expression "{self.expression}" takes more than {MATCH_S:g} s of processor time'
+                "; avoid repetitions inside repetitions"
+            ) from None
+        finally:
+            signal.setitimer(signal.ITIMER_PROF, 0)
+            signal.signal(signal.SIGPROF, before)
+
+
+def _end_match(*_: object) -> None:
+    raise _TimeIsUp
+
+
 @lru_cache(maxsize=256)
-def compiled(expression: str) -> re.Pattern[str]:
-    """Return the Python pattern for an expression. As in CMake, `.` matches newlines and braces are literal.
+def compiled(expression: str) -> Pattern:
+    """Return the pattern for an expression. As in CMake, `.` matches newlines and braces are literal.
 
     Raises:
         ValueError: the expression is invalid.
@@ -32,7 +107,7 @@ def compiled(expression: str) -> re.Pattern[str]:
         return text.replace("\\", "\\\\").replace("[", r"\[").replace(r"\[", "[", 1)
 
     try:
-        return re.compile(_SPECIAL.sub(translate, expression), re.DOTALL)
+        return Pattern(expression, re.compile(_SPECIAL.sub(translate, expression), re.DOTALL))
     except re.error as error:
         raise ValueError(f'the regular expression "{expression}" cannot be compiled: {error}') from None
 

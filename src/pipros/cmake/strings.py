@@ -57,7 +57,7 @@ def _regex(words: list[str], scope: Scope) -> None:
         scope.values[words[3]] = regex.replace(expression, words[2], "".join(words[4:]), scope.limits)
         return
     output, text = words[2], "".join(words[3:])
-    matches = list(regex.compiled(expression).finditer(text))
+    matches = regex.compiled(expression).matches(text)
     if kind == "MATCH":
         matches = matches[:1]
     elif kind != "MATCHALL":

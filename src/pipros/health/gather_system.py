@@ -28,6 +28,7 @@ from pipros.health.system_report import (
     SystemReport,
 )
 from pipros.msg import load_service_class
+from pipros.msg.importing.load import installed_md5
 from pipros.net.connect import Connector
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
@@ -100,7 +101,7 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         clock_offset_s=clock_offset_s,
         fleet_links=fleet_links,
         ros2_gateways=ros2_gateways,
-        installed={type_name: _installed_md5(type_name) for type_name in sorted(named)},
+        installed={type_name: installed_md5(type_name) for type_name in sorted(named)},
     )
 
 
@@ -323,10 +324,3 @@ def _trigger(master: MasterClient, service: str, timeout_s: float) -> Any:
         return client.call(service_class._request_class(), timeout_s)
     finally:
         client.close()
-
-
-def _installed_md5(type_name: str) -> str | None:
-    from pipros.msg.class_finder import installed_class
-
-    found = installed_class(type_name)
-    return None if found is None else found._md5sum

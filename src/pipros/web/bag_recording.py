@@ -18,6 +18,7 @@ from pipros.bag.record_files import FileOptions
 from pipros.bag.recorder import Recorder, RecordOptions
 from pipros.basics.env import Environment
 from pipros.basics.errors import PiprosError
+from pipros.basics.file_names import is_device
 from pipros.basics.limits import limit_text, process_limits
 from pipros.node import Node
 from pipros.web.bag_folder import BagFolder
@@ -177,6 +178,8 @@ class BagRecording:
                 "the name of a recording must consist of at most 100 letters, digits, dots, hyphens and "
                 f"underscores, and begin with a letter or digit, got {name!r:.120}"
             )
+        if is_device(name):
+            raise RecordingRefused(f"a recording cannot be named {name}, which Windows takes for a device")
         path = self._folder.path / (name if name.endswith(ENDINGS) else f"{name}.bag")
         for taken in (path, path.with_name(f"{path.name}.active")):
             if taken.exists() or taken.is_symlink():

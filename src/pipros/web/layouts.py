@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from pipros.basics.cache_files import CacheFolder
 from pipros.basics.errors import PiprosError
+from pipros.basics.file_names import is_device
 from pipros.basics.limits import limit_text, process_limits
 from pipros.packages import cache_folder
 
@@ -193,4 +194,6 @@ def _file_of(name: object) -> str:
         raise BadLayout(
             f"a layout name must consist of at most 60 letters, digits, spaces or . _ + -, got {name!r}"
         )
+    if is_device(name):
+        raise BadLayout(f"a layout cannot be named {name!r}, which Windows takes for a device")
     return name + _ENDING

@@ -3,6 +3,10 @@
 import subprocess
 import sys
 
+import pytest
+
+from pipros.cli.entry_point import command
+
 PRINTING = """
 import threading
 from pipros.cli.entry_point import command
@@ -27,3 +31,14 @@ printing.join()
 def test_a_thread_may_print_while_its_command_ends() -> None:
     done = subprocess.run([sys.executable, "-c", PRINTING], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (0, "slow\n", "")
+
+
+def test_an_interrupted_command_ends_with_the_code_of_shells_and_prints_nothing(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    @command
+    def main() -> int:
+        raise KeyboardInterrupt
+
+    assert main() == 130
+    assert capsys.readouterr() == ("", "")

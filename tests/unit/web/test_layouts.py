@@ -47,6 +47,13 @@ def test_names_that_could_leave_the_folder_are_refused(layouts: StoredLayouts, n
             attempt(name)
 
 
+@pytest.mark.parametrize("name", ["CON", "nul", "Com1", "aux.old", "LPT9 ", "prn .x"])
+def test_names_that_windows_takes_for_devices_are_refused(layouts: StoredLayouts, name: str) -> None:
+    with pytest.raises(BadLayout, match="Windows takes for a device"):
+        layouts.save(name, PANELS)
+    layouts.save(f"my {name}", PANELS)
+
+
 def test_missing_and_malformed_layouts_are_named(layouts: StoredLayouts) -> None:
     with pytest.raises(BadLayout, match=r"there is no layout \[arm\]"):
         layouts.load("arm")

@@ -10,12 +10,15 @@ import importlib
 import sys
 from typing import Any
 
-from pipros.basics.errors import NotFound
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.msg.base import Message
 from pipros.msg.importing.hook import install, installed_library
 from pipros.msg.language.type_names import is_full_type_name
 
 install()  # in case `pipros.pth` has not installed the hook
+
+_SOURCE_CHARACTERS = 10_000
+"""Generated modules contain the MD5 sum in their first lines."""
 
 
 def load_message_class(type_name: str) -> type[Message]:
@@ -31,6 +34,24 @@ def load_message_class(type_name: str) -> type[Message]:
 def load_service_class(type_name: str) -> Any:
     """Return the class of the service `package/Name`. Raises the same errors as `load_message_class`."""
     return _load("srv", type_name)
+
+
+def installed_md5(type_name: str) -> str | None:
+    """Return the MD5 sum of an installed message type, or None if it is not installed or is invalid.
+
+    Nothing is imported, so the type may have been named by a peer.
+    """
+    from pipros.msg.language.digest import message_md5
+
+    if not is_full_type_name(type_name):
+        return None
+    lookup = installed_library().definitions.message
+    try:
+        return message_md5(lookup(type_name), lookup)
+    except NotFound:
+        return _generated_md5("{}.msg._{}".format(*type_name.split("/")))
+    except PiprosError:
+        return None
 
 
 def _load(kind: str, type_name: str) -> Any:
@@ -58,14 +79,14 @@ def _check_defined(kind: str, type_name: str) -> None:
     try:
         installed_library().files.file(kind, type_name)
     except NotFound:
-        if package in sys.stdlib_module_names or not _is_generated(f"{package}.{kind}._{name}"):
+        if package in sys.stdlib_module_names or not _generated_file(f"{package}.{kind}._{name}"):
             raise
     if package in sys.stdlib_module_names:
         raise _hidden(kind, type_name)
 
 
-def _is_generated(module: str) -> bool:
-    """Return True if `package.kind._Name` is a module on the path. Does not import the module."""
+def _generated_file(module: str) -> str | None:
+    """Return the file of the module `package.kind._Name`; None if there is none. Nothing is imported."""
     from importlib.machinery import PathFinder
     from importlib.util import find_spec
 
@@ -74,11 +95,28 @@ def _is_generated(module: str) -> bool:
         found = find_spec(package)
         for part in (f"{package}.{kind}", module):
             if found is None or found.submodule_search_locations is None:
-                return False
+                return None
             found = PathFinder.find_spec(part, found.submodule_search_locations)
     except (ImportError, ValueError):
-        return False
-    return found is not None
+        return None
+    return None if found is None else found.origin
+
+
+def _generated_md5(module: str) -> str | None:
+    """Return the MD5 sum in the source of a class that genpy generated."""
+    import re
+
+    file = _generated_file(module)
+    if file is None:
+        return None
+    try:
+        with open(file, encoding="utf-8", errors="replace") as opened:
+            found = re.search(
+                r'^  _md5sum = "([0-9a-f]{32})"$', opened.read(_SOURCE_CHARACTERS), re.MULTILINE
+            )
+    except OSError:
+        return None
+    return found and found[1]
 
 
 def _hidden(kind: str, type_name: str) -> NotFound:
