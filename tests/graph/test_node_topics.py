@@ -16,7 +16,7 @@ from pipros.basics.errors import Interrupted, MissingExtra, Refused
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.errors import SerializationError
-from pipros.net import incoming, sockets
+from pipros.net import incoming, master_client, sockets
 from pipros.net.incoming import IncomingLink
 from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
@@ -28,6 +28,7 @@ from pipros.node.publisher import Publication
 from pipros.node.service_server import ServiceServer
 from pipros.node.subscriber import Subscription
 from pipros.wire.header import HeaderReader, encode_header
+from pipros.wire.xmlrpc import Fault
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.ports import ClaimedPort
 from tests.support.waiting import wait_until
@@ -654,3 +655,30 @@ def test_a_node_reads_and_sets_parameters(make_node: MakeNode) -> None:
 def test_a_refused_call_names_the_refusing_server(make_node: MakeNode) -> None:
     with pytest.raises(Refused, match="unknown node"):
         make_node("node").master.lookup_node("/nobody")
+
+
+@pytest.mark.parametrize("has_multicall", [True, False])
+def test_a_node_with_many_topics_unregisters_them_together(
+    master: Master, monkeypatch: pytest.MonkeyPatch, has_multicall: bool
+) -> None:
+    calls: list[str] = []
+
+    class CountingClient(RpcClient):
+        def call(self, method: str, *params: Any, **options: Any) -> Any:
+            calls.append(method)
+            if method == "system.multicall" and not has_multicall:
+                raise Fault(1, "unknown method")
+            return super().call(method, *params, **options)
+
+    monkeypatch.setattr(master_client, "RpcClient", CountingClient)
+    environment = Environment(master_uri=master.uri)
+    with Node("many", environment=environment) as node:
+        for number in range(50):
+            node.advertise(f"p{number}", String)
+            node.subscribe(f"q{number}", String, print)
+        calls.clear()
+    ending = [call for call in calls if call == "system.multicall" or call.startswith("unregister")]
+    state = MasterClient(master.uri, "/me").get_system_state()
+
+    assert state == [[], [], []]
+    assert len(ending) < 15 if has_multicall else len(ending) > 100

@@ -15,8 +15,7 @@ from genpy.dynamic import generate_dynamic
 from pipros.basics.errors import PiprosError
 from pipros.basics.lazy_names import star_names as _star_names
 from pipros.cli.rosmsg import main as _main
-from pipros.cli.rosmsg_proto import NoPrototype as _NoPrototype
-from pipros.cli.rosmsg_proto import prototype as _prototype
+from pipros.cli.rosmsg_proto import main as _prototype_main
 from pipros.graph.skeleton import skeleton
 from pipros.msg import load_message_class
 from pipros.msg.base import Message
@@ -280,11 +279,14 @@ def rosmsg_cmd_prototype(args: Sequence[str]) -> str | None:
     Raises:
         SystemExit: the type does not exist, or the arguments are invalid. Standard error says why.
     """
-    try:
-        return _prototype(args)
-    except _NoPrototype as error:
-        sys.stderr.write(str(error))
-        sys.exit(error.exit_code)
+    from contextlib import redirect_stdout
+    from io import StringIO
+
+    with redirect_stdout(StringIO()) as printed:
+        code = _prototype_main(list(args))
+    if code:
+        sys.exit(code)
+    return printed.getvalue().removesuffix("\n") or None
 
 
 def _command(mode: str, full: str, name: str, argv: Sequence[str] | None) -> None:

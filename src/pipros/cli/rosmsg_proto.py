@@ -37,7 +37,7 @@ class NoPrototype(PiprosError):
 def main(argv: Sequence[str] | None = None) -> int:
     def body() -> int:
         try:
-            text = prototype(sys.argv[1:] if argv is None else argv)
+            text = _prototype(sys.argv[1:] if argv is None else argv)
         except NoPrototype as error:
             sys.stderr.write(str(error))
             return error.exit_code
@@ -48,7 +48,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run(body)
 
 
-def prototype(argv: Sequence[str]) -> str | None:
+def _prototype(argv: Sequence[str]) -> str | None:
     """Return the text that the command prints, without a newline at its end.
 
     Return None if there is no example and the option `--silent` is given.

@@ -78,7 +78,7 @@ def _read(reader: ElementReader, name: str) -> Node:
         name=name,
         namespace=inner.namespace,
         arguments=reader.text("args") or "",
-        remappings=tuple(inner.remappings),
+        remappings=tuple(inner.remappings.values()),
         environment=tuple(inner.environment),
         machine=machine,
         required=False,

@@ -25,7 +25,8 @@ class LaunchScope:
         given: arguments from the command line or the `<include>`, which an `<arg>` with a `value` must not
             override.
         passed_all: whether a `value` may override the `given` arguments, as with `pass_all_args`.
-        remappings: pairs (from, to); a later pair replaces an earlier one with the same `from`.
+        remappings: pairs (from, to) by `from`, in the order of declaration. A later pair replaces an earlier
+            one with the same `from`.
         environment: pairs (name, value) in the order of declaration.
         private_params: parameters `~name` declared outside of nodes, which apply to every later node.
         default_machine: the machine for nodes that have no `machine` attribute.
@@ -37,7 +38,7 @@ class LaunchScope:
     declared: set[str] = field(default_factory=set)
     given: frozenset[str] = frozenset()
     passed_all: bool = False
-    remappings: list[tuple[str, str]] = field(default_factory=list)
+    remappings: dict[str, tuple[str, str]] = field(default_factory=dict)
     environment: list[tuple[str, str]] = field(default_factory=list)
     private_params: dict[str, Any] = field(default_factory=dict)
     default_machine: str = ""
@@ -54,7 +55,7 @@ class LaunchScope:
             namespace=self._below(namespace),
             substitution=replace(self.substitution, arguments=dict(self.arguments)),
             declared=set(self.declared),
-            remappings=list(self.remappings),
+            remappings=dict(self.remappings),
             environment=list(self.environment),
             private_params=dict(self.private_params),
         )
@@ -95,8 +96,8 @@ class LaunchScope:
             ValueError: a name is empty or illegal.
         """
         source, target = checked_remapping(source, target)
-        self.remappings = [pair for pair in self.remappings if pair[0] != source]
-        self.remappings.append((source, target))
+        self.remappings.pop(source, None)
+        self.remappings[source] = source, target
 
     def resolve_param(self, name: str) -> str:
         """Resolve a parameter's name to its full name in this scope; `~name` is returned unchanged."""

@@ -16,7 +16,7 @@ from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.limits import limit_text
 from pipros.launch.budget import Budget
 from pipros.launch.param_types import convert
-from pipros.safe.expr import ExpressionError, evaluate
+from pipros.safe.expr import Expression, ExpressionError
 
 COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 
@@ -208,7 +208,6 @@ class Substitution:
     def _evaluate(self, expression: str) -> Any:
         if "__" in expression:
             raise SubstitutionError("$(eval ...) may not contain double underscore expressions")
-        names = {name: convert(value, "auto") for name, value in self.arguments.items() if value is not None}
         functions: dict[str, Callable[..., Any]] = {
             "arg": lambda name: convert(self._arg(name), "auto"),
             "env": self._env,
@@ -218,7 +217,12 @@ class Substitution:
             "dirname": self._dirname,
         }
         try:
-            return evaluate(expression, names=names, functions=functions)
+            parsed = Expression(expression, functions=functions)
+            # Only the arguments in the expression: a file may have thousands of both.
+            values = {name: self.arguments.get(name) for name in parsed.names()}
+            return parsed.value(
+                {name: convert(text, "auto") for name, text in values.items() if text is not None}
+            )
         except ExpressionError as error:
             cause = error.__cause__
             if isinstance(cause, (SubstitutionError, NotFound)):

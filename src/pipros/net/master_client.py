@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pipros.basics.errors import ProtocolError, Refused, Unreachable
@@ -75,6 +75,11 @@ class MasterClient:
         if not isinstance(answer, list) or len(answer) != 3 or type(answer[0]) is not int:
             raise self._malformed(method, answer)
         return answer[0], str(answer[1]), answer[2]
+
+    def call_together(self, calls: Sequence[tuple[str, ...]]) -> None:
+        """Call several methods, each given with its parameters, in one request. Ignore their results."""
+        together = [{"methodName": name, "params": [self.caller_id, *params]} for name, *params in calls]
+        self._rpc.call("system.multicall", together)
 
     def _call_for_number(self, method: str, *params: Any) -> int:
         value = self.call(method, *params)

@@ -13,11 +13,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from pipros.basics.errors import Interrupted, PiprosError, Refused, Unreachable
+from pipros.basics.errors import Interrupted, PiprosError, ProtocolError, Refused, Unreachable
 from pipros.basics.printable import listed
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_async_client import AsyncRpcClient
-from pipros.wire.xmlrpc import encode_call
+from pipros.wire.xmlrpc import Fault, encode_call
 
 WATCH_INTERVAL_S = 1.0
 """Interval at which the node checks whether the master still knows it."""
@@ -25,6 +25,8 @@ WATCH_DEADLINE_S = 5.0
 """A master that takes longer to answer is considered busy; the next round checks again."""
 UNREGISTER_TIMEOUT_S = 0.3
 """How long a node waits, while shutting down, for a master that does not answer."""
+UNREGISTERED_AT_ONCE = 20
+"""Entries that a node unregisters with one call while shutting down."""
 
 
 class Entry(Protocol):
@@ -32,7 +34,9 @@ class Entry(Protocol):
 
     def register(self, master: MasterClient, api: str, /) -> None: ...
 
-    def unregister(self, master: MasterClient, api: str, /) -> None: ...
+    def unregistration(self, api: str, /) -> tuple[str, ...]:
+        """Return the method and the parameters of the call that unregisters the entry."""
+        ...
 
     def __str__(self) -> str:
         """Return a description for log messages: `publication [/chatter]`."""
@@ -47,8 +51,8 @@ class PublicationEntry:
     def register(self, master: MasterClient, api: str) -> None:
         master.register_publisher(self.topic, self.type, api)
 
-    def unregister(self, master: MasterClient, api: str) -> None:
-        master.unregister_publisher(self.topic, api)
+    def unregistration(self, api: str) -> tuple[str, ...]:
+        return "unregisterPublisher", self.topic, api
 
     def __str__(self) -> str:
         return f"publication [{self.topic}]"
@@ -70,8 +74,8 @@ class SubscriptionEntry:
         take = self.ask()
         take(master.register_subscriber(self.topic, self.type, api))
 
-    def unregister(self, master: MasterClient, api: str) -> None:
-        master.unregister_subscriber(self.topic, api)
+    def unregistration(self, api: str) -> tuple[str, ...]:
+        return "unregisterSubscriber", self.topic, api
 
     def __str__(self) -> str:
         return f"subscription [{self.topic}]"
@@ -85,8 +89,8 @@ class ServiceEntry:
     def register(self, master: MasterClient, api: str) -> None:
         master.register_service(self.service, self.service_uri, api)
 
-    def unregister(self, master: MasterClient, _api: str) -> None:
-        master.unregister_service(self.service, self.service_uri)
+    def unregistration(self, _api: str) -> tuple[str, ...]:
+        return "unregisterService", self.service, self.service_uri
 
     def __str__(self) -> str:
         return f"service [{self.service}]"
@@ -100,8 +104,8 @@ class ParameterEntry:
     def register(self, master: MasterClient, api: str) -> None:
         self.on_value(master.subscribe_param(api, self.key))
 
-    def unregister(self, master: MasterClient, api: str) -> None:
-        master.unsubscribe_param(api, self.key)
+    def unregistration(self, api: str) -> tuple[str, ...]:
+        return "unsubscribeParam", api, self.key
 
     def __str__(self) -> str:
         return f"parameter [{self.key}]"
@@ -172,10 +176,21 @@ class Registrations:
         self._master.interrupt(UNREGISTER_TIMEOUT_S)
         master = MasterClient(self._master.uri, self._node_name, timeout_s=UNREGISTER_TIMEOUT_S)
         with self._lock:
-            while self._entries and self._unregister(self._entries.pop(), master):
-                pass
+            entries = self._entries[::-1]
             self._entries.clear()
+            while entries and self._unregister_all(entries[:UNREGISTERED_AT_ONCE], master):
+                del entries[:UNREGISTERED_AT_ONCE]
         master.close()
+
+    def _unregister_all(self, entries: Sequence[Entry], master: MasterClient) -> bool:
+        """Unregister the entries, with one call if possible. Return False if the master does not answer."""
+        try:
+            master.call_together([entry.unregistration(self._api) for entry in entries])
+        except (Fault, ProtocolError, ValueError):  # no master of rospy, or XML cannot represent a name
+            return all(self._unregister(entry, master) for entry in entries)
+        except PiprosError:
+            return False
+        return True
 
     async def watch(self) -> None:
         """Register all entries again whenever the master does not know the node. Runs until cancelled."""
@@ -225,7 +240,7 @@ class Registrations:
 
     def _unregister(self, entry: Entry, master: MasterClient) -> bool:
         try:
-            entry.unregister(master, self._api)
+            master.call(*entry.unregistration(self._api))
         except (Refused, ValueError):
             pass  # the master does not know the entry, so it is unregistered already
         except PiprosError:

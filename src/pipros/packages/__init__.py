@@ -23,6 +23,7 @@ class ImportablePackages:
         self._path = ""
         self._folders: PackageFolders | None = None
         self._modules: SetupModules | None = None
+        self._names: tuple[str, frozenset[str]] = ("", frozenset())
 
     def find(self, name: str) -> str | None:
         """Return a package's folder, or None. `ROS_PACKAGE_PATH` takes precedence over pipros's packages."""
@@ -49,6 +50,24 @@ class ImportablePackages:
             self._modules = SetupModules()
         packages = self._on_path(path).by_name().values() if package is None else (package,)
         return self._modules.find(name, packages)
+
+    def find_in_workspace(self, name: str, package: str) -> str | None:
+        """Return the path of a Python package or module `name` of the ROS package `package`, or None.
+
+        Only packages on `ROS_PACKAGE_PATH` are considered. They are listed once for each value of it.
+        """
+        path = os.environ.get("ROS_PACKAGE_PATH", "")
+        if not path:
+            return None
+        if self._names[0] != path:
+            self._names = path, frozenset(self._on_path(path).by_name())
+        folder = self.find(package) if package in self._names[1] else None
+        if folder is None:
+            return None
+        modules = os.path.join(folder, "src", name)
+        if os.path.isfile(os.path.join(modules, "__init__.py")):
+            return modules
+        return self.find_module(name, folder)
 
     def _on_path(self, path: str) -> PackageFolders:
         if self._folders is None or path != self._path:

@@ -155,6 +155,16 @@ def test_bags_of_format_1_2_can_be_compressed_too(bag: Path) -> None:
     assert (contents("old.bag"), compression_of("old.bag")) == (values(ROWS), {"bz2"})
 
 
+@pytest.mark.parametrize("more", [[], ["--ros2", "jazzy"]])
+def test_convert_says_that_mcap_files_cannot_have_bz2(
+    more: list[str], bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["convert", "-q", "--compression", "bz2", *more, "run.bag", "out.mcap"]) == 0
+    assert "WARNING: MCAP does not support bz2; out.mcap is compressed with zstd\n" in capsys.readouterr().err
+    assert main(["convert", "-q", "--compression", "bz2", "-f", "run.bag", "again.bag"]) == 0
+    assert (compression_of("again.bag"), capsys.readouterr().err) == ({"bz2"}, "")
+
+
 @pytest.mark.parametrize("compression", ["none", "lz4"])
 def test_reindex_restores_complete_messages(
     compression: str, bag: Path, capsys: pytest.CaptureFixture[str]

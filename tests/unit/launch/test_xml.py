@@ -8,6 +8,7 @@ import pytest
 
 import pipros
 from pipros.basics.limits import Limits
+from pipros.launch import param_types, substitute
 from pipros.launch.model import LaunchError, Output, Place, WorkingFolder
 from pipros.launch.roscore import STANDARD_PARAMETERS
 from pipros.launch.xml import INCLUDE_LIMIT, load
@@ -221,3 +222,25 @@ def test_files_that_include_each_other_twice_are_refused(tmp_path: Path) -> None
     with pytest.raises(LaunchError, match="too many files are included: the limit is 500"):
         load([str(tmp_path / "i0.launch")], limits=Limits(launch_includes=500))
     assert Limits().launch_includes == 10_000
+
+
+def test_an_expression_converts_only_the_arguments_that_it_names(monkeypatch: pytest.MonkeyPatch) -> None:
+    converted: list[object] = []
+
+    def convert(value: object, kind: str) -> object:
+        converted.append(value)
+        return param_types.convert(value, kind)
+
+    monkeypatch.setattr(substitute, "convert", convert)
+    arguments = "".join(f'<arg name="x{number}" default="{number}"/>' for number in range(100))
+    text = f'<launch>{arguments}<param name="p" value="$(eval x7 + arg(\'x9\'))"/></launch>'
+
+    assert load([], texts=[text]).params == {"/p": 16}
+    assert converted == ["7", "9"]
+
+
+def test_the_last_of_many_remappings_of_a_name_wins() -> None:
+    remappings = "".join(f'<remap from="a{number % 3000}" to="b{number}"/>' for number in range(6000))
+    launch = load([], texts=[f'<launch>{remappings}<node name="n" pkg="p" type="t"/></launch>'])
+
+    assert launch.nodes[0].remappings == tuple((f"a{each}", f"b{each + 3000}") for each in range(3000))

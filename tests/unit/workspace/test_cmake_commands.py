@@ -462,3 +462,25 @@ def test_without_empy_3_one_error_says_how_to_get_it(
     (error,) = workspace.build().errors
     assert install_command("templates") in error
     assert "p/CMakeLists.txt:" in error
+
+
+@pytest.mark.parametrize("ending", ["cmake", "cmake_dot_em"])
+def test_a_package_can_use_its_own_extras_after_catkin_package(workspace: Workspace, ending: str) -> None:
+    macro = 'macro(check_it word)\n  message(STATUS "checked ${word}")\nendmacro()\n'
+    used = "catkin_package(CFG_EXTRAS check.cmake)\nfind_package(p REQUIRED)\ncheck_it(now)"
+    workspace.add("p", used, **{f"cmake__check_dot_{ending}": macro})
+    result = workspace.build()
+    assert result.errors == []
+    assert "-- checked now" in workspace.lines
+
+
+def test_a_macro_of_own_extras_that_were_not_found_is_explained(workspace: Workspace) -> None:
+    workspace.add(
+        "p",
+        "find_package(other)\ncatkin_package(CFG_EXTRAS check.cmake)\ncheck_it(now)",
+        cmake__check_dot_cmake="macro(check_it word)\nendmacro()\n",
+    )
+    (error,) = workspace.build().errors
+    assert (
+        "needs check_it(), which the package's own check.cmake defines: call find_package(p) after" in error
+    )

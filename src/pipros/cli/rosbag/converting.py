@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from optparse import Values
 from pathlib import Path
 
+from pipros.bag.compression import BZ2
 from pipros.bag.errors import BagError
 from pipros.bag.opening import writer_for
 from pipros.bag.reader import BagReader
@@ -92,10 +93,18 @@ def _without_suffix(path: Path) -> Path:
 
 def _convert(source: Path, target: Path, options: Values) -> None:
     _check_target(source, target, force=options.force)
-    default = "zstd" if target.suffix == ".mcap" else "none"
+    compression = _for_mcap(options.compression, target) if target.suffix == ".mcap" else options.compression
     with opened(source, options.msgs) as bag, replaced_file(target) as file:
-        writer = writer_for(target, file, compression=options.compression or default)
+        writer = writer_for(target, file, compression=compression or "none")
         _copy(bag, writer, source, is_quiet=options.quiet)
+
+
+def _for_mcap(compression: str, target: Path) -> str:
+    """Return the compression of an MCAP file, which is zstd by default."""
+    if compression != BZ2:
+        return compression or "zstd"
+    print(f"WARNING: MCAP does not support {BZ2}; {target} is compressed with zstd", file=sys.stderr)
+    return "zstd"
 
 
 def _convert_to_ros2(source: Path, target: Path, options: Values) -> None:
@@ -117,7 +126,9 @@ def _convert_to_ros2(source: Path, target: Path, options: Values) -> None:
     rules = merged([parse_rules(_read(name), name) for name in options.rules])
     storage = options.storage or ("sqlite3" if distribution is Distribution.HUMBLE else "mcap")
     folders = definition_folders(options.msgs)
-    compression = options.compression or "zstd"
+    compression = (
+        _for_mcap(options.compression, target) if storage == "mcap" else options.compression or "zstd"
+    )
     with opened(source, options.msgs) as bag:
         with new_ros2_bag(
             target, distribution, storage=storage, compression=compression, folders=folders, rules=rules

@@ -58,6 +58,8 @@ def record(argv: Sequence[str]) -> int:
         say: Callable[[str], object] = _ignore if options.quiet else _info
         if options.udp:
             _warn("UDPROS is not supported; topics are recorded over TCPROS")
+        if options.compression == BZ2 and (options.name or "").endswith(".mcap"):
+            _warn(f"MCAP does not support {BZ2}; {options.name} is compressed with zstd")
         try:
             is_complete = Recorder(node, chosen, say=say, warn=_warn).run()
         except OSError as error:

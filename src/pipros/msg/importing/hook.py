@@ -1,10 +1,11 @@
 """Import `<package>.msg` and `<package>.srv` directly from definition files.
 
-Two finders work together. `PackageFinder` is last in `sys.meta_path`: it finds the ROS package `my_pkg` if no
-other finder knows a module of that name. `InterfaceFinder` is first, and finds only `my_pkg.msg` and
+Three finders work together. `PackageFinder` is last in `sys.meta_path`: it finds the ROS package `my_pkg` if
+no other finder knows a module of that name. `InterfaceFinder` is first, and finds only `my_pkg.msg` and
 `my_pkg.srv`. Without it, a folder `my_pkg/msg` with definitions below the working directory would be taken
 for a Python namespace package. Real Python packages, such as those that catkin generates in a devel space,
-always take precedence.
+take precedence, with one exception: `WorkspaceFinder`, which is second, finds a Python package of the
+workspace before a distribution with its name that pip installed, such as `xacro`.
 
 `modules.py` creates the modules when the first type is needed. Every interpreter start imports this module,
 so it imports very little.
@@ -33,11 +34,33 @@ PACKAGE_OF_MODULE = {"urdf_parser_py": "urdfdom_py"}
 """Noetic's Python packages that belong to a ROS package with another name and are available on PyPI."""
 
 
+DEPENDENCIES = frozenset(
+    (
+        *(
+            "bson",
+            "catkin_pkg",
+            "cbor2",
+            "cryptography",
+            "cv2",
+            "em",
+            "lz4",
+            "mcap",
+            "numpy",
+            "pil",
+            "pkg_resources",
+        ),
+        *("psutil", "pymongo", "rospkg", "setuptools", "websockets", "xxhash", "yaml", "zenoh"),
+    )
+)
+"""Modules that pipros's own commands import, in lower case. No package is searched for them."""
+
+
 def install() -> None:
     """Enable imports of the packages that `ImportablePackages` finds. Further calls have no effect."""
     if not any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
         packages = _Packages()
         sys.meta_path.insert(0, InterfaceFinder(packages.find, packages.cache_folder))
+        sys.meta_path.insert(1, WorkspaceFinder(packages.find_in_workspace))
         sys.meta_path.append(PackageFinder(packages.find, packages.find_module))
 
 
@@ -58,6 +81,9 @@ class _Packages:
 
     def find_module(self, name: str, package: str | None) -> str | None:
         return self._get().find_module(name, package)
+
+    def find_in_workspace(self, name: str, package: str) -> str | None:
+        return self._get().find_in_workspace(name, package)
 
     def _get(self) -> ImportablePackages:
         if self._importable is None:
@@ -151,6 +177,47 @@ class PackageFinder:
         from importlib.machinery import PathFinder
 
         return PathFinder.find_spec(name, module.__path__)
+
+
+class WorkspaceFinder:
+    """Finder for Python packages of the workspace that installed distributions would hide.
+
+    Args:
+        find_in_workspace: function that takes the names of a module and of a ROS package, and returns the
+            path of the module in that package if it is in the workspace, or None.
+    """
+
+    def __init__(self, find_in_workspace: Callable[[str, str], str | None]) -> None:
+        self._find_in_workspace = find_in_workspace
+
+    def find_spec(
+        self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if "." in name or not os.environ.get("ROS_PACKAGE_PATH") or name.lower() in DEPENDENCIES:
+            return None
+        if not _may_be_package(name) or _is_python_starting():
+            return None
+        from importlib.machinery import PathFinder
+
+        hiding = PathFinder.find_spec(name)
+        if hiding is None or not hiding.origin or not _is_of_another_distribution(name, hiding.origin):
+            return None
+        path = self._find_in_workspace(name, PACKAGE_OF_MODULE.get(name, name))
+        return None if path is None else _spec_of(name, path)
+
+
+def _is_of_another_distribution(name: str, file: str) -> bool:
+    """Return whether a module's file was installed by pip or apt, and is not one of pipros's."""
+    import site
+
+    folder = os.path.dirname(file)
+    root = os.path.dirname(folder) if os.path.basename(file).startswith("__init__.") else folder
+    if root not in (*site.getsitepackages(), site.getusersitepackages()):
+        return False
+    from pipros.packages import SHARE
+
+    is_ours = os.path.isfile(os.path.join(folder, "py.typed")) and os.path.isdir(os.path.join(SHARE, name))
+    return not is_ours
 
 
 def _spec_of(name: str, path: str) -> ModuleSpec:

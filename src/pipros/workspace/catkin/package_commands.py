@@ -67,6 +67,11 @@ def _find_package(context: ReadContext, command: Command, words: list[str]) -> N
             _find_component(context, command, component, is_required="REQUIRED" in rest)
     else:
         context.components.add(name)
+        if name == context.project.name and context.project.has_catkin_package:
+            # catkin_package() has just written the files that CMake finds
+            context.run_extras(FoundPackage(context.version, context.project.cfg_extras))
+            values[f"{name}_FOUND"] = "1"
+            return
         package = None if name in _HARMLESS_PACKAGES else context.find_package(name)
         if package is not None:
             values[f"{name}_VERSION"] = package.version

@@ -11,6 +11,7 @@ import os
 from collections.abc import Mapping
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.basics.input_file import read_text
 from pipros.basics.limits import Limits
 from pipros.cmake.language import Command
 from pipros.cmake.names import BEYOND_COMMANDS, BUILTIN_COMMANDS
@@ -93,6 +94,15 @@ def _check_known(context: ReadContext, command: Command, _words: list[str]) -> N
         )
     from difflib import get_close_matches
 
+    for file in context.project.cfg_extras:
+        if not context.empy_hint and name in read_text(file, errors="replace").lower():
+            # CMake runs these extras only in packages that find this one.
+            context.need_cmake(
+                command,
+                f"{command.written_name}(), which the package's own {os.path.basename(file)} defines: call "
+                f"find_package({context.project.name}) after catkin_package()",
+            )
+            return
     near = get_close_matches(name, [*BUILTIN_COMMANDS, *CATKIN_COMMANDS], n=1, cutoff=0.8)
     if context.has_foreign_packages and not near:
         context.need_cmake(

@@ -349,3 +349,30 @@ def test_modules_are_importable_from_the_folders_of_a_setup_py(workspace: Worksp
 def test_a_module_that_no_setup_py_names_is_not_found(workspace: Workspace) -> None:
     workspace.package("robot", **{"setup.py": SETUP.format("other"), "python/lib/__init__.py": ""})
     assert "No module named 'lib'" in workspace.fails("import lib")
+
+
+def test_a_python_package_of_the_workspace_wins_over_an_installed_one(workspace: Workspace) -> None:
+    code = "import xacro; print(getattr(xacro, 'here', 'installed'))"
+    assert workspace.shows(code) == "installed"
+    workspace.package("xacro", **{"src/xacro/__init__.py": "here = 'workspace'"})
+    assert workspace.shows(code) == "workspace"
+    assert workspace.shows(code, ROS_PACKAGE_PATH="") == "installed"
+
+
+def test_a_built_package_wins_over_the_sources_of_the_workspace(workspace: Workspace, tmp_path: Path) -> None:
+    workspace.package("xacro", **{"src/xacro/__init__.py": "here = 'workspace'"})
+    built = tmp_path / "devel" / "lib" / "python3" / "dist-packages"
+    (built / "xacro").mkdir(parents=True)
+    (built / "xacro" / "__init__.py").write_text("here = 'built'")
+    assert workspace.shows("import xacro; print(xacro.here)", PYTHONPATH=str(built)) == "built"
+
+
+def test_a_package_that_only_setup_py_declares_wins_over_an_installed_one(workspace: Workspace) -> None:
+    setup = "generate_distutils_setup(packages=['xacro'], package_dir={'': 'python'})"
+    workspace.package("xacro", **{"setup.py": setup, "python/xacro/__init__.py": "here = 'workspace'"})
+    assert workspace.shows("import xacro; print(xacro.here)") == "workspace"
+
+
+def test_a_package_without_python_does_not_hide_an_installed_one(workspace: Workspace) -> None:
+    workspace.package("xacro", **{"msg/One.msg": "int8 x"})
+    assert workspace.shows("import xacro; print(hasattr(xacro, 'process_file'))") == "True"
