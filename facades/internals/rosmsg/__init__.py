@@ -274,7 +274,7 @@ def rosmsg_cmd_package(mode: str, full: str) -> None:
 def rosmsg_cmd_prototype(args: Sequence[str]) -> str | None:
     """Return what `rosmsg-proto` prints for the given arguments: an empty message as YAML.
 
-    Return None if there is no such message and the option `-s` is given.
+    Return None if the message does not exist and the option `-s` is given.
 
     Raises:
         SystemExit: the type does not exist, or the arguments are invalid. Standard error says why.
