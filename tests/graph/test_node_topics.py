@@ -455,7 +455,7 @@ def test_topics_unregistered_during_shutdown_are_not_left_at_the_master(
         assert is_interrupted.wait(60)
         raise Interrupted("the node ends")
 
-    monkeypatch.setattr(node.master, "unregister_publisher", be_interrupted)
+    monkeypatch.setattr(node.master, "call", be_interrupted)
     monkeypatch.setattr(node.master, "interrupt", lambda _: is_interrupted.set())
     publisher.unregister()
     end.join(60)
