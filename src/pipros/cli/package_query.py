@@ -143,9 +143,11 @@ class PackageQuery:
 
     def crawl_times(self) -> list[str]:
         """Return the folders that take the longest to search (`profile`)."""
+        from pipros.packages.system_packages import is_share_folder
         from pipros.workspace.crawl_times import crawl_times
 
         length = self.options.get("--length", "20")
         if not length.lstrip("-").isdecimal():
             raise QueryFailed(f"--length must be a number, got [{length}]")
-        return crawl_times(self.index.folders, int(length), only_empty="--zombie-only" in self.options)
+        folders = [folder for folder in self.index.folders if not is_share_folder(str(folder))]  # not crawled
+        return crawl_times(folders, int(length), only_empty="--zombie-only" in self.options)

@@ -8,11 +8,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from pipros.basics.errors import NotFound
 from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.cli.entry_point import command
-from pipros.workspace.executables import Executables, find_executables, list_executables
+from pipros.workspace.executables import (
+    Executables,
+    find_executables,
+    list_executables,
+    package_of_programs,
+)
 from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.program_start import command_of, program_environment, why_not_startable
+from pipros.workspace.program_start import command_of, environment_of, why_not_startable
 from pipros.workspace.python2 import python2_advice
 
 USAGE = """\
@@ -53,13 +59,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         return UNKNOWN_PACKAGE
 
     index = PackageIndex.from_environment()
-    package = index.get(package_name)
-    if package is None:
+    try:
+        package = package_of_programs(index, package_name)
+    except NotFound:
         print(f"[rospack] Error: package '{package_name}' not found", file=sys.stderr)
         if not _print_advice(package_name, name, rest):
             _suggest(package_name, [package.name for package in index])
-        if index.advice:
-            print(f"[rosrun] {index.advice}", file=sys.stderr)
+            if index.advice:
+                print(f"[rosrun] {index.advice}", file=sys.stderr)
         return UNKNOWN_PACKAGE
     found = find_executables(package, name)
     if debug:
@@ -72,7 +79,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _report_missing_program(package, name, found, programs)
         _print_advice(package_name, name, rest, programs)
         return NOT_FOUND
-    environment = program_environment(os.environ)
+    environment = environment_of(program, os.environ)
     try:
         command = command_of(program, rest, prefix, environment)
     except InvalidEnvironment as error:

@@ -9,7 +9,7 @@ from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, Node
 from pipros.launch.xml import Loader
-from pipros.workspace.executables import find_executables
+from pipros.workspace.executables import find_executables, package_of_programs
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.manifest import read_manifest
 
@@ -81,7 +81,7 @@ def _without_program(launch: Launch, index: PackageIndex) -> Iterator[str]:
     for node in known_nodes(launch):
         where = f" ({node.place})" if node.place else ""
         try:
-            found = find_executables(index.find(node.package), node.type)
+            found = find_executables(package_of_programs(index, node.package), node.type)
         except NotFound:
             yield f"cannot find package [{node.package}] for node [{node.type}]{where}"
             continue

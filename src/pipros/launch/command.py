@@ -14,9 +14,9 @@ from pipros.basics.env import Environment, InvalidEnvironment
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.packages.well_known import why_not_here
-from pipros.workspace.executables import Executables, find_executables, list_executables
+from pipros.workspace.executables import Executables, find_executables, list_executables, package_of_programs
 from pipros.workspace.index import Package, PackageIndex
-from pipros.workspace.program_start import command_of, program_environment
+from pipros.workspace.program_start import command_of, environment_of, program_environment
 
 
 class CannotLaunch(PiprosError):
@@ -132,7 +132,7 @@ class CommandMaker:
         program = self._program(node)
         prefix = _words(node.launch_prefix, "launch-prefix", node)
         folder = program.parent if node.working_folder is WorkingFolder.NODE else self._ros_home
-        variables = {**self._environment, **overlay}
+        variables = {**environment_of(program, self._environment), **overlay}
         if "ROS_NAMESPACE" not in overlay:
             variables.pop("ROS_NAMESPACE", None)
         try:
@@ -143,10 +143,12 @@ class CommandMaker:
 
     def _program(self, node: Node) -> Path:
         try:
-            package = self._index.find(node.package)
+            package = package_of_programs(self._index, node.package)
         except NotFound as error:
             reason = _why_not_here(node)
-            raise CannotLaunch(f"{error}. {reason}" if reason else str(error), node) from None
+            # The error's own advice, to source a workspace, does not help with a well-known package.
+            known = f"package [{node.package}] not found. {reason}"
+            raise CannotLaunch(known if reason else str(error), node) from None
         found = self._find(package, node.type)
         if not found.runnable and (reason := _why_not_here(node, package)):
             raise CannotLaunch(

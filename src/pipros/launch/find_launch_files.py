@@ -59,8 +59,9 @@ def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
     try:
         package = index.find(package_name)
     except NotFound:
-        missing = why_missing(package_name) or _suggestion(package_name, [package.name for package in index])
-        hints = [nothing, missing, index.advice]
+        reason = why_missing(package_name)
+        suggestion = _suggestion(package_name, [package.name for package in index])
+        hints = [nothing, reason] if reason else [nothing, suggestion, index.advice]
         raise LaunchError("\n".join(filter(None, hints))) from None
     matches = _matches(package, name)
     if not matches:

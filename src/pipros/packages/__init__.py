@@ -1,4 +1,4 @@
-"""Find the folders of ROS packages that are on `ROS_PACKAGE_PATH` or shipped with pipros.
+"""Find the folders of ROS packages: on `ROS_PACKAGE_PATH`, shipped with pipros, or installed with Debian.
 
 This module runs at every failed import in the environment, so it imports almost nothing.
 """
@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "share")
 """The folder of the packages shipped with pipros."""
 
+SYSTEM_SHARE = "/usr/share"
+"""The folder with a subfolder for each of Debian's packages that has a manifest."""
+
 
 class ImportablePackages:
     """Finds package folders by name. `ROS_PACKAGE_PATH` is read on each call."""
@@ -26,12 +29,19 @@ class ImportablePackages:
         self._names: tuple[str, frozenset[str]] = ("", frozenset())
 
     def find(self, name: str) -> str | None:
-        """Return a package's folder, or None. `ROS_PACKAGE_PATH` takes precedence over pipros's packages."""
+        """Return a package's folder, or None.
+
+        `ROS_PACKAGE_PATH` takes precedence over pipros's packages, and these over Debian's.
+        """
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         found = self._on_path(path).get(name) if path else None
         if found is None and name.isidentifier():
             shipped = os.path.join(SHARE, name)
             found = shipped if os.path.isdir(shipped) else None
+            if found is None and os.path.exists(os.path.join(SYSTEM_SHARE, name, "package.xml")):
+                from pipros.packages.package_folders import PackageFolders
+
+                found = PackageFolders([SYSTEM_SHARE]).get(name)
         return found
 
     def find_module(self, name: str, package: str | None) -> str | None:
@@ -72,8 +82,9 @@ class ImportablePackages:
     def _on_path(self, path: str) -> PackageFolders:
         if self._folders is None or path != self._path:
             from pipros.packages.package_folders import PackageFolders
+            from pipros.packages.system_packages import is_share_folder
 
-            roots = [folder for folder in path.split(os.pathsep) if folder]
+            roots = [folder for folder in path.split(os.pathsep) if folder and not is_share_folder(folder)]
             self._path, self._folders = path, PackageFolders(roots, cache_folder("packages"))
         return self._folders
 

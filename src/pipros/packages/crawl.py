@@ -117,7 +117,7 @@ def crawl(root: str) -> Crawl:
         package = None
         if not _IGNORE_MARKERS & entries.keys():
             if MANIFEST in entries:
-                package = _read_package(folder, newest_trusted_ns)
+                package = read_package(folder, newest_trusted_ns)
             elif DRY_MANIFEST in entries:
                 package = _dry_package(entries[DRY_MANIFEST], folder, newest_trusted_ns)
         if package is not None:
@@ -145,7 +145,7 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
         return False
 
 
-def _read_package(folder: str, newest_trusted_ns: int) -> CrawledPackage | None:
+def read_package(folder: str, newest_trusted_ns: int = 0) -> CrawledPackage | None:
     """Return the package whose manifest is in `folder`, or None if the manifest cannot be read.
 
     The name is found without parsing the XML, because a crawl reads hundreds of manifests. Moreover, a

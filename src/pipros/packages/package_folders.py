@@ -10,7 +10,8 @@ import os
 from binascii import crc32
 
 from pipros.basics.cache_files import CacheFolder
-from pipros.packages.crawl import PACKAGES, Crawl, CrawledPackage, crawl, dump, load
+from pipros.packages.crawl import PACKAGES, Crawl, CrawledPackage, crawl, dump, load, read_package
+from pipros.packages.system_packages import is_share_folder, manifest_folder, manifest_folders
 
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
@@ -34,11 +35,14 @@ class PackageFolders:
     ) -> None:
         """Store the settings without reading the disk.
 
-        Packages of kinds other than `kinds` are ignored.
+        Packages of kinds other than `kinds` are ignored. The folder of Debian's packages may be a root.
         """
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
-        self._roots = [_Root(os.path.abspath(root), cache, kinds) for root in roots]
+        self._roots = [
+            _SystemRoot(kinds) if is_share_folder(root) else _Root(os.path.abspath(root), cache, kinds)
+            for root in roots
+        ]
 
     def get(self, name: str) -> str | None:
         """Return the package's folder, or None."""
@@ -58,9 +62,28 @@ class PackageFolders:
     def occurrences(self) -> Iterator[tuple[str, str]]:
         """Yield the name and folder of every package. A package that hides another package precedes it."""
         for root in self._roots:
-            for package in root.crawl().packages:
+            for package in root.packages():
                 if package.kind in self._kinds:
                     yield package.name, package.path
+
+
+class _SystemRoot:
+    """Debian's packages. The disk is read on each call: a package takes one manifest, all take 1 ms."""
+
+    __slots__ = ("_kinds",)
+
+    def __init__(self, kinds: Sequence[str]) -> None:
+        self._kinds = kinds
+
+    def get(self, name: str) -> str | None:
+        package = read_package(manifest_folder(name)) if name.isprintable() else None
+        if package is None or package.name != name or package.kind not in self._kinds:
+            return None
+        return package.path
+
+    def packages(self) -> Sequence[CrawledPackage]:
+        found = map(read_package, manifest_folders())
+        return [package for package in found if package is not None]
 
 
 class _Root:
@@ -96,14 +119,14 @@ class _Root:
             package = self._crawl()[1].get(name)
         return None if package is None else package.path
 
-    def crawl(self) -> Crawl:
+    def packages(self) -> Sequence[CrawledPackage]:
         """Return all packages in the folder. The result may be as old as the first call to this method."""
         known = self._known
         if known is None or not self._is_own:
             kept = self._read_cache() if known is None else known[0]
             is_good = kept is not None and kept.is_current()
             known = self._learn(kept, is_own=True) if kept is not None and is_good else self._crawl()
-        return known[0]
+        return known[0].packages
 
     def _learn(self, found: Crawl, *, is_own: bool) -> tuple[Crawl, dict[str, CrawledPackage]]:
         packages: dict[str, CrawledPackage] = {}

@@ -12,10 +12,10 @@ _NAMES = """
     amcl carrot_planner cartographer_ros controller_manager costmap_2d depth_image_proc
     depthimage_to_laserscan dwa_local_planner explore_lite filters freenect_launch gazebo gazebo_plugins
     gazebo_ros gazebo_ros_control global_planner gmapping hector_mapping hls_lfcd_lds_driver hokuyo_node
-    image_proc image_rotate laser_assembler laser_filters mavros move_base move_group
+    image_proc image_publisher image_rotate laser_assembler laser_filters mavros move_base move_group
     moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant navfn nodelet octomap_server
-    openni2_camera openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera robot_localization
-    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
+    opencv_apps openni2_camera openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera
+    robot_localization robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
     turtlebot3_gazebo urg_node uvc_camera velodyne_driver
     velodyne_pointcloud web_video_server
@@ -83,6 +83,9 @@ _QT_NAMES = """
 _QT = frozenset(_QT_NAMES.split())
 """rqt plugins that have no corresponding tab on the page."""
 
+_PACKAGE_OF_PLUGINS = {"pcl": "pcl_ros"}
+"""Prefixes of nodelets that are not the name of their package."""
+
 _PLUGIN = re.compile(r"(\w+)/(\S+)")
 
 
@@ -127,7 +130,7 @@ def why_not_here(
         )
     if (package not in COMPILED and package not in _STARTING) or is_here:
         return None
-    wanted = [package]
+    plugins: list[str] = []
     what = f"The programs of {package} are written in C++, and are not part of pipros, which is pure Python."
     if package in _STARTING:
         what = f"{package} starts programs in C++, which are not part of pipros: {_STARTING[package]}."
@@ -135,14 +138,12 @@ def why_not_here(
         what = "nodelet loads C++ plugins, which pipros, being pure Python, cannot do."
         plugin = _plugin(program, arguments)
         if plugin is not None:
-            wanted.append(plugin[1])
+            plugins.append(plugin[1])
             what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, being pure Python, cannot load."
-    names = " ".join(f"ros-noetic-{name.replace('_', '-')}" for name in wanted)
     here = f" On this machine, {_INSTEAD[package]}" if package in _INSTEAD else ""
-    return (
-        f"{what} Run it where ROS 1 is installed (apt-get install {names}): "
-        f"with this machine's ROS_MASTER_URI, it joins the same graph.{here}"
-    )
+    from pipros.packages.apt_names import how_to_have
+
+    return f"{what} {how_to_have([package], plugins)}{here}"
 
 
 def _plugin(program: str, arguments: Sequence[str]) -> tuple[str, str] | None:
@@ -151,4 +152,4 @@ def _plugin(program: str, arguments: Sequence[str]) -> tuple[str, str] | None:
     if program != "nodelet" or len(words) < 2 or words[0] not in ("load", "standalone"):
         return None
     found = _PLUGIN.fullmatch(words[1])
-    return None if found is None else (words[1], found[1])
+    return None if found is None else (words[1], _PACKAGE_OF_PLUGINS.get(found[1], found[1]))

@@ -14,7 +14,7 @@ from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_f
 from pipros.testing.results import Suite
 from pipros.testing.rostest import TestProgramTimedOut
 from pipros.testing.xunit import parse_suites
-from pipros.workspace.program_start import command_of, program_environment
+from pipros.workspace.program_start import command_of, environment_of
 
 # unittest's reports omit the frames of modules that define this variable.
 __unittest = True
@@ -71,7 +71,7 @@ class BareTest:
             XML_OUTPUT_FLAG + str(results),
             *(["--text"] if self._text else []),
         ]
-        environment = program_environment(os.environ)
+        environment = environment_of(self._file, os.environ)
         if self._file.suffix == ".py" and not os.access(self._file, os.X_OK):
             command = [sys.executable, str(self._file), *arguments]
         else:

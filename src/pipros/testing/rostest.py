@@ -18,7 +18,7 @@ from pipros.launch.model import Launch, Test
 from pipros.testing.result_paths import XML_OUTPUT_FLAG, prepare_path, results_file
 from pipros.testing.results import Suite, Totals
 from pipros.testing.xunit import parse_suites
-from pipros.workspace.executables import find_executables
+from pipros.workspace.executables import find_executables, package_of_programs
 from pipros.workspace.index import PackageIndex
 
 # unittest's reports omit the frames of modules that define this variable.
@@ -185,7 +185,7 @@ class Rostest:
         """Return why the test program cannot run; an empty string if it can."""
         node = test.node
         try:
-            found = find_executables(self._index.find(node.package), node.type)
+            found = find_executables(package_of_programs(self._index, node.package), node.type)
         except NotFound:
             return f"Package [{node.package}] for test node [{node.package}/{node.type}] does not exist"
         if not found.runnable:

@@ -1,7 +1,8 @@
 """Find programs by package and name, for rosrun, roslaunch and rostest.
 
 Built programs (`devel/lib/<package>`) take precedence over those in the package's folder. A name such as
-`talker.py` matches at any depth; a name such as `scripts/talker.py` must match the end of the path.
+`talker.py` matches at any depth; a name such as `scripts/talker.py` must match the end of the path. A program
+that a package lacks may be in Debian's package of the same name (`/usr/lib/<package>`).
 """
 
 from __future__ import annotations
@@ -11,7 +12,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from pipros.workspace.index import Package
+from pipros.basics.errors import NotFound
+from pipros.packages import system_packages
+from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
 
 _ON_WINDOWS = os.name == "nt"
@@ -26,7 +29,8 @@ class Executables(NamedTuple):
     Attributes:
         runnable: executable files in order of preference, built programs first.
         unusable: matching paths that are not files or not executable.
-        searched: the folder of built programs if there is one, and the package's folder.
+        searched: the folder of built programs if there is one, Debian's folder if a program was found only
+            there, and the package's folder.
     """
 
     runnable: tuple[Path, ...]
@@ -44,13 +48,28 @@ class Executables(NamedTuple):
         return built if is_relay else None
 
 
+def package_of_programs(index: PackageIndex, name: str) -> Package:
+    """Return the package called `name`, even if Debian installed only its programs, without a manifest.
+
+    Raises:
+        NotFound: the package does not exist; the message lists the searched folders.
+    """
+    try:
+        return index.find(name)
+    except NotFound:
+        if not system_packages.has_program_folder(name):
+            raise
+        return Package(name, Path(system_packages.PROGRAM_FOLDER, name))
+
+
 def find_executables(
     package: Package, name: str, workspaces: Sequence[BuiltWorkspace] | None = None
 ) -> Executables:
     """Return the programs called `name` in `package`.
 
     `workspaces` are the built workspaces to search; defaults to the workspaces in `CMAKE_PREFIX_PATH`. Only
-    the first workspace that has programs for this package is used.
+    the first workspace that has programs for this package is used. Debian's programs are used if there are
+    no others.
     """
     if workspaces is None:
         workspaces = built_workspaces()
@@ -64,6 +83,9 @@ def find_executables(
                 unusable.append(path)
             else:
                 runnable.setdefault(os.path.realpath(path), path)
+    if not runnable and (installed := system_packages.program(package.name, name)):
+        runnable[installed] = Path(installed)
+        searched.insert(-1, Path(installed).parent)
     return Executables(tuple(runnable.values()), tuple(unusable), tuple(searched))
 
 
@@ -73,7 +95,8 @@ def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | No
         workspaces = built_workspaces()
     folders = [workspace.executables_of(package.name) for workspace in workspaces] + [package.path]
     files = (Path(parent, name) for folder in folders for parent, name in _walk(folder))
-    return sorted({path.name for path in files if _is_executable(path)})
+    installed = map(os.path.basename, system_packages.programs(package.name))
+    return sorted({path.name for path in files if _is_executable(path)} | set(installed))
 
 
 def _named(folder: Path, name: str) -> Iterator[Path]:

@@ -1,4 +1,4 @@
-"""An index of the ROS packages on `ROS_PACKAGE_PATH`, and of the packages shipped with pipros."""
+"""An index of the ROS packages on `ROS_PACKAGE_PATH`, shipped with pipros, and installed with Debian."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pipros.basics.errors import NotFound
 from pipros.packages import SHARE
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, PACKAGES, crawl
 from pipros.packages.package_folders import PackageFolders
+from pipros.packages.system_packages import in_search_order, is_share_folder
 
 SHARED_PACKAGES = Path(SHARE).resolve()
 
@@ -54,13 +55,18 @@ class PackageIndex:
     def advice(self) -> str:
         """How to correct ROS_PACKAGE_PATH if a package was not found.
 
-        Empty if the path lists at least one folder besides pipros's own, and all listed folders exist.
+        Empty if the path lists at least one folder besides pipros's and Debian's, and all listed folders
+        exist.
         """
         cure = (
             "source the setup file of your workspace, or export ROS_PACKAGE_PATH=FOLDER "
             "with the folder of its packages"
         )
-        folders = [folder for folder in self.folders if folder != SHARED_PACKAGES]
+        folders = [
+            folder
+            for folder in self.folders
+            if folder != SHARED_PACKAGES and not is_share_folder(str(folder))
+        ]
         missing = [str(folder) for folder in folders if not folder.exists()]
         if missing:
             return f"ROS_PACKAGE_PATH lists [{os.pathsep.join(missing)}], which does not exist: {cure}"
@@ -70,10 +76,16 @@ class PackageIndex:
     def from_environment(
         cls, environment: Environment | None = None, kinds: Sequence[str] = PACKAGES
     ) -> PackageIndex:
-        """Return the index of the packages visible to a ROS process with this environment."""
+        """Return the index of the packages visible to a ROS process with this environment.
+
+        Packages on `ROS_PACKAGE_PATH` win over those shipped with pipros, and these over Debian's.
+        """
         environment = environment or Environment.from_os()
         return cls(
-            (*environment.package_path, SHARED_PACKAGES),
+            [
+                Path(folder)
+                for folder in in_search_order(map(str, environment.package_path), str(SHARED_PACKAGES))
+            ],
             cache_folder=environment.ros_home / "pipros" / "packages",
             kinds=kinds,
         )
@@ -115,8 +127,13 @@ class PackageIndex:
         return None
 
     def duplicates(self) -> dict[str, list[Path]]:
-        """Return each name that occurs more than once, with all its folders. The first folder is used."""
+        """Return each name that occurs more than once, with all its folders. The first folder is used.
+
+        A package that occurs only among pipros's and Debian's is left out.
+        """
         folders: dict[str, list[Path]] = {}
         for name, folder in self._found.occurrences():
-            folders.setdefault(name, []).append(Path(folder))
+            known, path = folders.setdefault(name, []), Path(folder)
+            if not is_share_folder(str(path.parent)) or (known and known[0].parent != SHARED_PACKAGES):
+                known.append(path)
         return {name: paths for name, paths in sorted(folders.items()) if len(paths) > 1}

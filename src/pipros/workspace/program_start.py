@@ -16,6 +16,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
+from pipros.packages import SHARE
+from pipros.packages.system_packages import child_package_path, is_compiled, manifest_folders
 from pipros.workspace.script_interpreter import ScriptInterpreter, interpreter_of
 
 _ON_WINDOWS = os.name == "nt"
@@ -34,6 +36,18 @@ def program_environment(variables: Mapping[str, str], executable: str = sys.exec
     found = shutil.which("python3", path=search_path) or shutil.which("python", path=search_path)
     if found is None or os.path.dirname(found) != own:
         environment["PATH"] = own + os.pathsep + search_path
+    return environment
+
+
+def environment_of(program: Path, variables: Mapping[str, str]) -> dict[str, str]:
+    """Return `program_environment` for one program.
+
+    A compiled program is linked with genuine roscpp. If Debian's packages are installed, it finds them on
+    `ROS_PACKAGE_PATH`, with the descriptions of their plugins.
+    """
+    environment = program_environment(variables)
+    if is_compiled(program) and next(manifest_folders(), None):
+        environment["ROS_PACKAGE_PATH"] = child_package_path(environment.get("ROS_PACKAGE_PATH", ""), SHARE)
     return environment
 
 

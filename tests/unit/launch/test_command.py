@@ -8,6 +8,7 @@ from pipros.basics.env import Environment
 from pipros.launch.command import CannotLaunch, CommandMaker
 from pipros.launch.model import Machine, Node, WorkingFolder
 from pipros.workspace.index import PackageIndex
+from tests.support.debian_system import make_debian
 
 
 @pytest.fixture
@@ -85,15 +86,18 @@ def test_the_working_folder_is_the_requested_one(
         (Node("talkers", "talker", "n", launch_prefix="'open"), r"the launch-prefix \['open\]"),
         (
             Node("gmapping", "slam_gmapping", "map"),
-            "The programs of gmapping are written in C.* ros-noetic-gmapping",
+            r": package \[gmapping\] not found. The programs of gmapping .* ros-noetic-gmapping",
         ),
         (
             Node("nodelet", "nodelet", "cloud", arguments="load depth_image_proc/point_cloud_xyz manager"),
-            "The nodelet depth_image_proc/point_cloud_xyz .*-nodelet ros-noetic-depth-image-proc",
+            "The nodelet depth_image_proc/point_cloud_xyz is a C.* plugin",
         ),
     ],
 )
-def test_nodes_that_cannot_be_launched_are_explained(maker: CommandMaker, node: Node, complaint: str) -> None:
+def test_nodes_that_cannot_be_launched_are_explained(
+    maker: CommandMaker, node: Node, complaint: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_debian(tmp_path / "debian", monkeypatch)
     with pytest.raises(CannotLaunch, match=complaint):
         maker.make(node, "http://m:1")
 

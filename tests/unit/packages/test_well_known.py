@@ -13,14 +13,23 @@ from pipros.launch.model import LaunchError
 from pipros.packages.well_known import why_missing, why_no_command, why_not_here
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.setup_files import SHELL_FOLDER
+from tests.support.debian_system import make_debian
+
+
+@pytest.fixture(autouse=True)
+def on_debian(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    system = tmp_path / "debian"
+    system.write_text('ID=debian\nNAME="Debian GNU/Linux"\n')
+    monkeypatch.setattr("pipros.packages.apt_names.OS_RELEASE", str(system))
 
 
 def test_a_program_in_c_plus_plus_names_its_package() -> None:
     assert why_not_here("move_base", "move_base") == (
         "The programs of move_base are written in C++, and are not part of pipros, which is pure Python. "
-        "Run it where ROS 1 is installed (apt-get install ros-noetic-move-base): with this machine's "
-        "ROS_MASTER_URI, it joins the same graph. On this machine, roslaunch pipros_sim localized.launch "
-        "simulates a robot with a map and amcl_pose; it neither maps nor plans."
+        "Debian has no package of move_base. Run it where ROS 1 Noetic is installed (Ubuntu 20.04: apt-get "
+        "install ros-noetic-move-base): with this machine's ROS_MASTER_URI, it joins the same graph. On this "
+        "machine, roslaunch pipros_sim localized.launch simulates a robot with a map and amcl_pose; it "
+        "neither maps nor plans."
     )
     assert why_not_here("my_package", "node") is None
 
@@ -63,25 +72,66 @@ def test_a_package_with_programs_of_this_machine_is_not_called_compiled() -> Non
             ["load", "depth_image_proc/point_cloud_xyz", "manager"],
             "The nodelet depth_image_proc/point_cloud_xyz",
         ),
-        (["standalone", "pcl/VoxelGrid", "~input:=a"], "ros-noetic-nodelet ros-noetic-pcl)"),
-        (["manager"], "nodelet loads C++ plugins, which pipros, being pure Python, cannot do. Run it"),
+        (["standalone", "pcl/VoxelGrid", "~input:=a"], "apt-get install libnodeletlib-tools libpcl-ros-dev"),
+        (["load", "velodyne_pointcloud/CloudNodelet", "m"], "Debian has no package of velodyne_pointcloud."),
+        (["manager"], "nodelet loads C++ plugins, which pipros, being pure Python, cannot do. Debian has it"),
         (["load"], "nodelet loads C++ plugins"),
-        ([], "(apt-get install ros-noetic-nodelet)"),
+        ([], "Debian has it: apt-get install libnodeletlib-tools"),
     ],
 )
 def test_a_nodelet_names_its_plugin(arguments: list[str], says: str) -> None:
     assert says in str(why_not_here("nodelet", "nodelet", arguments))
 
 
-@pytest.mark.parametrize("package", ["nodelet", "move_base"])
-def test_rosrun_adds_advice_after_noetics_line(
-    package: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("system", "advice"),
+    [
+        ("ID=debian\nNAME='Debian GNU/Linux'\n", "Debian has it: apt-get install ros-image-proc"),
+        (
+            'ID=linuxmint\nID_LIKE="ubuntu debian"\nNAME="Linux Mint"',
+            "Linux Mint has it: apt-get",
+        ),
+        (
+            "ID=ubuntu\nVERSION_CODENAME=focal\n",
+            "Install it (apt-get install ros-noetic-image-proc)",
+        ),
+        ("ID=fedora\nNAME=Fedora\n", "Fedora has no package of image_proc. Run it where ROS 1 Noetic is "),
+        (None, "This system has no package of image_proc. "),
+    ],
+)
+def test_advice_names_the_package_of_the_running_distribution(
+    system: str | None, advice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
+    if system is not None:
+        (tmp_path / "os-release").write_text(system)
+    monkeypatch.setattr("pipros.packages.apt_names.OS_RELEASE", str(tmp_path / "os-release"))
+    assert advice in str(why_missing("image_proc"))
 
-    assert main([package, package, "load", "image_proc/debayer"]) in (2, 3)
 
-    assert f"apt-get install ros-noetic-{package.replace('_', '-')}" in capsys.readouterr().err
+@pytest.mark.parametrize(("package", "code"), [("nodelet", 3), ("move_base", 2)])
+def test_rosrun_adds_advice_after_noetics_line(
+    package: str,
+    code: int,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    make_debian(tmp_path, monkeypatch)
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+
+    assert main([package, package, "load", "image_proc/debayer"]) == code
+
+    complaint = capsys.readouterr().err
+    assert f"ros-noetic-{package.replace('_', '-')}" in complaint or "libnodeletlib-tools" in complaint
+    assert "source the setup file" not in complaint  # it is no cure
+
+
+def test_roslaunch_names_no_cure_that_does_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    for package, helps in (("move_base", False), ("my_package", True)):
+        with pytest.raises(LaunchError) as refused:
+            find_in_package(package, "a.launch", PackageIndex.from_environment())
+        assert ("source the setup file" in str(refused.value)) is helps
 
 
 def test_sources_are_enough_for_packages_without_c_plus_plus() -> None:

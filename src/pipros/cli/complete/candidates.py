@@ -34,15 +34,13 @@ def candidates(words: Sequence[str]) -> Iterable[str]:
         return [] if before else _folders(current)
     if command == "catkin_make":
         return _TARGETS
+    if command == "rosrun":
+        return _programs(before[0]) if len(before) == 1 else [] if before else _packages_with_programs()
     if not before:
         return _packages()
     package = _index().get(before[0])
     if package is None:
         return []
-    if command == "rosrun":
-        from pipros.workspace.executables import list_executables
-
-        return list_executables(package) if len(before) == 1 else []
     if command in _ENDINGS and len(before) == 2:
         return _arguments(str(package.path), before[1])
     return _files(str(package.path), _ENDINGS.get(command, ("",))) if len(before) == 1 else []
@@ -75,6 +73,22 @@ def _index() -> PackageIndex:
 
 def _packages() -> list[str]:
     return [package.name for package in _index()]
+
+
+def _packages_with_programs() -> list[str]:
+    from pipros.packages.system_packages import names_without_manifest
+
+    return sorted({*_packages(), *names_without_manifest()})
+
+
+def _programs(package: str) -> list[str]:
+    from pipros.basics.errors import NotFound
+    from pipros.workspace.executables import list_executables, package_of_programs
+
+    try:
+        return list_executables(package_of_programs(_index(), package))
+    except NotFound:
+        return []
 
 
 def _folders(current: str) -> list[str]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipros.basics.errors import PiprosError
+from pipros.basics.errors import NotFound, PiprosError
 from pipros.health.wtf.rules import Problem, Rule, problems_of
 from pipros.health.wtf.subject import Subject
 from pipros.launch.model import Node
 from pipros.net.rpc_client import RpcClient
 from pipros.net.this_machine import addresses_of
-from pipros.workspace.executables import find_executables
+from pipros.workspace.executables import find_executables, package_of_programs
+from pipros.workspace.index import Package
 
 ANSWER_LIMIT_S = 3.0
 
@@ -23,7 +24,7 @@ def _nodes(subject: Subject) -> list[Node]:
 
 def roslaunch_missing_pkgs_check(subject: Subject) -> list[str]:
     wanted = sorted({node.package for node in _nodes(subject)})
-    return [name for name in wanted if subject.index.get(name) is None]
+    return [name for name in wanted if _package(subject, name) is None]
 
 
 def roslaunch_missing_node_check(subject: Subject) -> list[str]:
@@ -45,11 +46,18 @@ def roslaunch_duplicate_node_check(subject: Subject) -> list[str]:
 def _programs(subject: Subject) -> list[tuple[Node, list[Path]]]:
     found: list[tuple[Node, list[Path]]] = []
     for node in _nodes(subject):
-        package = subject.index.get(node.package)
+        package = _package(subject, node.package)
         if package is not None and not node.machine:
             programs = find_executables(package, node.type)
             found.append((node, [programs.relay] if programs.relay else list(programs.runnable)))
     return found
+
+
+def _package(subject: Subject, name: str) -> Package | None:
+    try:
+        return package_of_programs(subject.index, name)
+    except NotFound:
+        return None
 
 
 def roslaunch_machine_name_check(subject: Subject) -> list[str]:

@@ -1,0 +1,141 @@
+"""Find the ROS packages that Debian installs.
+
+Their manifests are in `/usr/share/NAME`, and their programs in `/usr/lib/NAME`. They need no variable:
+Debian's rospack and rospkg search `/usr/share` after `ROS_PACKAGE_PATH`, one level deep. Here they come after the
+packages shipped with pipros, even if `ROS_PACKAGE_PATH` lists `/usr/share`; otherwise they would hide those.
+Some of Debian's packages have programs without a manifest, because the manifest belongs to a `-dev` package.
+
+The first import of a message in every process runs this module, so it imports little.
+"""
+
+from __future__ import annotations
+
+import os
+from stat import S_ISREG
+
+from pipros import packages
+
+TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+PROGRAM_FOLDER = "/usr/lib"
+"""Folder with a subfolder for each package that has programs."""
+
+# A program that is linked with roscpp names the library near its start, in its list of needed libraries.
+_LIBRARY = b"libroscpp.so"
+_LIBRARY_WITHIN_BYTES = 128 * 1024
+_ELF = b"\x7fELF"
+
+
+def in_search_order(folders: Iterable[str], shipped: str) -> list[str]:
+    """Return the folders to search for packages: those of `ROS_PACKAGE_PATH`, pipros's own, and Debian's.
+
+    Args:
+        folders: the folders on `ROS_PACKAGE_PATH`. Debian's folder is moved to the end.
+        shipped: the folder of the packages shipped with pipros.
+    """
+    return [*(folder for folder in folders if not is_share_folder(folder)), shipped, packages.SYSTEM_SHARE]
+
+
+def is_share_folder(folder: str) -> bool:
+    """Return whether a path names the folder of Debian's manifests."""
+    return folder.rstrip("/") == packages.SYSTEM_SHARE
+
+
+def manifest_folder(name: str) -> str:
+    """Return the folder in which the manifest of Debian's package `name` would be."""
+    return os.path.join(packages.SYSTEM_SHARE, name)
+
+
+def manifest_folders() -> Iterator[str]:
+    """Yield the folders of Debian's packages that have a manifest, sorted."""
+    try:
+        names = sorted(os.listdir(packages.SYSTEM_SHARE))
+    except OSError:
+        return
+    for name in names:
+        if os.path.exists(os.path.join(manifest_folder(name), "package.xml")):
+            yield manifest_folder(name)
+
+
+def has_program_folder(name: str) -> bool:
+    """Return whether `/usr/lib/NAME` contains a program that is linked with roscpp.
+
+    Other software has folders there, too, so a folder without such a program is no package.
+    """
+    return name.isidentifier() and any(map(_uses_roscpp, programs(name)))
+
+
+def names_without_manifest() -> Iterator[str]:
+    """Yield the names of packages that have programs but no manifest, unsorted."""
+    try:
+        names = [name for name in os.listdir(PROGRAM_FOLDER) if name.isidentifier()]
+    except OSError:
+        return
+    for name in names:
+        if not os.path.exists(os.path.join(manifest_folder(name), "package.xml")) and has_program_folder(
+            name
+        ):
+            yield name
+
+
+def program(package: str, name: str) -> str | None:
+    """Return the path of a program in `/usr/lib/PACKAGE`, or None. Subfolders are not searched."""
+    if not package.isidentifier() or os.path.basename(name) != name:
+        return None
+    path = os.path.join(PROGRAM_FOLDER, package, name)
+    return path if _is_program(path) else None
+
+
+def programs(package: str) -> list[str]:
+    """Return the paths of the programs in `/usr/lib/PACKAGE`, sorted."""
+    folder = os.path.join(PROGRAM_FOLDER, package)
+    try:
+        names = sorted(os.listdir(folder)) if package.isidentifier() else []
+    except OSError:
+        return []
+    return [path for name in names if _is_program(path := os.path.join(folder, name))]
+
+
+def _is_program(path: str) -> bool:
+    try:
+        return S_ISREG(os.stat(path).st_mode) and os.access(path, os.X_OK)
+    except (OSError, ValueError):  # ValueError: the name contains a null character
+        return False
+
+
+def is_compiled(path: str | os.PathLike[str]) -> bool:
+    """Return whether a file is a compiled program of this system, not a script."""
+    return _start(path, len(_ELF)) == _ELF
+
+
+def _uses_roscpp(path: str) -> bool:
+    start = _start(path, _LIBRARY_WITHIN_BYTES)
+    return start.startswith(_ELF) and _LIBRARY in start
+
+
+def _start(path: str | os.PathLike[str], size: int) -> bytes:
+    try:
+        with open(path, "rb") as file:
+            return file.read(size)
+    except OSError:
+        return b""
+
+
+def child_package_path(path: str, shipped: str) -> str:
+    """Return the `ROS_PACKAGE_PATH` for a compiled program, in which it finds Debian's packages.
+
+    Genuine roscpp, pluginlib and nodelet read descriptions of plugins from the manifests. pipros's packages
+    lack these descriptions, so Debian's folder precedes pipros's, after the other folders.
+
+    Args:
+        path: the value that the program would inherit.
+        shipped: the folder of the packages shipped with pipros.
+    """
+    folders = [folder for folder in path.split(os.pathsep) if folder]
+    own = os.path.realpath(shipped)
+    place = next((at for at, folder in enumerate(folders) if os.path.realpath(folder) == own), len(folders))
+    if any(map(is_share_folder, folders[:place])):
+        return path
+    return os.pathsep.join([*folders[:place], packages.SYSTEM_SHARE, *folders[place:]])
