@@ -38,6 +38,6 @@ def make_debian(folder: Path, monkeypatch: pytest.MonkeyPatch) -> DebianSystem:
     system = DebianSystem(folder / "usr" / "share", folder / "usr" / "lib")
     system.share.mkdir(parents=True)
     system.lib.mkdir()
-    monkeypatch.setattr("pipros.packages.SYSTEM_SHARE", str(system.share))
+    monkeypatch.setattr("pipros.packages.system_packages.SYSTEM_SHARE", str(system.share))
     monkeypatch.setattr("pipros.packages.system_packages.PROGRAM_FOLDER", str(system.lib))
     return system

@@ -16,6 +16,7 @@ from pipros.cli.make_args import MakeArguments, read_make_arguments
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
+from pipros.workspace.cmake_runs import NativeBuildFailed
 from pipros.workspace.layout import WORKSPACE_MARKER, WorkspaceError, WorkspaceFolders
 from pipros.workspace.make_targets import names as target_names
 
@@ -86,7 +87,7 @@ def _check_targets(
         if any(project.needs_cmake for project in result.projects.values()):
             try:
                 genuine_catkin.make(layout, target)
-            except (genuine_catkin.MissingTools, genuine_catkin.NativeBuildFailed) as error:
+            except (genuine_catkin.MissingTools, NativeBuildFailed) as error:
                 print(f"{_RED}{error}{_PLAIN}", file=sys.stderr)
                 return 1
         else:

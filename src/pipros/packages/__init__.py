@@ -15,9 +15,6 @@ if TYPE_CHECKING:
 SHARE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "share")
 """The folder of the packages shipped with pipros."""
 
-SYSTEM_SHARE = "/usr/share"
-"""The folder with a subfolder for each of Debian's packages that has a manifest."""
-
 
 class ImportablePackages:
     """Finds package folders by name. `ROS_PACKAGE_PATH` is read on each call."""
@@ -38,10 +35,13 @@ class ImportablePackages:
         if found is None and name.isidentifier():
             shipped = os.path.join(SHARE, name)
             found = shipped if os.path.isdir(shipped) else None
-            if found is None and os.path.exists(os.path.join(SYSTEM_SHARE, name, "package.xml")):
-                from pipros.packages.package_folders import PackageFolders
+            if found is None:
+                from pipros.packages.system_packages import SYSTEM_SHARE, has_manifest
 
-                found = PackageFolders([SYSTEM_SHARE]).get(name)
+                if has_manifest(name):
+                    from pipros.packages.package_folders import PackageFolders
+
+                    found = PackageFolders([SYSTEM_SHARE]).get(name)
         return found
 
     def find_module(self, name: str, package: str | None) -> str | None:

@@ -1,9 +1,10 @@
 """Find the ROS packages that Debian installs.
 
 Their manifests are in `/usr/share/NAME`, and their programs in `/usr/lib/NAME`. They need no variable:
-Debian's rospack and rospkg search `/usr/share` after `ROS_PACKAGE_PATH`, one level deep. Here they come after the
-packages shipped with pipros, even if `ROS_PACKAGE_PATH` lists `/usr/share`; otherwise they would hide those.
-Some of Debian's packages have programs without a manifest, because the manifest belongs to a `-dev` package.
+Debian's rospack and rospkg search `/usr/share` after `ROS_PACKAGE_PATH`, one level deep. Here they come after
+the packages shipped with pipros, even if `ROS_PACKAGE_PATH` lists `/usr/share`; otherwise they would hide
+those. Some of Debian's packages have programs without a manifest, because the manifest belongs to a `-dev`
+package.
 
 The first import of a message in every process runs this module, so it imports little.
 """
@@ -13,11 +14,12 @@ from __future__ import annotations
 import os
 from stat import S_ISREG
 
-from pipros import packages
-
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+
+SYSTEM_SHARE = "/usr/share"
+"""Folder with a subfolder for each package that has a manifest."""
 
 PROGRAM_FOLDER = "/usr/lib"
 """Folder with a subfolder for each package that has programs."""
@@ -35,27 +37,32 @@ def in_search_order(folders: Iterable[str], shipped: str) -> list[str]:
         folders: the folders on `ROS_PACKAGE_PATH`. Debian's folder is moved to the end.
         shipped: the folder of the packages shipped with pipros.
     """
-    return [*(folder for folder in folders if not is_share_folder(folder)), shipped, packages.SYSTEM_SHARE]
+    return [*(folder for folder in folders if not is_share_folder(folder)), shipped, SYSTEM_SHARE]
 
 
 def is_share_folder(folder: str) -> bool:
     """Return whether a path names the folder of Debian's manifests."""
-    return folder.rstrip("/") == packages.SYSTEM_SHARE
+    return folder.rstrip("/") == SYSTEM_SHARE
 
 
 def manifest_folder(name: str) -> str:
     """Return the folder in which the manifest of Debian's package `name` would be."""
-    return os.path.join(packages.SYSTEM_SHARE, name)
+    return os.path.join(SYSTEM_SHARE, name)
+
+
+def has_manifest(name: str) -> bool:
+    """Return whether Debian's package `name` has a manifest."""
+    return os.path.exists(os.path.join(manifest_folder(name), "package.xml"))
 
 
 def manifest_folders() -> Iterator[str]:
     """Yield the folders of Debian's packages that have a manifest, sorted."""
     try:
-        names = sorted(os.listdir(packages.SYSTEM_SHARE))
+        names = sorted(os.listdir(SYSTEM_SHARE))
     except OSError:
         return
     for name in names:
-        if os.path.exists(os.path.join(manifest_folder(name), "package.xml")):
+        if has_manifest(name):
             yield manifest_folder(name)
 
 
@@ -138,4 +145,4 @@ def child_package_path(path: str, shipped: str) -> str:
     place = next((at for at, folder in enumerate(folders) if os.path.realpath(folder) == own), len(folders))
     if any(map(is_share_folder, folders[:place])):
         return path
-    return os.pathsep.join([*folders[:place], packages.SYSTEM_SHARE, *folders[place:]])
+    return os.pathsep.join([*folders[:place], SYSTEM_SHARE, *folders[place:]])

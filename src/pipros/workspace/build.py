@@ -2,8 +2,8 @@
 
 Packages with only Python, messages, launch files and data need neither CMake nor a compiler. Packages with
 compiled code are built by genuine catkin and CMake (`genuine_catkin.py`) if these are installed. If a package
-fails, packages that depend on it are skipped, and all others are built. If genuine catkin fails, all packages
-with compiled code count as failed.
+fails, packages that depend on it are skipped, and all others are built. If only its compiled part fails, its
+messages and Python code are built, and only compiled packages that depend on it are skipped.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ from pipros.workspace.catkin.context import FindPackage, FoundPackage
 from pipros.workspace.catkin.project import NativeTarget, Project
 from pipros.workspace.catkin.project_reader import read_project
 from pipros.workspace.catkin.step_runner import StepRunner
+from pipros.workspace.cmake_runs import NativeBuildFailed
 from pipros.workspace.devel import (
     install_package,
     python_sources,
@@ -62,7 +63,8 @@ class BuildResult:
         built: names of the packages that were built, in build order.
         unchanged: names of packages that were up to date.
         errors: one message per problem, starting with the package or file.
-        skipped: packages that were not built, each mapped to the failed package that it depends on.
+        skipped: packages that were not built or, with compiled code, only in part, each mapped to the failed
+            package that it depends on.
         projects: the parsed `CMakeLists.txt` of each package, by package name.
         needs_genuine: packages that only genuine catkin can build. If there are any, nothing was built. Only
             set with `BuildOptions.is_alone`.
@@ -114,6 +116,7 @@ class _Build:
         self._earlier = projects
         self._result = BuildResult()
         self._failed: dict[str, str] = {}
+        self._broken: dict[str, str] = {}  # packages whose compiled part failed, like `_failed`
         self._state_file = layout.build / "pipros" / "state.json"
         self._state = _read_state(self._state_file)
 
@@ -150,19 +153,23 @@ class _Build:
             self._note_compiled_tests(project)
             if project.needs_cmake or package.name in self._options.genuine:
                 natives.append(package)
+            self._check_absent(package, project)
         if self._options.is_alone:
             names = {package.name for package in natives}
             self._result.needs_genuine = sorted(names - self._options.genuine)
             if self._result.needs_genuine:
                 return self._result
         self._check_reconfigure_options(natives)
+        natives = [package for package in natives if not self._is_broken(package)]
         native_names = {package.name for package in natives}
         if natives and genuine_catkin.has_tools(self._variables):
             native_names = closure(packages, native_names)
         for package in packages:
-            if package.name in self._result.projects and not self._is_blocked(package):
-                self._build_package(package, definitions, native_names)
-        self._build_natives(packages, natives, native_names)
+            if package.name not in self._result.projects or self._is_blocked(package):
+                continue
+            if package.name not in native_names:
+                self._build_package(package, definitions)
+        self._build_natives(packages, natives, native_names, definitions)
         self._update_typings(definitions)
         (self._layout.build / "test_results").mkdir(parents=True, exist_ok=True)
         if self._layout.build != self._layout.source:
@@ -272,6 +279,17 @@ class _Build:
             what = f"compiles the test [{compiled[0].target}]"
             project.needs_cmake.append(NativeTarget(what, file, int(line)))
 
+    def _check_absent(self, package: SourcePackage, project: Project) -> None:
+        """Report required packages that were not found: an error if the package has compiled code."""
+        if project.absent and project.needs_cmake:
+            self._fail_native(package, project.absent[0].error)
+            return
+        for absent in project.absent:
+            self._say(
+                f"-- WARNING: {absent.place}: find_package() did not find [{absent.name}]. {package.name} "
+                "compiles nothing, so it is built without; its programs may need it"
+            )
+
     def _check_reconfigure_options(self, natives: Sequence[SourcePackage]) -> None:
         """Report compiled packages with `.cfg` files as failed if dynamic_reconfigure is missing.
 
@@ -286,7 +304,7 @@ class _Build:
                 return
             for package in users:
                 target = self._result.projects[package.name].needs_cmake[0]
-                self._fail(
+                self._fail_native(
                     package,
                     f"{target.file}:{target.line}: the package [{package.name}] {target.what} and has "
                     "`.cfg` files, but genuine dynamic_reconfigure is not installed. Install it, or put its "
@@ -315,6 +333,27 @@ class _Build:
         self._result.errors.append(f"{package.name}: {reason}")
         self._state.pop(package.name, None)
 
+    def _fail_native(self, package: SourcePackage, reason: str) -> None:
+        """Report that the compiled part of a package cannot be built. The rest of it is not affected."""
+        self._say(reason)
+        self._broken[package.name] = package.name
+        self._result.errors.append(f"{package.name}: {reason}")
+
+    def _is_broken(self, package: SourcePackage) -> bool:
+        """Return True if a compiled part failed: that of the package, or of one that it depends on.
+
+        In the latter case, report the package as skipped.
+        """
+        if package.name in self._broken:
+            return True
+        needed = (name for name in sorted(package.all_dependencies) if name in self._broken)
+        culprit = self._broken.get(next(needed, ""))
+        if culprit is None:
+            return False
+        self._broken[package.name] = self._result.skipped[package.name] = culprit
+        self._say(f"-- {package.name} is not compiled, because it needs {culprit}, which failed")
+        return True
+
     def _is_blocked(self, package: SourcePackage) -> bool:
         """If one of the package's dependencies failed, report the package as skipped and return True."""
         for name in sorted(package.all_dependencies):
@@ -326,56 +365,72 @@ class _Build:
                 return True
         return False
 
-    def _build_package(
-        self, package: SourcePackage, definitions: Definitions, native_names: set[str]
-    ) -> None:
+    def _build_package(self, package: SourcePackage, definitions: Definitions) -> None:
+        """Build a package that compiles nothing, or the part of a package that needs no compiler."""
         project = self._result.projects[package.name]
-        is_native = package.name in native_names
+        is_broken = package.name in self._broken
         steps = StepRunner(project.steps, project.binary, self._variables, self._say)
         try:
-            if not is_native:
-                steps.run_wanted(item.source for item in project.installations)
-                for target in self._options.targets:
-                    steps.run(target)
+            steps.run_wanted(item.source for item in project.installations)
+            for target in self._options.targets:
+                steps.run(target)
             digest = self._digest(package, project)
-            is_unchanged = self._state.get(package.name) == digest and not is_native
-            if not is_unchanged and not is_native:
+            is_unchanged = self._state.get(package.name) == digest and not is_broken
+            if not is_unchanged:
                 write_devel_files(project, self._layout, definitions, self._say)
         except PiprosError as error:
             self._fail(package, str(error))
             return
-        if is_unchanged and not steps.has_run:
+        if is_broken:
+            self._state.pop(package.name, None)
+        elif is_unchanged and not steps.has_run:
             self._result.unchanged.append(package.name)
-            return
-        self._result.built.append(package.name)
-        self._state[package.name] = digest
+        else:
+            self._result.built.append(package.name)
+            self._state[package.name] = digest
 
     def _build_natives(
-        self, packages: Sequence[SourcePackage], natives: Sequence[SourcePackage], names: set[str]
+        self,
+        packages: Sequence[SourcePackage],
+        natives: Sequence[SourcePackage],
+        names: set[str],
+        definitions: Definitions,
     ) -> None:
-        """Build packages with compiled code, and their dependencies, with genuine catkin."""
+        """Build packages with compiled code, and their dependencies, with genuine catkin.
+
+        Of those that fail, build the part that needs no compiler.
+        """
         natives = [package for package in natives if package.name not in self._failed]
         if not natives:
             return
         chosen = [item for item in packages if item.name in names and item.name not in self._failed]
+        failed: dict[str, str] = {}
         try:
             tools = genuine_catkin.find_tools(self._variables)
-            projects = [self._result.projects[package.name] for package in chosen]
-            components = {name for project in projects for name, _ in project.components}
-            genuine_catkin.build(
+            components = {
+                package.name: [name for name, _ in self._result.projects[package.name].components]
+                for package in chosen
+            }
+            failed = genuine_catkin.build(
                 tools, chosen, self._layout, self._options, self._say, self._variables, components
             )
-            for project in projects:
-                write_over_genuine(project, self._layout.devel)
         except genuine_catkin.MissingTools as error:
             for package in natives:
                 target = self._result.projects[package.name].needs_cmake[0]
                 place = f"{target.file}:{target.line}"
-                text = f"{place}: the package [{package.name}] {target.what}, but {error}"
-                self._fail(package, text, is_said=False)  # it is long, and the list of errors has it
-        except genuine_catkin.NativeBuildFailed as error:
-            for package in natives:
-                self._fail(package, str(error))
+                failed[package.name] = f"{place}: the package [{package.name}] {target.what}, but {error}"
+        except NativeBuildFailed as error:
+            failed = {package.name: str(error) for package in natives}
+            names = set(failed)  # the others are built without genuine catkin
+        for package in chosen:
+            if package.name in failed:
+                self._fail_native(package, failed[package.name])
+            elif package.name in names and not self._is_broken(package):
+                write_over_genuine(self._result.projects[package.name], self._layout.devel)
+                self._result.built.append(package.name)
+                self._state.pop(package.name, None)
+                continue
+            self._build_package(package, definitions)
 
     def _install(self, packages: Sequence[SourcePackage], underlays: Sequence[Path]) -> None:
         for package in packages:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from pathlib import Path
 from pipros.basics.env import DISTRIBUTION
 from pipros.basics.errors import PiprosError
 from pipros.workspace.build_options import BuildOptions
+from pipros.workspace.cmake_runs import configure, make_all, run
 from pipros.workspace.layout import SourcePackage, WorkspaceFolders
 from pipros.workspace.shipped_packages import has_cmake, is_below, shipped_packages, write_configuration
 
@@ -27,10 +27,6 @@ _DEBIAN = "Debian"
 
 class MissingTools(PiprosError):
     """CMake, a compiler or genuine catkin is not installed. The message says what to install."""
-
-
-class NativeBuildFailed(PiprosError):
-    """CMake or make failed. Their output precedes this error in the terminal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +58,7 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
     if cmake is None:
         raise MissingTools(
             "cmake is not in PATH. Install CMake, a C++ compiler and genuine catkin "
-            "(Debian: apt install cmake make g++ catkin ros-core-dev), "
+            "(Debian: apt install cmake make g++ catkin libroscpp-dev ros-message-generation), "
             "or put a file CATKIN_IGNORE into the package's folder"
         )
     if shutil.which("make", path=path) is None or shutil.which("c++", path=path) is None:
@@ -71,8 +67,8 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
     if toplevel is not None:
         return NativeTools(cmake, toplevel.parents[3])
     raise MissingTools(
-        "genuine catkin is not installed. Install it (Debian: apt install catkin ros-core-dev), "
-        "or put a file CATKIN_IGNORE into the package's folder"
+        "genuine catkin is not installed. Install it (Debian: apt install catkin libroscpp-dev "
+        "ros-message-generation), or put a file CATKIN_IGNORE into the package's folder"
     )
 
 
@@ -101,51 +97,32 @@ def build(
     options: BuildOptions,
     say: Callable[[str], object],
     variables: Mapping[str, str],
-    components: Collection[str] = (),
-) -> None:
+    components: Mapping[str, Collection[str]],
+) -> dict[str, str]:
     """Build packages into the devel space, and install them if `options.installs` is true.
 
-    The tools inherit this process's standard output.
+    Return the packages that failed, each with the reason. Packages that need one of them are not built, and
+    all others are. The tools use this process's standard output.
 
     Message packages shipped with pipros are also built if the local ROS installation lacks them. Python
     packages need no build. Blocks until the tools exit, without a time limit.
 
     Args:
-        packages: the packages to build, including their dependencies in the workspace.
+        packages: the packages to build, including their dependencies in the workspace, in build order.
         say: called with each line that pipros itself prints.
         variables: the environment.
-        components: names passed to `find_package()`, in addition to the dependencies in the manifests.
+        components: names that each package passes to `find_package()`, by package.
 
     Raises:
-        NativeBuildFailed: a tool failed.
+        NativeBuildFailed: a tool failed, and no package is to blame.
         OSError: the build space cannot be written.
     """
     folder = layout.build / "pipros" / "native"
     source, binary = folder / "src", folder / "build"
-    shutil.rmtree(source, ignore_errors=True)
-    source.mkdir(parents=True)
     binary.mkdir(parents=True, exist_ok=True)
-    (source / "CMakeLists.txt").symlink_to(tools.toplevel)
     variables = native_environment(tools, variables)
-    prefixes = map(Path, variables["CMAKE_PREFIX_PATH"].split(os.pathsep))
-    others = [prefix for prefix in prefixes if prefix not in (layout.devel, layout.install)]
-    shipped = shipped_packages(packages, others, components)
-    provided = folder / "provided"
-    shutil.rmtree(provided, ignore_errors=True)
-    for package in shipped:
-        if has_cmake(package):
-            say(
-                f"-- {package.name} is not installed: its messages are built from those that come with pipros"
-            )
-            (source / package.name).symlink_to(package.folder)
-        else:
-            write_configuration(package, provided)
-            if package.name in components:
-                say(f"-- {package.name} is not installed: CMake finds the one from pipros, which has no C++")
-    variables["CMAKE_PREFIX_PATH"] += os.pathsep + str(provided)
-    for package in packages:
-        (source / package.name).symlink_to(package.folder)
-    configure = [
+    underlays = variables["CMAKE_PREFIX_PATH"]
+    command = [
         tools.cmake,
         str(source),
         f"-DCATKIN_DEVEL_PREFIX={layout.devel}",
@@ -155,9 +132,84 @@ def build(
         "Unix Makefiles",
         *(f"-D{name}={value}" for name, value in options.definitions.items()),
     ]
-    _carry_out(configure, options, binary, say, variables, installs=options.installs)
+    failed: dict[str, str] = {}
+    rest = list(packages)
+    while rest:
+        wanted = {name for package in rest for name in components.get(package.name, ())}
+        provided = _link_sources(tools, rest, layout, folder, underlays, say, wanted)
+        variables["CMAKE_PREFIX_PATH"] = os.pathsep.join([underlays, str(provided)])
+        _announce(command, binary, say)
+        rejected = configure(command, binary, variables, {package.name: package.folder for package in rest})
+        if not rejected:
+            break
+        rest = _without_failed(rest, rejected, failed)
+    if rest:
+        jobs = options.jobs or (f"-j{os.cpu_count() or 1}",)
+        _announce(["make", *jobs], binary, say)
+        incomplete = make_all(jobs, binary, variables, [package.name for package in rest])
+        rest = _without_failed(rest, incomplete, failed)
+        if options.installs:
+            # `make install` would first make the packages that failed.
+            folders = [binary / package.name for package in rest] if failed else [binary]
+            for built in folders:
+                install = [tools.cmake, "-P", str(built / "cmake_install.cmake")]
+                _announce(install, binary, say)
+                run(install, binary, variables)
     for prefix in (layout.devel, layout.install):
         use_python_of_environment(prefix)
+    return failed
+
+
+def _link_sources(
+    tools: NativeTools,
+    packages: Sequence[SourcePackage],
+    layout: WorkspaceFolders,
+    folder: Path,
+    underlays: str,
+    say: Callable[[str], object],
+    components: Collection[str],
+) -> Path:
+    """Create a source folder with the packages and those from pipros that they need.
+
+    Return the prefix with the configuration files of packages that need no build.
+    """
+    source, provided = folder / "src", folder / "provided"
+    shutil.rmtree(source, ignore_errors=True)
+    shutil.rmtree(provided, ignore_errors=True)
+    source.mkdir(parents=True)
+    (source / "CMakeLists.txt").symlink_to(tools.toplevel)
+    prefixes = map(Path, underlays.split(os.pathsep))
+    others = [prefix for prefix in prefixes if prefix not in (layout.devel, layout.install)]
+    for package in shipped_packages(packages, others, components):
+        if has_cmake(package):
+            say(
+                f"-- {package.name} is not installed: its messages are built from those that come with pipros"
+            )
+            (source / package.name).symlink_to(package.folder)
+        else:
+            write_configuration(package, provided)
+            if package.name in components:
+                say(f"-- {package.name} is not installed: CMake finds the one from pipros, which has no C++")
+    for package in packages:
+        (source / package.name).symlink_to(package.folder)
+    return provided
+
+
+def _without_failed(
+    packages: Sequence[SourcePackage], reasons: Mapping[str, str], failed: dict[str, str]
+) -> list[SourcePackage]:
+    """Return the packages that neither failed nor need a package that failed. Add the former to `failed`.
+
+    `reasons` may include packages that only failed because they need another one.
+    """
+    lost: set[str] = set()
+    for package in packages:
+        if not lost.isdisjoint(package.all_dependencies):
+            lost.add(package.name)
+        elif package.name in reasons:
+            lost.add(package.name)
+            failed[package.name] = reasons[package.name]
+    return [package for package in packages if package.name not in lost]
 
 
 def build_plain(
@@ -176,7 +228,7 @@ def build_plain(
         OSError: the build space cannot be written.
     """
     binary.mkdir(parents=True, exist_ok=True)
-    configure = [
+    command = [
         tools.cmake,
         str(package.folder),
         f"-DCMAKE_INSTALL_PREFIX={prefix}",
@@ -184,29 +236,13 @@ def build_plain(
         "Unix Makefiles",
         *(f"-D{name}={value}" for name, value in options.definitions.items()),
     ]
-    _carry_out(configure, options, binary, say, native_environment(tools, variables), installs=True)
+    for step in (command, ["make", *(options.jobs or (f"-j{os.cpu_count() or 1}",))], ["make", "install"]):
+        _announce(step, binary, say)
+        run(step, binary, native_environment(tools, variables))
 
 
-def _carry_out(
-    configure: Sequence[str],
-    options: BuildOptions,
-    binary: Path,
-    say: Callable[[str], object],
-    variables: Mapping[str, str],
-    *,
-    installs: bool,
-) -> None:
-    """Run CMake and make in a build folder.
-
-    Raises:
-        NativeBuildFailed: a command failed.
-    """
-    steps = [configure, ["make", *(options.jobs or (f"-j{os.cpu_count() or 1}",))]]
-    if installs:
-        steps.append(["make", "install"])
-    for step in steps:
-        say(f'####\n#### Running command: "{" ".join(step)}" in "{binary}"\n####')
-        _run(step, binary, variables, f'Invoking "{" ".join(step[:2])}" failed; the reason is printed above')
+def _announce(command: Sequence[str], folder: Path, say: Callable[[str], object]) -> None:
+    say(f'####\n#### Running command: "{" ".join(command)}" in "{folder}"\n####')
 
 
 def use_python_of_environment(prefix: Path) -> None:
@@ -241,14 +277,7 @@ def make(layout: WorkspaceFolders, target: str) -> None:
     except MissingTools as error:
         raise MissingTools(f"[{target}] must be compiled, but {error}") from None
     folder = layout.build / "pipros" / "native" / "build"
-    _run(["make", target], folder, native_environment(tools, os.environ), f'Invoking "make {target}" failed')
-
-
-def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str], failure: str) -> None:
-    sys.stdout.flush()
-    ended = subprocess.run(command, cwd=folder, env=dict(variables), check=False)  # noqa: S603
-    if ended.returncode != 0:
-        raise NativeBuildFailed(failure)
+    run(["make", target], folder, native_environment(tools, os.environ))
 
 
 def has_package(tools: NativeTools, name: str, variables: Mapping[str, str]) -> bool:
@@ -282,6 +311,8 @@ def native_environment(tools: NativeTools, variables: Mapping[str, str]) -> dict
         result.pop("PYTHONPATH", None)
         result["ROS_DISTRO"] = _DEBIAN
     result["PATH"] = os.pathsep.join(entries)
+    # CMake 4 refuses Noetic's packages, which require version 3.0.2, without this. Older versions ignore it.
+    result.setdefault("CMAKE_POLICY_VERSION_MINIMUM", "3.5")
     underlays = result.get("CMAKE_PREFIX_PATH", "")
     result["CMAKE_PREFIX_PATH"] = os.pathsep.join(filter(None, [underlays, str(tools.prefix)]))
     return result

@@ -12,6 +12,7 @@ from pipros.workspace import genuine_catkin
 from pipros.workspace.build import BuildResult, build
 from pipros.workspace.build_options import BuildOptions
 from pipros.workspace.catkin.project import Project
+from pipros.workspace.cmake_runs import NativeBuildFailed
 from pipros.workspace.environment import underlays_of_build
 from pipros.workspace.layout import SourcePackage, WorkspaceFolders, closure
 from pipros.workspace.setup_files import write_relaying_setup_files, write_setup_files
@@ -165,7 +166,7 @@ def _build_plain(
     result = BuildResult()
     try:
         genuine_catkin.build_plain(tools, package, layout.build, prefix, options, say, variables)
-    except genuine_catkin.NativeBuildFailed as error:
+    except NativeBuildFailed as error:
         result.errors.append(f"{package.name}: {error}")
     else:
         underlays = underlays_of_build(variables, layout.devel)

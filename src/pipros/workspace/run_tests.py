@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from pipros.workspace import genuine_catkin
 from pipros.workspace.catkin.project import Project, TestEntry
+from pipros.workspace.cmake_runs import NativeBuildFailed
 from pipros.workspace.downloads import fetch
 from pipros.workspace.layout import WorkspaceFolders
 from pipros.workspace.make_targets import is_wanted, label, results_label
@@ -54,7 +55,7 @@ def run_tests(
             (results / name).mkdir(parents=True, exist_ok=True)
             try:
                 _compile(test, project, layout)
-            except (genuine_catkin.MissingTools, genuine_catkin.NativeBuildFailed) as error:
+            except (genuine_catkin.MissingTools, NativeBuildFailed) as error:
                 say(str(error))
                 leave_error(results / name / f"gtest-{test.target}.xml", test.target, str(error))
                 continue

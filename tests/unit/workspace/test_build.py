@@ -133,7 +133,7 @@ def test_the_modules_of_a_setup_py_are_importable(
             "geometry_msgs/Point p",
             r"Did you forget to specify generate_messages\(DEPENDENCIES geometry_msgs\)",
         ),
-        ("find_package(catkin REQUIRED COMPONENTS rospi)", "", "", 'provided by "rospi"'),
+        ("find_package(catkin REQUIRED COMPONENTS rospi)\nadd_executable(a b.cpp)", "", "", 'provided by "rospi"'),
         ("catkin_python_setup()", "", "", "without 'setup.py'"),
         ("catkin_package(", "", "", r"CMakeLists.txt:3 \(catkin_package\):\n  Parse error"),
         ('message(FATAL_ERROR "no way")', "", "", "no way"),
@@ -279,3 +279,15 @@ def test_a_missing_cmake_is_reported_once(workspace: Workspace) -> None:
     result = workspace.build()
     assert "compiles [program], but cmake" in result.errors[0]  # which catkin_make lists at its end
     assert "cmake is not in PATH" not in workspace.output
+
+
+def test_an_absent_package_is_a_warning_if_nothing_is_compiled(workspace: Workspace) -> None:
+    find = "find_package(catkin REQUIRED COMPONENTS rospy move_base_node)\n"
+    workspace.add("talkers", find + "catkin_package()")
+
+    result = workspace.build()
+
+    assert (result.built, result.errors) == (["talkers"], [])
+    (absent,) = result.projects["talkers"].absent
+    assert absent.name == "move_base_node"
+    assert any("move_base_node" in line and "WARNING" in line for line in workspace.lines)

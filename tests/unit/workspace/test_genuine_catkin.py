@@ -85,10 +85,10 @@ def programs(folder: Path, *names: str, code: int = 0) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("names", "advice"),
     [
-        ((), "apt install cmake make g++ catkin ros-core-dev"),
+        ((), "apt install cmake make g++ catkin libroscpp-dev ros-message-generation"),
         (("cmake", "make"), "apt install make g++"),
         (("cmake", "c++"), "apt install make g++"),
-        (("cmake", "make", "c++"), "apt install catkin ros-core-dev"),
+        (("cmake", "make", "c++"), "apt install catkin libroscpp-dev ros-message-generation"),
     ],
 )
 def test_missing_tools_are_named_with_the_packages_to_install(

@@ -8,8 +8,8 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
-from pipros.packages import SYSTEM_SHARE
 from pipros.packages import crawl as crawling
+from pipros.packages.system_packages import SYSTEM_SHARE
 from pipros.workspace.index import SHARED_PACKAGES, Package, PackageIndex
 from pipros.workspace.manifest import read_manifest
 

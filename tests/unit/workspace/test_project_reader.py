@@ -143,7 +143,6 @@ def test_commands_for_compilers_have_no_effect(folder: Path, text: str) -> None:
     ("text", "complaint", "line"),
     [
         ("project(other)", "The project is named [other], but package.xml names the package [p]", 1),
-        ("find_package(catkin REQUIRED nope)", 'provided by "nope"', 1),
         ("add_message_files(FILES A.msg)", "It comes with message_generation", 1),
         (FIND + "add_message_files(FILES Nope.msg)", "was given a file that does not exist", 2),
         (FIND + "catkin_package()\ngenerate_messages()", "must be called before catkin_package()", 3),

@@ -14,7 +14,7 @@ from pipros.cmake.message import Kind, read_message
 from pipros.cmake.words import sections
 from pipros.workspace.catkin.context import FoundPackage, Handler, ReadContext
 from pipros.workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES
-from pipros.workspace.catkin.project import EnvironmentHook
+from pipros.workspace.catkin.project import AbsentPackage, EnvironmentHook
 from pipros.workspace.catkin.templates import can_expand, expanded, needs_empy, write
 
 _HARMLESS_PACKAGES = frozenset(
@@ -110,13 +110,25 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
         if not is_required:
             context.scope.values[f"{name}_FOUND"] = "0"
             return
-        raise context.error(
-            command,
-            f'Could not find a package configuration file provided by "{name}" with any of the following '
-            f"names:\n\n    {name}Config.cmake\n    {name.lower()}-config.cmake\n\n"
-            f"  Package [{name}] was not found in this workspace, on ROS_PACKAGE_PATH, or among the packages "
-            "shipped with pipros.",
+        # CMake would end here. A package that compiles nothing does not need this one to be built.
+        context.project.absent.append(
+            AbsentPackage(
+                name,
+                str(
+                    context.error(
+                        command,
+                        f'Could not find a package configuration file provided by "{name}" with any of the '
+                        f"following names:\n\n    {name}Config.cmake\n    {name.lower()}-config.cmake\n\n"
+                        f"  Package [{name}] was not found in this workspace, on ROS_PACKAGE_PATH, or among "
+                        "the packages shipped with pipros.",
+                    )
+                ),
+                context.place(command),
+            )
         )
+        context.has_foreign_packages = True  # its commands are unknown
+        context.scope.values[f"{name}_FOUND"] = "0"
+        return
     context.components.add(name)
     context.project.components.append((name, command.line))
     context.scope.values[f"{name}_FOUND"] = "1"

@@ -80,6 +80,20 @@ class EnvironmentHook:
     installed: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class AbsentPackage:
+    """A required package that was not found.
+
+    Attributes:
+        error: CMake's error, with the file and line.
+        place: the file and line of `find_package()`.
+    """
+
+    name: str
+    error: str
+    place: str
+
+
 @dataclass(slots=True)
 class Project:
     """A package as described by its `CMakeLists.txt`.
@@ -87,6 +101,7 @@ class Project:
     Attributes:
         folder, file: the package's folder, and its `CMakeLists.txt`.
         binary: the package's folder in the build space.
+        absent: the required packages that were not found; an error in a package with compiled code.
         components, catkin_depends: package names, each with the line that lists it.
         generate_messages_line: the line of `generate_messages()`; 0 if it is not called.
         has_reconfigure_options: whether `generate_dynamic_reconfigure_options()` was called.
@@ -102,6 +117,7 @@ class Project:
     folder: str
     file: str
     binary: str = ""
+    absent: list[AbsentPackage] = field(default_factory=list)
     components: list[tuple[str, int]] = field(default_factory=list)
     interfaces: list[Interface] = field(default_factory=list)
     generate_messages_line: int = 0

@@ -1,0 +1,144 @@
+"""Run CMake and make on several packages at once, and find out which of them fail.
+
+All packages share one build folder, as in genuine catkin_make. CMake stops at the first package that it
+cannot configure; its output names this package. make continues with other targets, and then each package is
+made alone to see whether it is complete.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from pipros.basics.errors import PiprosError
+
+_PROCESSING = re.compile(r"-- \+\+\+ processing catkin (?:meta)?package: '(.+)'")
+_ERROR = re.compile(r"CMake Error (?:at|in) (.+?)(?::\d+)?(?: \(\w+\))?:")
+_DONE = "-- Configuring done"
+_REASON_LINES = 4
+_COMPILER_ERROR = re.compile(r".*(?:\berror:|undefined reference|\bError \d+).*")
+
+
+class NativeBuildFailed(PiprosError):
+    """CMake or make failed. Their output precedes this error in the terminal."""
+
+
+def configure(
+    command: Sequence[str], folder: Path, variables: Mapping[str, str], packages: Mapping[str, Path]
+) -> dict[str, str]:
+    """Run CMake, and return the packages that it rejects, each with the reason.
+
+    The output is copied to this process's standard output, line by line. Blocks until CMake exits.
+
+    Args:
+        packages: the folders of the packages, by name.
+
+    Raises:
+        NativeBuildFailed: CMake failed, and no package is to blame.
+    """
+    output = _ConfigureOutput(packages)
+    with subprocess.Popen(  # noqa: S603
+        command, cwd=folder, env=dict(variables), stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    ) as process:
+        if process.stdout is None:
+            raise AssertionError("a pipe was requested")
+        for raw in process.stdout:
+            line = raw.decode("utf-8", "replace")
+            sys.stdout.write(line)
+            sys.stdout.flush()
+            output.read(line.rstrip())
+    if process.returncode == 0:
+        return {}
+    if not output.reasons:
+        raise NativeBuildFailed(failure_of(command))
+    return {name: "\n".join(lines) for name, lines in output.reasons.items()}
+
+
+class _ConfigureOutput:
+    """Finds errors in the lines that CMake prints.
+
+    `reasons` contains the first lines of the first error of each package.
+    """
+
+    def __init__(self, packages: Mapping[str, Path]) -> None:
+        self.reasons: dict[str, list[str]] = {}
+        self._packages = packages
+        self._current = ""
+        self._lines: list[str] | None = None
+
+    def read(self, line: str) -> None:
+        """Process the next line."""
+        if found := _PROCESSING.match(line):
+            self._current = found[1]
+        elif line.startswith(_DONE):
+            self._current = ""  # errors that follow name the package's file
+        elif found := _ERROR.match(line):
+            name = self._owner(found[1]) or self._current
+            self._lines = [line] if name in self._packages and name not in self.reasons else None
+            if self._lines is not None:
+                self.reasons[name] = self._lines
+        elif self._lines is not None:
+            if line.startswith(" ") and len(self._lines) < _REASON_LINES:
+                self._lines.append(line)
+            else:
+                self._lines = None
+
+    def _owner(self, file: str) -> str | None:
+        """Return the package of a file, which is relative to the source folder, or absolute."""
+        path = Path(file)
+        if not path.is_absolute():
+            return path.parts[0] if path.parts[0] in self._packages else None
+        folders = {folder.resolve(): name for name, folder in self._packages.items()}
+        return next((folders[parent] for parent in path.resolve().parents if parent in folders), None)
+
+
+def make_all(
+    jobs: Sequence[str], folder: Path, variables: Mapping[str, str], packages: Sequence[str]
+) -> dict[str, str]:
+    """Make all packages, and return those that are not complete, each with the reason.
+
+    A target that fails does not stop the others. Blocks until make exits.
+
+    Raises:
+        NativeBuildFailed: make failed, but each package is complete.
+    """
+    command = ["make", "--keep-going", *jobs]
+    sys.stdout.flush()
+    if subprocess.run(command, cwd=folder, env=dict(variables), check=False).returncode == 0:  # noqa: S603
+        return {}
+    failed = {}
+    for name in packages:
+        alone = subprocess.run(  # noqa: S603
+            ["make", *jobs],  # noqa: S607
+            cwd=folder / name,
+            env=dict(variables),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+        )
+        if alone.returncode != 0:
+            lines = alone.stdout.decode("utf-8", "replace").splitlines()
+            failed[name] = next(filter(_COMPILER_ERROR.match, lines), failure_of(command))
+    if not failed:
+        raise NativeBuildFailed(failure_of(command))
+    return failed
+
+
+def run(command: Sequence[str], folder: Path, variables: Mapping[str, str]) -> None:
+    """Run a command with this process's standard output.
+
+    Raises:
+        NativeBuildFailed: the command failed.
+    """
+    sys.stdout.flush()
+    ended = subprocess.run(command, cwd=folder, env=dict(variables), check=False)  # noqa: S603
+    if ended.returncode != 0:
+        raise NativeBuildFailed(failure_of(command))
+
+
+def failure_of(command: Sequence[str]) -> str:
+    """Return the text of the error for a failed command."""
+    return f'Invoking "{" ".join(command[:2])}" failed; the reason is printed above'
