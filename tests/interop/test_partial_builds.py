@@ -14,11 +14,12 @@ MANIFEST = """<package format="2"><name>{name}</name><version>1.0.0</version><de
 CMAKE = """cmake_minimum_required(VERSION 3.0.2)
 project({name})
 find_package(catkin REQUIRED{components})
-{more}
 catkin_package()
+{more}
 catkin_install_python(PROGRAMS scripts/hello.py DESTINATION ${{CATKIN_PACKAGE_BIN_DESTINATION}})
 """
-COMPILED = "add_executable({name} main.cpp)"
+COMPILED = """add_executable({name} main.cpp)
+install(TARGETS {name} DESTINATION ${{CATKIN_PACKAGE_BIN_DESTINATION}})"""
 HELLO = "#!/usr/bin/env python3\nprint('hello')\n"
 
 
@@ -55,7 +56,7 @@ def test_everything_but_the_failing_programs_is_built(plain_ros: RosSystem) -> N
 
     assert built.returncode == 1
     failed = built.output[built.output.index("3 package(s) failed") :]
-    assert "no_config: CMake Error at no_config/CMakeLists.txt:4 (find_package): By not providing" in failed
+    assert "no_config: CMake Error at no_config/CMakeLists.txt:5 (find_package): By not providing" in failed
     assert "no_component: CMake Error at" in failed
     assert "no_compile: " in failed
     assert "error: " in failed[failed.index("no_compile: ") :].splitlines()[0]

@@ -133,7 +133,12 @@ def test_the_modules_of_a_setup_py_are_importable(
             "geometry_msgs/Point p",
             r"Did you forget to specify generate_messages\(DEPENDENCIES geometry_msgs\)",
         ),
-        ("find_package(catkin REQUIRED COMPONENTS rospi)\nadd_executable(a b.cpp)", "", "", 'provided by "rospi"'),
+        (
+            "find_package(catkin REQUIRED rospi)\nadd_executable(a b.cpp)",
+            "",
+            "",
+            'provided by "rospi"',
+        ),
         ("catkin_python_setup()", "", "", "without 'setup.py'"),
         ("catkin_package(", "", "", r"CMakeLists.txt:3 \(catkin_package\):\n  Parse error"),
         ('message(FATAL_ERROR "no way")', "", "", "no way"),

@@ -8,9 +8,9 @@ import pytest
 
 from pipros.workspace import genuine_catkin
 from pipros.workspace.build_options import BuildOptions
+from pipros.workspace.cmake_runs import NativeBuildFailed
 from pipros.workspace.genuine_catkin import (
     MissingTools,
-    NativeBuildFailed,
     NativeTools,
     find_tools,
     has_tools,
@@ -121,7 +121,7 @@ def test_a_tool_that_fails_is_named(tmp_path: Path) -> None:
     tools = NativeTools(str(tmp_path / "bin" / "cmake"), tmp_path / "opt")
 
     with pytest.raises(NativeBuildFailed, match=r"cmake .* failed; the reason is printed above"):
-        genuine_catkin.build(tools, arm(tmp_path / "src"), layout, BuildOptions(), lambda _line: None, {})
+        genuine_catkin.build(tools, arm(tmp_path / "src"), layout, BuildOptions(), lambda _line: None, {}, {})
 
 
 def test_a_package_below_the_prefix_path_is_found_by_packages_without_compiled_code(tmp_path: Path) -> None:
@@ -131,8 +131,9 @@ def test_a_package_below_the_prefix_path_is_found_by_packages_without_compiled_c
 
     assert workspace.build({"CMAKE_PREFIX_PATH": str(prefix)}).errors == []
 
-    (error,) = workspace.build({"CMAKE_PREFIX_PATH": ""}).errors
-    assert 'provided by "of_a_prefix"' in error
+    assert workspace.build({"CMAKE_PREFIX_PATH": str(prefix)}).projects["p"].absent == []
+    (absent,) = workspace.build({"CMAKE_PREFIX_PATH": ""}).projects["p"].absent
+    assert 'provided by "of_a_prefix"' in absent.error
 
 
 PYTHON_PACKAGES = ("robot_state_publisher", "xacro", "joint_state_publisher", "diagnostic_updater", "angles",
@@ -147,7 +148,7 @@ def test_a_python_package_of_pipros_is_found_by_cmake_and_not_built(tmp_path: Pa
     packages = read_source_space(tmp_path / "src", {}).packages
     lines: list[str] = []
 
-    genuine_catkin.build(folder, packages, layout, BuildOptions(), lines.append, {"PATH": "/bin"})
+    genuine_catkin.build(folder, packages, layout, BuildOptions(), lines.append, {"PATH": "/bin"}, {})
 
     native = tmp_path / "build" / "pipros" / "native"
     assert sorted(path.name for path in (native / "src").iterdir()) == ["CMakeLists.txt", "arm"]
@@ -172,7 +173,7 @@ def test_packages_found_without_a_declared_dependency_are_found_too(tmp_path: Pa
     lines: list[str] = []
 
     genuine_catkin.build(
-        folder, packages, layout, BuildOptions(), lines.append, {"PATH": "/bin"}, {"tf2_ros"}
+        folder, packages, layout, BuildOptions(), lines.append, {"PATH": "/bin"}, {"arm": ["tf2_ros"]}
     )
 
     assert "-- tf2_ros is not installed: CMake finds the one from pipros, which has no C++" in lines
