@@ -46,7 +46,7 @@ def test_everything_but_the_failing_programs_is_built(plain_ros: RosSystem) -> N
     add(source, "no_config", f"find_package(NoSuchThing REQUIRED)\n{COMPILED}")
     add(source, "no_component", COMPILED, find="no_such_component")
     add(source, "no_compile", COMPILED, code="nonsense;\n")
-    add(source, "needs_compiled", COMPILED, needs="no_compile")
+    add(source, "needs_config", COMPILED, needs="no_config")
     add(source, "only_python", needs="no_config", find="move_base_that_is_absent")
     side = plain_ros.pipros
     side.environment["PATH"] += ":/usr/bin"
@@ -60,16 +60,16 @@ def test_everything_but_the_failing_programs_is_built(plain_ros: RosSystem) -> N
     assert "no_component: CMake Error at" in failed
     assert "no_compile: " in failed
     assert "error: " in failed[failed.index("no_compile: ") :].splitlines()[0]
-    assert "skipped: needs_compiled (needs no_compile)" in failed
+    assert "skipped: needs_config (needs no_config)" in failed
     assert "only_python compiles nothing, so it is built without" in built.output
     for space in ("devel", "install"):
         programs = workspace / space / "lib"
-        for name in ("good", "no_config", "no_component", "no_compile", "needs_compiled", "only_python"):
+        for name in ("good", "no_config", "no_component", "no_compile", "needs_config", "only_python"):
             assert (programs / name / "hello.py").is_file(), (space, name)
         assert (programs / "good" / "good").is_file()
-        assert not (programs / "needs_compiled" / "needs_compiled").exists()
+        assert not (programs / "needs_config" / "needs_config").exists()
 
     (source / "no_compile" / "main.cpp").write_text("int main() {}\n")
     again = side.run("catkin_make", "-C", workspace, timeout_s=200)
     assert "2 package(s) failed" in again.output
-    assert (workspace / "devel" / "lib" / "needs_compiled" / "needs_compiled").is_file()
+    assert (workspace / "devel" / "lib" / "no_compile" / "no_compile").is_file()

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A package with C++ beside Python, on an installed pipros and genuine catkin and roscpp: `tests/tutorial/mixed.sh`, in an empty folder.
-# `script/fresh bookworm mixed` runs it on a bare Debian with these packages.
+# `script/fresh trixie mixed` runs it on a bare Debian with these packages.
 set -euo pipefail
 package=$(cd "$(dirname "${BASH_SOURCE[0]}")/../packages/mixed" && pwd)
 export ROS_MASTER_URI=http://localhost:$((20000 + RANDOM % 10000)) ROS_HOME=$PWD/ros_home

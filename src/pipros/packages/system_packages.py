@@ -69,7 +69,7 @@ def manifest_folders() -> Iterator[str]:
 def has_program_folder(name: str) -> bool:
     """Return whether `/usr/lib/NAME` contains a program that is linked with roscpp.
 
-    Other software has folders there, too, so a folder without such a program is no package.
+    Folders of other software, which lack such a program, are not packages.
     """
     return name.isidentifier() and any(map(_uses_roscpp, programs(name)))
 

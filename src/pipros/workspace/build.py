@@ -423,9 +423,12 @@ class _Build:
             failed = {package.name: str(error) for package in natives}
             names = set(failed)  # the others are built without genuine catkin
         for package in chosen:
-            if package.name in failed:
-                self._fail_native(package, failed[package.name])
-            elif package.name in names and not self._is_broken(package):
+            reason = failed.get(package.name)
+            if reason:
+                self._fail_native(package, reason)
+            elif reason is not None:
+                self._is_broken(package)  # reports it as skipped
+            elif package.name in names:
                 write_over_genuine(self._result.projects[package.name], self._layout.devel)
                 self._result.built.append(package.name)
                 self._state.pop(package.name, None)

@@ -101,8 +101,8 @@ def build(
 ) -> dict[str, str]:
     """Build packages into the devel space, and install them if `options.installs` is true.
 
-    Return the packages that failed, each with the reason. Packages that need one of them are not built, and
-    all others are. The tools use this process's standard output.
+    Return the packages that could not be built, each with the reason, which is empty if the package needs
+    another one in the result. The others are built. The tools use this process's standard output.
 
     Message packages shipped with pipros are also built if the local ROS installation lacks them. Python
     packages need no build. Blocks until the tools exit, without a time limit.
@@ -142,12 +142,17 @@ def build(
         rejected = configure(command, binary, variables, {package.name: package.folder for package in rest})
         if not rejected:
             break
-        rest = _without_failed(rest, rejected, failed)
+        _add_failed(rest, rejected, failed)
+        for package in rest:
+            if not failed.keys().isdisjoint(package.all_dependencies):
+                failed.setdefault(package.name, "")
+        rest = [package for package in rest if package.name not in failed]
     if rest:
         jobs = options.jobs or (f"-j{os.cpu_count() or 1}",)
         _announce(["make", *jobs], binary, say)
         incomplete = make_all(jobs, binary, variables, [package.name for package in rest])
-        rest = _without_failed(rest, incomplete, failed)
+        _add_failed(rest, incomplete, failed)
+        rest = [package for package in rest if package.name not in failed]
         if options.installs:
             # `make install` would first make the packages that failed.
             folders = [binary / package.name for package in rest] if failed else [binary]
@@ -195,21 +200,14 @@ def _link_sources(
     return provided
 
 
-def _without_failed(
+def _add_failed(
     packages: Sequence[SourcePackage], reasons: Mapping[str, str], failed: dict[str, str]
-) -> list[SourcePackage]:
-    """Return the packages that neither failed nor need a package that failed. Add the former to `failed`.
-
-    `reasons` may include packages that only failed because they need another one.
-    """
-    lost: set[str] = set()
+) -> None:
+    """Add the packages in `reasons` to `failed`; without a reason if they need another one that failed."""
     for package in packages:
-        if not lost.isdisjoint(package.all_dependencies):
-            lost.add(package.name)
-        elif package.name in reasons:
-            lost.add(package.name)
-            failed[package.name] = reasons[package.name]
-    return [package for package in packages if package.name not in lost]
+        if package.name in reasons:
+            is_culprit = failed.keys().isdisjoint(package.all_dependencies)
+            failed[package.name] = reasons[package.name] if is_culprit else ""
 
 
 def build_plain(

@@ -106,7 +106,7 @@ def test_programs_without_a_manifest_make_a_package_of_programs(debian: DebianSy
     assert "image_rotate" not in list(candidates(["roscd", ""]))
 
 
-def test_folders_of_other_software_are_no_packages(
+def test_folders_of_other_software_are_not_packages(
     debian: DebianSystem, capsys: pytest.CaptureFixture[str]
 ) -> None:
     debian.add_program("apt", "apt-helper", OTHER_PROGRAM)

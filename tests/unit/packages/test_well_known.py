@@ -123,10 +123,10 @@ def test_rosrun_adds_advice_after_noetics_line(
 
     complaint = capsys.readouterr().err
     assert f"ros-noetic-{package.replace('_', '-')}" in complaint or "libnodeletlib-tools" in complaint
-    assert "source the setup file" not in complaint  # it is no cure
+    assert "source the setup file" not in complaint  # that would not help
 
 
-def test_roslaunch_names_no_cure_that_does_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_roslaunch_omits_advice_that_does_not_help(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     for package, helps in (("move_base", False), ("my_package", True)):
         with pytest.raises(LaunchError) as refused:
