@@ -333,9 +333,10 @@ class _Build:
         self._result.errors.append(f"{package.name}: {reason}")
         self._state.pop(package.name, None)
 
-    def _fail_native(self, package: SourcePackage, reason: str) -> None:
+    def _fail_native(self, package: SourcePackage, reason: str, *, is_said: bool = True) -> None:
         """Report that the compiled part of a package cannot be built. The rest of it is not affected."""
-        self._say(reason)
+        if is_said:
+            self._say(reason)
         self._broken[package.name] = package.name
         self._result.errors.append(f"{package.name}: {reason}")
 
@@ -405,6 +406,7 @@ class _Build:
             return
         chosen = [item for item in packages if item.name in names and item.name not in self._failed]
         failed: dict[str, str] = {}
+        is_said = True
         try:
             tools = genuine_catkin.find_tools(self._variables)
             components = {
@@ -415,6 +417,7 @@ class _Build:
                 tools, chosen, self._layout, self._options, self._say, self._variables, components
             )
         except genuine_catkin.MissingTools as error:
+            is_said = False  # it is long, and the list of errors has it
             for package in natives:
                 target = self._result.projects[package.name].needs_cmake[0]
                 place = f"{target.file}:{target.line}"
@@ -425,7 +428,7 @@ class _Build:
         for package in chosen:
             reason = failed.get(package.name)
             if reason:
-                self._fail_native(package, reason)
+                self._fail_native(package, reason, is_said=is_said)
             elif reason is not None:
                 self._is_broken(package)  # reports it as skipped
             elif package.name in names:
