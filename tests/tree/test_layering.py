@@ -39,7 +39,7 @@ LAYERS: list[list[set[str]]] = [
         },
         {"maps", "robot_model", "teleoperation", "topic_tools"},
     ],
-    [{"testing", "web", "health"}, {"bridges", "simulation"}, {"fleet"}, {"ros2"}],
+    [{"testing", "web", "health"}, {"bridges", "simulation", "navigation"}, {"fleet"}, {"ros2"}],
     [{"cli"}],
 ]
 LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in steps for package in packages}

@@ -15,7 +15,7 @@ _NAMES = """
     image_proc image_publisher image_rotate laser_assembler laser_filters mavros move_base move_group
     moveit_ros_move_group moveit_ros_visualization moveit_setup_assistant navfn nodelet octomap_server
     opencv_apps openni2_camera openni2_launch pcl_ros pointcloud_to_laserscan realsense2_camera
-    robot_localization robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
+    robot_pose_ekf rosserial_server rotate_recovery rplidar_ros rtabmap_ros slam_gmapping
     slam_karto spatio_temporal_voxel_layer stereo_image_proc teb_local_planner
     turtlebot3_gazebo urg_node uvc_camera velodyne_driver
     velodyne_pointcloud web_video_server

@@ -1,0 +1,14 @@
+"""The error for a library that the extra `navigation` installs."""
+
+from __future__ import annotations
+
+from pipros.basics.errors import MissingExtra
+from pipros.basics.extras import install_command
+
+
+def missing_extra(error: ImportError) -> MissingExtra:
+    """Return the error that names the missing library and the command that installs it."""
+    return MissingExtra(
+        f"this node needs {error.name}, which is not installed. Try: {install_command('navigation')}",
+        name=error.name,
+    )

@@ -1,0 +1,13 @@
+"""State estimation from several sensors with Kalman filters, as robot_localization offers it. Needs numpy.
+
+`kalman.py` and `unscented.py` are the filters, `timeline.py` orders measurements by time, `measurements.py`
+makes measurements from poses, twists and accelerations; all of them perform no I/O. `filter_node.py` connects
+them to topics, services and transforms.
+"""
+
+from pipros.navigation.extras import missing_extra
+
+try:
+    import numpy as numpy  # the import error is raised here for all modules in the package
+except ImportError as error:
+    raise missing_extra(error) from error

@@ -1,0 +1,121 @@
+"""The extended Kalman filter (Thrun, Burgard and Fox, Probabilistic Robotics, 2005, table 3.3).
+
+The motion is that of `state.transition`. A measurement consists of state variables, so its model is a
+selection of rows.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from pipros.navigation.filter.control import Control
+from pipros.navigation.filter.state import (
+    ACCELERATION,
+    ANGLES,
+    POSE,
+    RATES,
+    SIZE,
+    TWIST,
+    Array,
+    Measurement,
+    jacobian,
+    transition,
+    wrapped,
+)
+
+DEFAULT_PROCESS_NOISE: Final = np.diag(
+    [0.05, 0.05, 0.06, 0.03, 0.03, 0.06, 0.025, 0.025, 0.04, 0.01, 0.01, 0.02, 0.01, 0.01, 0.015]
+)
+DEFAULT_COVARIANCE: Final = np.eye(SIZE) * 1e-9
+
+
+class ExtendedKalmanFilter:
+    """A state with its covariance, that can be predicted and corrected.
+
+    Attributes:
+        state: 15 variables, see `state.py`.
+        covariance: 15 x 15.
+    """
+
+    def __init__(
+        self,
+        *,
+        process_noise: Array = DEFAULT_PROCESS_NOISE,
+        covariance: Array = DEFAULT_COVARIANCE,
+        state: Array | None = None,
+        control: Control | None = None,
+        is_noise_dynamic: bool = False,
+    ) -> None:
+        """Start with the given estimate.
+
+        Args:
+            process_noise: covariance that is added per second of prediction.
+            covariance, state: the first estimate; the default state is 0.
+            control: the response of the robot to commands.
+            is_noise_dynamic: scale the noise of the pose by the squared norm of the velocities.
+        """
+        self.state = np.zeros(SIZE) if state is None else np.array(state, float)
+        self.covariance = np.array(covariance, float)
+        self.control = control
+        self._process_noise = np.array(process_noise, float)
+        self._is_noise_dynamic = is_noise_dynamic
+
+    def predict(self, time_s: float, delta_s: float) -> None:
+        """Move the estimate by `delta_s` seconds, to `time_s`."""
+        matrix = transition(self.state[ANGLES], delta_s)
+        derivative = jacobian(self.state, matrix, delta_s)
+        noise = self._noise(delta_s)
+        self._apply_control(time_s, delta_s)
+        self.state = self._normal(matrix @ self.state)
+        self.covariance = derivative @ self.covariance @ derivative.T + noise
+
+    def correct(self, measurement: Measurement) -> bool:
+        """Update the estimate with a measurement. Return False if it was rejected or has no usable values."""
+        indices = measurement.usable()
+        if not len(indices):
+            return False
+        noise = measurement.noise(indices)
+        innovation = self._innovation(measurement, indices)
+        mixed = self.covariance[:, indices]
+        inverse = np.linalg.inv(mixed[indices] + noise)
+        if not innovation @ inverse @ innovation < measurement.threshold**2:
+            return False
+        gain = mixed @ inverse
+        self.state = self._normal(self.state + gain @ innovation)
+        rest = np.eye(SIZE)
+        rest[:, indices] -= gain
+        self.covariance = rest @ self.covariance @ rest.T + gain @ noise @ gain.T
+        return True
+
+    def start(self, measurement: Measurement) -> None:
+        """Take the measured variables over as the first estimate."""
+        indices = measurement.usable()
+        self.state[indices] = measurement.values[indices]
+        grid = np.ix_(indices, indices)
+        self.covariance[grid] = measurement.covariance[grid]
+
+    def _innovation(self, measurement: Measurement, indices: np.ndarray) -> Array:  # type: ignore[type-arg]
+        innovation: Array = measurement.values[indices] - self.state[indices]
+        angles = (indices >= ANGLES.start) & (indices < ANGLES.stop)
+        innovation[angles] = wrapped(innovation[angles])
+        return innovation
+
+    def _noise(self, delta_s: float) -> Array:
+        noise = self._process_noise * delta_s
+        if self._is_noise_dynamic:
+            noise[POSE, POSE] *= self.state[TWIST] @ self.state[TWIST]
+        return noise
+
+    def _apply_control(self, time_s: float, delta_s: float) -> None:
+        """Set the accelerations of controlled axes, and change the controlled rates."""
+        if self.control is not None:
+            used, accelerations = self.control.accelerations(self.state[TWIST], time_s)
+            self.state[RATES] += accelerations[3:] * delta_s
+            self.state[ACCELERATION] = np.where(used[:3], accelerations[:3], self.state[ACCELERATION])
+
+    @staticmethod
+    def _normal(state: Array) -> Array:
+        state[ANGLES] = wrapped(state[ANGLES])
+        return state

@@ -1,0 +1,253 @@
+"""Make measurements from poses, twists and accelerations of ROS messages, in any frame.
+
+Poses are converted to the world frame, twists and accelerations to the robot's frame. Flags and covariances
+are rotated along: a variable counts as measured if any measured one contributes to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any, Final
+
+import numpy as np
+
+from pipros.libraries.transforms.pose import (
+    IDENTITY,
+    Pose,
+    composed,
+    from_roll_pitch_yaw,
+    inverted,
+    roll_pitch_yaw,
+    rotation_matrix,
+)
+from pipros.navigation.filter.state import (
+    ACCELERATION,
+    ANGLES,
+    OUT_OF_PLANE,
+    POSE,
+    POSITION,
+    RATES,
+    SIZE,
+    TWIST,
+    VELOCITY,
+    Array,
+    Flags,
+    Measurement,
+    rotation,
+)
+
+_TOUCHED: Final = 1e-6
+"""A rotated flag is set if its row of the rotated matrix of flags is at least this long."""
+_PLANE_VARIANCE: Final = 1e-6
+
+Lookup = Callable[[str, str, int], Pose | None]
+"""Returns the pose of the second frame in the first one at a time in ns, or None if it is unknown."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Input:
+    """The settings of one kind of data of one input.
+
+    Attributes:
+        source: its name, such as `imu0_acceleration`.
+        flags: the variables to use, of 15.
+        threshold: Mahalanobis distance from which measurements are rejected.
+        is_differential: use the differences of poses as velocities.
+        is_relative: use poses relative to the first one.
+        removes_gravity: subtract gravity from accelerations.
+    """
+
+    source: str
+    flags: Flags
+    threshold: float = inf
+    is_differential: bool = False
+    is_relative: bool = False
+    removes_gravity: bool = False
+
+
+@dataclass(slots=True)
+class Readings:
+    """Makes measurements from data. It keeps the earlier poses of differential and relative inputs.
+
+    Methods return None if the data cannot be used.
+
+    Attributes:
+        world, base: the frames of poses, and of twists and accelerations.
+        lookup: finds transforms.
+        in_plane: each measurement also sets the variables out of the plane to 0.
+        gravity: m/s².
+        state: the newest estimate, for the effects of a sensor's distance from the robot's center.
+        angular_acceleration: of the estimate, rad/s².
+    """
+
+    world: str
+    base: str
+    lookup: Lookup
+    in_plane: bool
+    gravity: float
+    state: Array = field(default_factory=lambda: np.zeros(SIZE))
+    angular_acceleration: Array = field(default_factory=lambda: np.zeros(3))
+    _first: dict[str, Pose] = field(default_factory=dict)
+    _previous: dict[str, tuple[int, Pose, Array]] = field(default_factory=dict)
+
+    def forget(self) -> None:
+        """Forget the earlier poses."""
+        self._first.clear()
+        self._previous.clear()
+
+    def pose(
+        self, own: Input, frame: str, stamp_ns: int, pose: Pose, covariance: Array, child: str = ""
+    ) -> Measurement | None:
+        """Make a measurement from a pose with its 6 x 6 covariance. `child`: the frame whose pose it is."""
+        frame = frame or self.world
+        target = self._find(self.world, self.world if own.is_differential else frame, stamp_ns)
+        source = self._find(child, self.base, stamp_ns) if child else IDENTITY
+        if target is None or source is None:
+            return None
+        turned = _matrix(target) @ _matrix(source).T
+        return self._placed(own, stamp_ns, composed(pose, source), covariance, target, turned)
+
+    def attitude(
+        self, own: Input, frame: str, stamp_ns: int, pose: Pose, covariance: Array
+    ) -> Measurement | None:
+        """Make a measurement from the orientation of an IMU in the world, mounted in any orientation."""
+        mounting = self._find(self.base, frame or self.base, stamp_ns)
+        if mounting is None:
+            return None
+        offsets = roll_pitch_yaw(mounting)
+        angles = np.array(roll_pitch_yaw(pose)) - offsets
+        angles = np.array(roll_pitch_yaw((0.0, 0.0, 0.0, *from_roll_pitch_yaw(*angles))))
+        level = rotation(0.0, 0.0, offsets[2])
+        angles = level @ angles
+        turned: Pose = (0.0, 0.0, 0.0, *from_roll_pitch_yaw(*angles))
+        return self._placed(own, stamp_ns, turned, covariance, IDENTITY, level)
+
+    def _placed(
+        self,
+        own: Input,
+        stamp_ns: int,
+        pose: Pose,
+        covariance: Array,
+        target: Pose,
+        matrix: Array,
+    ) -> Measurement | None:
+        flags = own.flags.copy()
+        flags[POSITION], flags[ANGLES] = _turned(matrix, flags[POSITION]), _turned(matrix, flags[ANGLES])
+        if own.is_differential:
+            return self._difference(own, stamp_ns, pose, covariance, flags, _twice(matrix))
+        if own.is_relative:
+            pose = composed(inverted(self._first.setdefault(own.source, pose)), pose)
+        pose = composed(target, pose)
+        values = np.zeros(SIZE)
+        values[POSE] = (*pose[:3], *roll_pitch_yaw(pose))
+        both = _twice(matrix)
+        return self._measurement(own, stamp_ns, values, POSE, both @ covariance @ both.T, flags)
+
+    def _difference(
+        self, own: Input, stamp_ns: int, pose: Pose, covariance: Array, flags: Flags, both: Array
+    ) -> Measurement | None:
+        previous = self._previous.get(own.source)
+        self._previous[own.source] = stamp_ns, pose, covariance
+        if previous is None or stamp_ns <= previous[0]:
+            return None
+        delta_s = (stamp_ns - previous[0]) / 1e9
+        moved = composed(inverted(previous[1]), pose)
+        velocity = np.array((*moved[:3], *roll_pitch_yaw(moved))) / delta_s
+        uncertainty = both @ (covariance + previous[2]) @ both.T * delta_s
+        shifted = np.zeros(SIZE, bool)
+        shifted[TWIST] = flags[POSE]
+        wanted = Input(own.source, shifted, own.threshold)
+        return self.twist(wanted, self.base, stamp_ns, velocity, uncertainty)
+
+    def twist(
+        self, own: Input, frame: str, stamp_ns: int, twist: Array, covariance: Array
+    ) -> Measurement | None:
+        """Make a measurement from linear and angular velocities with their 6 x 6 covariance."""
+        target = self._find(self.base, frame or self.base, stamp_ns)
+        if target is None:
+            return None
+        matrix = _matrix(target)
+        values = np.zeros(SIZE)
+        values[VELOCITY] = matrix @ twist[:3] + np.cross(target[:3], self.state[RATES])
+        values[RATES] = matrix @ twist[3:]
+        flags = own.flags.copy()
+        flags[VELOCITY], flags[RATES] = _turned(matrix, flags[VELOCITY]), _turned(matrix, flags[RATES])
+        both = _twice(matrix)
+        return self._measurement(own, stamp_ns, values, TWIST, both @ covariance @ both.T, flags)
+
+    def acceleration(
+        self,
+        own: Input,
+        frame: str,
+        stamp_ns: int,
+        acceleration: Array,
+        covariance: Array,
+        attitude: Pose | None,
+    ) -> Measurement | None:
+        """Make a measurement from an acceleration with its 3 x 3 covariance.
+
+        `attitude` is the orientation that the IMU measured; None if it does not measure it.
+        """
+        target = self._find(self.base, frame or self.base, stamp_ns)
+        if target is None:
+            return None
+        matrix = _matrix(target)
+        if own.removes_gravity:
+            acceleration = acceleration - self._gravity(own, matrix, attitude)
+        arm, rates = np.array(target[:3]), self.state[RATES]
+        values = np.zeros(SIZE)
+        values[ACCELERATION] = (
+            matrix @ acceleration
+            + np.cross(arm, self.angular_acceleration)
+            - np.cross(np.cross(arm, rates), rates)
+        )
+        flags = own.flags.copy()
+        flags[ACCELERATION] = _turned(matrix, flags[ACCELERATION])
+        return self._measurement(own, stamp_ns, values, ACCELERATION, matrix @ covariance @ matrix.T, flags)
+
+    def _gravity(self, own: Input, mounting: Array, attitude: Pose | None) -> Array:
+        """Return the acceleration that the sensor measures at rest, in its own frame."""
+        up = np.array([0.0, 0.0, self.gravity])
+        if attitude is None:
+            sensor = rotation(*self.state[ANGLES]) @ mounting
+        elif own.is_relative:
+            sensor = _matrix(attitude) @ mounting
+        else:
+            sensor = _matrix(attitude)
+        return np.asarray(sensor.T @ up)
+
+    def _measurement(
+        self, own: Input, stamp_ns: int, values: Array, part: slice, covariance: Array, flags: Flags
+    ) -> Measurement:
+        whole = np.zeros((SIZE, SIZE))
+        whole[part, part] = covariance
+        if self.in_plane:
+            values[OUT_OF_PLANE], flags[OUT_OF_PLANE] = 0.0, True
+            whole[OUT_OF_PLANE, OUT_OF_PLANE] = _PLANE_VARIANCE
+        return Measurement(own.source, seconds(stamp_ns), values, whole, flags, own.threshold)
+
+    def _find(self, target: str, source: str, stamp_ns: int) -> Pose | None:
+        found = self.lookup(target, source, stamp_ns)
+        return IDENTITY if found is None and target == source else found
+
+
+def seconds(stamp_ns: int) -> float:
+    """Return a time in floating point, with the rounding of roscpp's `toSec`."""
+    whole, rest = divmod(stamp_ns, 1_000_000_000)
+    return whole + 1e-9 * rest
+
+
+def _matrix(pose: Pose) -> Array:
+    return np.array(rotation_matrix(pose)).reshape(3, 3)
+
+
+def _twice(matrix: Array) -> Array:
+    both = np.zeros((6, 6))
+    both[:3, :3] = both[3:, 3:] = matrix
+    return both
+
+
+def _turned(matrix: Array, flags: Flags) -> Any:
+    return np.linalg.norm(matrix * flags, axis=1) >= _TOUCHED

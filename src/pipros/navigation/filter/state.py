@@ -1,0 +1,140 @@
+"""The estimated state of a robot, measurements of parts of it, and how it moves.
+
+The state has 15 variables: position and roll, pitch, yaw in the world frame (m, rad), then linear and angular
+velocity in the robot's frame (m/s, rad/s), then linear acceleration in the robot's frame (m/s²). Angles are
+rotations about the fixed axes x, y and z, in that order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi
+from typing import Any, Final
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+SIZE: Final = 15
+POSITION: Final = slice(0, 3)
+ANGLES: Final = slice(3, 6)
+POSE: Final = slice(0, 6)
+VELOCITY: Final = slice(6, 9)
+RATES: Final = slice(9, 12)
+TWIST: Final = slice(6, 12)
+ACCELERATION: Final = slice(12, 15)
+
+OUT_OF_PLANE: Final = np.array([2, 3, 4, 8, 9, 10, 14])
+"""The variables that are 0 for a robot in the plane: z, roll, pitch, and what changes them."""
+
+_LEAST_VARIANCE: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Command:
+    """A commanded velocity: vx, vy, vz, vroll, vpitch, vyaw in the robot's frame, and its time in seconds."""
+
+    velocity: Array
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measurement:
+    """Measured values for a part of the state.
+
+    Attributes:
+        source: the input that measured it, such as `odom0_pose`.
+        time_s: seconds since the epoch.
+        values, covariance: of all 15 variables; those without a flag are ignored.
+        flags: the measured variables.
+        threshold: Mahalanobis distance from which the measurement is rejected.
+        command: the newest command when the measurement arrived.
+    """
+
+    source: str
+    time_s: float
+    values: Array
+    covariance: Array
+    flags: Flags
+    threshold: float = inf
+    command: Command | None = None
+
+    def usable(self) -> np.ndarray[Any, np.dtype[np.intp]]:
+        """Return the indices of the measured variables with finite values."""
+        return np.flatnonzero(self.flags & np.isfinite(self.values))
+
+    def noise(self, indices: np.ndarray[Any, np.dtype[np.intp]]) -> Array:
+        """Return the covariance of these variables, with variances of at least 1e-9."""
+        noise: Array = self.covariance[np.ix_(indices, indices)]
+        variances = np.maximum(np.abs(noise.diagonal()), _LEAST_VARIANCE)
+        noise[np.diag_indices_from(noise)] = variances
+        return noise
+
+
+def wrapped(angles: Array) -> Array:
+    """Return the angles between -pi and pi."""
+    return np.asarray(np.where(np.abs(angles) > pi, angles - 2 * pi * np.round(angles / (2 * pi)), angles))
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Array:
+    """Return the matrix that turns vectors of the robot's frame into the world frame."""
+    cr, sr, cp, sp, cy, sy = _functions(roll, pitch, yaw)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def transition(angles: Array, delta_s: float) -> Array:
+    """Return the matrix that predicts the state after `delta_s`, for the current roll, pitch and yaw.
+
+    Acceleration is constant: position += R(v Δ + a Δ²/2), v += a Δ. The angles change by their rates, which
+    follow from the angular velocity in the robot's frame (Fossen, Guidance and Control of Ocean Vehicles,
+    1994, section 2.1.2).
+    """
+    cr, sr, cp, sp, _, _ = _functions(*angles)
+    matrix = np.eye(SIZE)
+    turned = rotation(*angles)
+    matrix[POSITION, VELOCITY] = turned * delta_s
+    matrix[POSITION, ACCELERATION] = turned * (0.5 * delta_s * delta_s)
+    matrix[ANGLES, RATES] = (
+        np.array([[1.0, sr * sp / cp, cr * sp / cp], [0.0, cr, -sr], [0.0, sr / cp, cr / cp]]) * delta_s
+    )
+    matrix[VELOCITY, ACCELERATION] = np.eye(3) * delta_s
+    return matrix
+
+
+def jacobian(state: Array, matrix: Array, delta_s: float) -> Array:
+    """Return the derivative of the predicted state; `matrix` is the `transition` of the state."""
+    cr, sr, cp, sp, cy, sy = _functions(*state[ANGLES])
+    way = state[VELOCITY] * delta_s + state[ACCELERATION] * (0.5 * delta_s * delta_s)
+    _, vpitch, vyaw = state[RATES]
+    derivative = matrix.copy()
+    by_roll = [[0, cy * sp * cr + sy * sr, sy * cr - cy * sp * sr],
+               [0, sy * sp * cr - cy * sr, -sy * sp * sr - cy * cr],
+               [0, cp * cr, -cp * sr]]  # fmt: skip
+    by_pitch = [
+        [-cy * sp, cy * cp * sr, cy * cp * cr],
+        [-sy * sp, sy * cp * sr, sy * cp * cr],
+        [-cp, -sp * sr, -sp * cr],
+    ]
+    by_yaw = [[-sy * cp, -sy * sp * sr - cy * cr, cy * sr - sy * sp * cr],
+              [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+              [0, 0, 0]]  # fmt: skip
+    derivative[POSITION, 3] = np.array(by_roll) @ way
+    derivative[POSITION, 4] = np.array(by_pitch) @ way
+    derivative[POSITION, 5] = np.array(by_yaw) @ way
+    along, across = sr * vpitch + cr * vyaw, cr * vpitch - sr * vyaw
+    derivative[ANGLES, 3] += np.array([across * sp / cp, -along, across / cp]) * delta_s
+    derivative[ANGLES, 4] += np.array([along / (cp * cp), 0.0, along * sp / (cp * cp)]) * delta_s
+    return derivative
+
+
+def _functions(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float, float, float]:
+    from math import cos, sin
+
+    return cos(roll), sin(roll), cos(pitch), sin(pitch), cos(yaw), sin(yaw)

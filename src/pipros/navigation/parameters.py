@@ -1,0 +1,75 @@
+"""Read parameters with the rules of roscpp, from the parameters of a node as one dictionary."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeGuard
+
+from pipros.basics.errors import PiprosError
+
+
+class InvalidParameter(PiprosError, ValueError):
+    """A parameter has a value with which the node cannot run. The text names the parameter and the value."""
+
+
+class Parameters:
+    """The private parameters of a node, or a namespace below them.
+
+    As in roscpp, a value of another type counts as not set, so the default applies; but an integer may be
+    given as a float, which is rounded, and a float as an integer.
+    """
+
+    def __init__(self, values: Mapping[str, Any], name: str = "~") -> None:
+        """Store the values; `name` is the prefix of parameter names in errors."""
+        self.values = values
+        self._name = name
+
+    def has(self, name: str) -> bool:
+        return name in self.values
+
+    def boolean(self, name: str, default: bool) -> bool:
+        value = self.values.get(name)
+        return value if isinstance(value, bool) else default
+
+    def text(self, name: str, default: str) -> str:
+        value = self.values.get(name)
+        return value if isinstance(value, str) else default
+
+    def number(self, name: str, default: float) -> float:
+        value = self.values.get(name)
+        return float(value) if _is_number(value) else default
+
+    def integer(self, name: str, default: int) -> int:
+        value = self.values.get(name)
+        if not _is_number(value) or not math.isfinite(value):
+            return default
+        return math.floor(value + 0.5)
+
+    def numbers(self, name: str, length: int, default: Sequence[float]) -> tuple[float, ...]:
+        """Return a list of numbers.
+
+        Raises:
+            InvalidParameter: the parameter is set, but not a list of `length` numbers.
+        """
+        return tuple(map(float, self._listed(name, length, default, _is_number, "numbers")))
+
+    def booleans(self, name: str, length: int) -> tuple[bool, ...]:
+        """Return a list of booleans.
+
+        Raises:
+            InvalidParameter: the parameter is not a list of `length` booleans.
+        """
+        return tuple(self._listed(name, length, (), lambda value: isinstance(value, bool), "booleans"))
+
+    def _listed(self, name: str, length: int, default: Sequence[Any], fits: Any, kind: str) -> Sequence[Any]:
+        if name not in self.values and default:
+            return default
+        value = self.values.get(name)
+        if not isinstance(value, list) or len(value) != length or not all(map(fits, value)):
+            raise InvalidParameter(f"{self._name}{name} must be a list of {length} {kind}, got {value!r}")
+        return value
+
+
+def _is_number(value: Any) -> TypeGuard[int | float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
