@@ -7,6 +7,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from types import TracebackType
 from typing import Any
 
 from pipros.basics import names
@@ -122,12 +123,24 @@ def _start(
     call_in_children(lambda: atexit.unregister(session.end))
     try:
         node.wait_for_master(lambda _: _warn_no_master(node))
+        set_private_params(node)
+        _open_logs_and_time(session, node, disable_rosout, disable_rostime)
     except Interrupted:
+        _end_without_traceback()
         raise InitInterrupted("init_node interrupted before it could complete") from None
-    set_private_params(node)
-    _open_logs_and_time(session, node, disable_rosout, disable_rostime)
     session.logger.debug("init_node, name[%s], pid[%s]", node.name, os.getpid())
     session.run_deferred(node)
+
+
+def _end_without_traceback() -> None:
+    """If nothing catches InitInterrupted, end the program without a traceback: the user ended it."""
+    report = sys.excepthook
+
+    def report_others(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        if not isinstance(error, InitInterrupted):
+            report(kind, error, trace)
+
+    sys.excepthook = report_others
 
 
 def _open_logs_and_time(session: Session, node: Node, disable_rosout: bool, disable_rostime: bool) -> None:

@@ -20,6 +20,7 @@ from queue import Empty, SimpleQueue
 from typing import TypeVar
 
 SLICE_S = 0.2
+_LOOK_EVERY_S = 0.05
 
 _Item = TypeVar("_Item")
 
@@ -82,6 +83,69 @@ def set_by_signals(over: OnceEvent) -> Iterator[None]:
     finally:
         for number, handler in previous:
             signal.signal(number, handler)
+
+
+class ProgramLife:
+    """The life of a program whose main thread only waits, so that nothing delays a signal.
+
+    Attributes:
+        over: set by SIGINT, SIGTERM, or the program itself.
+    """
+
+    def __init__(self) -> None:
+        self.over = OnceEvent()
+        self._interrupts: list[Callable[[], object]] = []
+
+    @contextlib.contextmanager
+    def interrupted_by(self, interrupt: Callable[[], object]) -> Iterator[None]:
+        """Call `interrupt` in another thread if the program is ended during the block.
+
+        For blocks that may wait for a peer, such as the master, and do not look at `over`.
+        """
+        self._interrupts.append(interrupt)
+        try:
+            yield
+        finally:
+            with contextlib.suppress(ValueError):
+                self._interrupts.remove(interrupt)
+
+    def interrupt(self) -> None:
+        """Call the functions of all blocks that are running, once each."""
+        while self._interrupts:
+            interrupt = self._interrupts.pop()
+            threading.Thread(target=interrupt, name="interrupts the start", daemon=True).start()
+
+
+def run_until_signalled(program: Callable[[ProgramLife], _Item], *, grace_s: float = 1.0) -> _Item | None:
+    """Run `program` in a thread, while this thread waits for it and for signals; return its result.
+
+    The first SIGINT or SIGTERM sets `over` of the program's life; the program then has `grace_s` to return.
+    Otherwise the result is None, and the thread is left behind, as a daemon. Exceptions of the program are
+    raised here.
+    """
+    life = ProgramLife()
+    results: list[_Item] = []
+    errors: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            results.append(program(life))
+        except BaseException as error:  # raised in the waiting thread
+            errors.append(error)
+        finally:
+            life.over.set()
+
+    with set_by_signals(life.over):
+        thread = threading.Thread(target=run, name="program", daemon=True)
+        thread.start()
+        life.over.wait()
+        end_s = time.monotonic() + grace_s
+        while thread.is_alive() and time.monotonic() < end_s:
+            life.interrupt()
+            thread.join(_LOOK_EVERY_S)
+    if errors:
+        raise errors[0]
+    return results[0] if results else None
 
 
 def wait_in_slices(wait_for: Callable[[float], bool], timeout_s: float | None = None) -> bool:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
+from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.bridges.admission import Admission
 from pipros.bridges.door import Door, Handler
 from pipros.net.loop import BackgroundLoop
@@ -108,15 +108,31 @@ def serve(
     Raises:
         ServerFailed: the port is in use, or the certificate cannot be read.
     """
+    run_until_signalled(lambda life: _serve(node, options, make, secret, life))
+    return 0
+
+
+def _serve(
+    node: Node,
+    options: DoorOptions,
+    make: Callable[[Node, BackgroundLoop], Protocols],
+    secret: Secret | None,
+    life: ProgramLife,
+) -> None:
     admission = Admission(secret, options.origins, options.allows_null_origin)
     tls = tls_context(options.certificate, options.key)
-    over = OnceEvent()
+    over = life.over
     loop = BackgroundLoop(options.tool)
-    with set_by_signals(over), node:
+    with node:
         node.on_shutdown(over.set)
-        with contextlib.suppress(PiprosError):  # continue without a master
+        with (
+            life.interrupted_by(node.shutdown),
+            contextlib.suppress(PiprosError),
+        ):  # continue without a master
             if is_on(node, "/use_sim_time"):
                 node.use_simulated_time()
+        if over.is_set():
+            return
         loop.start()
         protocols = make(node, loop)
         door = Door(
@@ -146,7 +162,6 @@ def serve(
             for ending in endings:
                 ending.join(max(end_s - time.monotonic(), 0.0))
             loop.stop(ENDING_S)
-    return 0
 
 
 def secret_of(options: DoorOptions) -> Secret | None:

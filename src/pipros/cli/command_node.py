@@ -25,7 +25,7 @@ def command_node(
         insist: see `ended_by_signals`.
     """
     node = Node(name, anonymous=True, argv=argv)
-    with ended_by_signals(node, node, insist=insist):
+    with ended_by_signals(node, insist=insist):
         if not wall_time:
             with contextlib.suppress(PiprosError):  # continue even if there is no master
                 if is_on(node, "/use_sim_time"):

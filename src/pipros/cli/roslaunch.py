@@ -6,13 +6,12 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from optparse import Values
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pipros.basics.errors import PiprosError
-from pipros.cli.entry_point import command
+from pipros.cli.entry_point import INTERRUPTED, command
 from pipros.cli.roslaunch_options import check_child_options, make_parser, run_options, session_options
 from pipros.launch.arguments import split_arguments
 from pipros.launch.console import Console
@@ -25,6 +24,9 @@ if TYPE_CHECKING:
     from pipros.launch.session import LaunchSession
 
     Launching = LaunchSession | Child
+
+_WAIT_ANSWER_S = 1.0
+"""How long `--wait` waits for one answer of the master before it tries again."""
 
 
 @command
@@ -58,8 +60,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 def run(make_session: Callable[[], Launching], console: Console, options: Values) -> int:
     """Start a session, wait until it ends, and always clean up. Return the exit code."""
     if options.wait:
-        with suppress(KeyboardInterrupt):
+        try:
             _wait_for_master(console)
+        except KeyboardInterrupt:
+            return INTERRUPTED
     pid_file = Path(options.pid_fn) if options.pid_fn else None
     session: Launching | None = None
     code = 0
@@ -162,22 +166,30 @@ def _child(options: Values, console: Console) -> Child:
 
 
 def _wait_for_master(console: Console) -> None:
-    """Block until a master answers."""
+    """Block until a master answers.
+
+    If a program accepts connections at the master's address and does not answer, say so, and wait for it: it
+    may be a master that is stopped or busy.
+    """
     import time
 
     from pipros.basics.env import Environment
     from pipros.basics.errors import Unreachable
     from pipros.net.master_client import MasterClient
 
-    client = MasterClient(Environment.from_os().master_uri, "/roslaunch", timeout_s=5.0)
-    is_announced = False
+    uri = Environment.from_os().master_uri
+    client = MasterClient(uri, "/roslaunch", timeout_s=_WAIT_ANSWER_S)
+    is_announced = is_silent = False
     while True:
         try:
             client.get_pid()
-        except Unreachable:
+        except Unreachable as error:
             if not is_announced:
                 console.say("roscore/master is not yet running, will wait for it to start")
                 is_announced = True
+            if not is_silent and isinstance(error.__cause__, TimeoutError) and client.addresses:
+                is_silent = True
+                console.say(f"the port of ROS_MASTER_URI [{uri}] is in use, but no master responds there")
             time.sleep(0.1)
         else:
             console.say("master has started, initiating launch")

@@ -25,6 +25,11 @@ def _repeat(arguments: Sequence[str]) -> int:
     master_uri = special.get("__master", environment.master_uri)
     environment = replace(environment, master_uri=master_uri, namespace="/")
     rosout = RosoutAggregator(environment, environment.log_dir.expanduser() / "rosout.log")
-    with ended_by_signals(rosout.node, rosout):
-        rosout.node.wait_for_shutdown()
+    rosout.open_log()
+    try:
+        with ended_by_signals(rosout.node):
+            rosout.register()
+            rosout.node.wait_for_shutdown()
+    finally:
+        rosout.stop()
     return 0

@@ -16,10 +16,12 @@ from __future__ import annotations
 
 import os
 import socket
+import threading
 import time
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
 
+from pipros.basics.interruptible_wait import wait_in_slices
 from pipros.net import sockets
 
 T = TypeVar("T")
@@ -128,7 +130,11 @@ class PollingReceiver:
             raise TimeoutError("the deadline has passed")
         if self._backoff.is_due() and (data := self._poll(sock.recv, most, _DONTWAIT)) is not None:
             return data
-        if left_s is not None and not sockets.wait_readable(sock, left_s):
+        if threading.get_ident() == threading.main_thread().ident:
+            # Python runs the handler of a signal that arrives just before a wait only after it.
+            if not wait_in_slices(lambda slice_s: sockets.wait_readable(sock, slice_s), left_s):
+                raise TimeoutError("the deadline has passed")
+        elif left_s is not None and not sockets.wait_readable(sock, left_s):
             raise TimeoutError("the deadline has passed")
         return sock.recv(most)
 

@@ -49,7 +49,7 @@ def roscpp_program(
         place = node.environment.master_uri.removeprefix("http://").rstrip("/")
         node.log.error("[registerPublisher] Failed to contact master at [%s].  Retrying...", place)
 
-    with ended_by_signals(node, node):
+    with ended_by_signals(node):
         node.wait_for_master(report)
         set_private_params(node)
         open_rosout(node, everything)

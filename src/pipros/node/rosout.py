@@ -45,12 +45,20 @@ class RosoutAggregator:
         Raises:
             OSError: the log file cannot be created. In this case the node is not started.
         """
+        self.open_log()
+        self.node.start()
+        self.register()
+
+    def open_log(self) -> None:
+        """Open the log file. Raises OSError if it cannot be created."""
         if self._log_file is not None:
             self._handler = open_file_handler(self._log_file)
             self._handler.setFormatter(logging.Formatter("%(message)s"))
             self._lines.addHandler(self._handler)
+
+    def register(self) -> None:
+        """Register the topics and services of the node, which has been started. Waits for the master."""
         log_class = load_message_class("rosgraph_msgs/Log")
-        self.node.start()
         self._publisher = self.node.advertise("/rosout_agg", log_class, queue_size=QUEUE_SIZE)
         self.node.subscribe("/rosout", log_class, self._repeat)
         serve_loggers(self.node)

@@ -215,10 +215,8 @@ class Signals:
 
 
 @contextlib.contextmanager
-def ended_by_signals(
-    node: Node, life: contextlib.AbstractContextManager[object], *, insist: bool = True
-) -> Iterator[None]:
-    """Enter the context `life`, which starts the node. SIGINT and SIGTERM shut the node down.
+def ended_by_signals(node: Node, *, insist: bool = True) -> Iterator[None]:
+    """Run a node for the length of the block. SIGINT and SIGTERM shut it down.
 
     A signal raises nothing in the block unless the block continues after the shutdown. The shutdown ends all
     of the node's waits. If a signal ended the block, any exception that the block raises becomes
@@ -229,13 +227,13 @@ def ended_by_signals(
             interrupts the block, so that it can finish writing.
     """
     if threading.current_thread() is not threading.main_thread():
-        with life:
+        with node:
             yield
         return
     signals = Signals(node.shutdown, insist=insist)
     signals.install()
     try:
-        with life:
+        with node:
             signals.listen(node)
             yield
     except Exception:

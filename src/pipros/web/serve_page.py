@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
+from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
@@ -124,11 +124,13 @@ def serve_page(options: PageOptions) -> int:
         BadTokenFile: the tokens cannot be read.
     """
     secret = Secret(tokens=read_tokens(options.token_file) if options.token_file is not None else ())
-    over = OnceEvent()
-    # The main thread only waits, so that no view can delay a signal.
+    run_until_signalled(lambda life: _serve(options, secret, life))
+    return 0
+
+
+def _serve(options: PageOptions, secret: Secret, life: ProgramLife) -> None:
     loop = BackgroundLoop(options.tool)
     with (
-        set_by_signals(over),
         GraphClient(options.tool, timeout_s=MASTER_DEADLINE_S) as graph,
         Node(options.tool, anonymous=True, argv=options.argv) as node,
     ):
@@ -146,10 +148,11 @@ def serve_page(options: PageOptions) -> int:
         )
         server = PageServer(views, secret)
         try:
-            if options.scene is not None:
-                serve_scene_file(node, options.scene, may_save="scene_save" in options.permitted)
-            loop.run(_start(options, system, server))
-            over.wait()
+            with life.interrupted_by(node.shutdown):
+                if options.scene is not None:
+                    serve_scene_file(node, options.scene, may_save="scene_save" in options.permitted)
+                loop.run(_start(options, system, server))
+            life.over.wait()
         except OSError as error:
             raise ServerFailed(
                 f"cannot listen at {options.host}:{options.port}: {error.strerror or error}"
@@ -161,7 +164,6 @@ def serve_page(options: PageOptions) -> int:
             loop.stop(ENDING_S)
             if recording is not None:
                 recording.stop()
-    return 0
 
 
 async def _start(options: PageOptions, system: WatchedSystem, server: PageServer) -> None:

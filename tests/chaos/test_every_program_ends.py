@@ -1,0 +1,105 @@
+"""A signal ends every program at any moment of its start, also while its master accepts and is silent.
+
+`script/long signals` does this at ten moments, and prints the times, of which half a second is promised. Here
+each program is ended when it waits, and at one moment before, which the seed chooses (`PIPROS_TEST_SEED`;
+default: the date).
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+from datetime import datetime, timezone
+from pathlib import Path
+
+import pytest
+
+from tests.support.every_program import (
+    COMMANDS,
+    EVERY,
+    MOMENTS_MS,
+    NODES,
+    NUMBERS,
+    WAITS_MS,
+    console_commands,
+    end_program,
+    shipped_nodes,
+)
+from tests.support.ports import ClaimedPort
+from tests.support.processes import Process
+from tests.support.ros import RosSystem
+from tests.support.slaves import SilentSlave
+
+SEED = os.environ.get("PIPROS_TEST_SEED") or datetime.now(timezone.utc).date().isoformat()
+
+NOT_STARTED = {
+    "convert",  # reads files only, like the next ones
+    "export_csv.py",
+    "sparse_csv.py",
+    "list_transports",
+    "xacro",
+    "check_test_ran.py",
+    "test_results_dir.py",
+    "clean_junit_xml.py",
+    "summarize_results.py",
+    "rqt_gui",  # another name of rqt
+}
+
+
+@pytest.mark.parametrize("command", EVERY)
+def test_a_signal_ends_this_program(command: str, tmp_path: Path) -> None:
+    chance = random.Random(f"{SEED} {command}")  # noqa: S311
+    port = ClaimedPort()
+    try:
+        for moment in (chance.choice(MOMENTS_MS[:-1]), WAITS_MS):
+            ended = end_program(command, moment, chance.choice(NUMBERS), tmp_path, port=port.number)
+            assert not ended.complaint, f"seed {SEED}: {ended.complaint}"
+    finally:
+        port.release()
+
+
+@pytest.mark.parametrize("has_master", [True, False])
+@pytest.mark.parametrize("node", ["fibonacci_server", "averaging_server"])
+def test_ctrl_c_in_init_node_prints_no_traceback(node: str, has_master: bool, tmp_path: Path) -> None:
+    command = f"rosrun actionlib_tutorials {node}"
+    ended = end_program(command, WAITS_MS, signal.SIGINT, tmp_path, has_master=has_master)
+    assert ended.seconds is not None
+    assert "Traceback" not in ended.output
+
+
+def test_every_installed_program_is_ended_here() -> None:
+    started = {command.split()[0] for command in COMMANDS}
+    assert set(console_commands()) - {"rosrun"} <= started
+    nodes = {node.split()[1].removesuffix(".py") for node in NODES}
+    shipped = {name.removesuffix(".py") for _, name in shipped_nodes() if name not in NOT_STARTED}
+    others = shipped - nodes - {name.removesuffix(".py") for name in started}
+    assert others <= {"rosbridge_websocket", "play", "record", "rosrun"}, others
+
+
+def waiting_launch(ros: RosSystem, master: SilentSlave) -> Process:
+    file = ros.home / "node.launch"
+    file.write_text("<launch/>")
+    return ros.pipros.start("roslaunch", "--wait", str(file), ROS_MASTER_URI=master.api)
+
+
+def test_roslaunch_that_waits_says_that_the_port_is_in_use(ros: RosSystem) -> None:
+    master = SilentSlave()
+    launch = waiting_launch(ros, master)
+    launch.wait_for("the port of ROS_MASTER_URI .* is in use, but no master responds there")
+    launch.press_ctrl_c()
+
+    assert launch.wait() == 130, launch.output
+    assert "auto-starting new master" not in launch.output
+    assert "Traceback" not in launch.output
+    master.stop()
+
+
+def test_ctrl_c_ends_roslaunch_that_waits_for_a_master(ros: RosSystem) -> None:
+    (ros.home / "node.launch").write_text("<launch/>")
+    launch = ros.pipros.start("roslaunch", "--wait", str(ros.home / "node.launch"))
+    launch.wait_for("roscore/master is not yet running")
+    launch.press_ctrl_c()
+
+    assert launch.wait() == 130, launch.output
+    assert "auto-starting new master" not in launch.output
