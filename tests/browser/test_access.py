@@ -171,17 +171,17 @@ def test_another_server_on_the_host_gets_no_secret(
 def test_the_browser_that_a_command_opens_gets_a_code_that_works_once(
     ros: RosSystem, chromium: Browser, tmp_path: Path
 ) -> None:
-    opened = tmp_path / "opened"
+    opened = tmp_path / "opened.html"
     command = tmp_path / "note-address"
-    command.write_text(f'#!/bin/sh\necho "$1" > {opened}.part\nmv {opened}.part {opened}\n')
+    command.write_text(f'#!/bin/sh\ncp "${{1#file://}}" {opened}.part\nmv {opened}.part {opened}\n')
     command.chmod(0o700)
     ros.pipros.start_master()
     ros.pipros.environment.update(BROWSER=str(command), DISPLAY=":0")
     process = ros.pipros.start("rqt_graph")
     token = process.wait_for(r"#token=([\w-]+)/")[1]
-    wait_until(opened.exists, 30, "the address that the browser got")
-    url = opened.read_text().strip()
-    assert token not in url
+    wait_until(opened.exists, 30, "the page that the browser got")
+    assert token not in opened.read_text()
+    url = opened.as_uri()
     context = chromium.new_context()
     tab = context.new_page()
     tab.goto(url)

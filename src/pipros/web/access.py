@@ -38,9 +38,9 @@ class Access:
         """Return the address to open, with the token in its fragment, which is not sent to servers."""
         return self._url(host, f"token={self.secret.token}", tab)
 
-    def one_time_url(self, host: str, tab: str = "") -> str:
-        """Return the address with a one-time code instead of the token, for use where others can read it."""
-        return self._url(host, f"code={self.secret.new_code()}", tab)
+    def url_with_code(self, host: str, code: str, tab: str = "") -> str:
+        """Return the address with a one-time code instead of the token."""
+        return self._url(host, f"code={code}", tab)
 
     def check_host(self, host: str | None) -> None:
         """Raise `Denied` unless a `Host` header has an allowed name or address, and the server's port.

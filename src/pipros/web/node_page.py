@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from pipros.net.loop import BackgroundLoop
+from pipros.web.access import Access
 from pipros.web.desktop import open_in_browser
 from pipros.web.server import PageServer, Services
 
@@ -33,9 +34,13 @@ def served_page(services: Services, node: str, log: logging.Logger) -> Iterator[
             # Printed on stderr, because roslaunch redirects nodes' standard output to files. Not logged,
             # because every node can read the log, and the address contains the token.
             print(f"{node.lstrip('/')}: {server.access.url('localhost')}", file=sys.stderr, flush=True)
-            open_in_browser(server.access, "localhost")
+            loop.run(_open(server.access))
         yield
     finally:
         with contextlib.suppress(TimeoutError):
             loop.run(server.close(), _CLOSING_S)
         loop.stop(_CLOSING_S)
+
+
+async def _open(access: Access) -> None:
+    open_in_browser(access, "localhost")

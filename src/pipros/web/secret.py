@@ -2,9 +2,8 @@
 
 Browsers send cookies to every server on the same host name, regardless of its port. So clients present the
 secret explicitly: in the first message of a WebSocket, or in the header `Authorization: Bearer` of a request.
-They read the secret from the fragment of the printed address, which browsers do not send. If a client can
-send only a URL (on a browser's command line, which other users can read), the URL contains
-a one-time code instead.
+They read the secret from the fragment of the printed address, which browsers do not send. An address that is
+passed on, such as to the desktop's browser, contains a one-time code instead, and is worthless afterwards.
 """
 
 from __future__ import annotations
@@ -76,6 +75,10 @@ class Secret:
         code = secrets.token_urlsafe(24)
         self._codes[code] = self._clock() + CODE_S
         return code
+
+    def is_unused(self, code: str) -> bool:
+        """Return whether a code is still valid."""
+        return code in self._codes and self._codes[code] > self._clock()
 
     def redeem(self, value: object) -> bool:
         """Return whether a value from a client is a valid code, and invalidate it."""

@@ -71,7 +71,7 @@ def test_the_address_has_the_token_in_its_fragment_and_the_tab() -> None:
 
 
 def test_a_one_time_address_has_a_code_instead_of_the_token() -> None:
-    url = ACCESS.one_time_url("localhost", "plot/%2Fimu")
+    url = ACCESS.url_with_code("localhost", ACCESS.secret.new_code(), "plot/%2Fimu")
     code = url.removeprefix("http://localhost:8000/#code=").removesuffix("/plot/%2Fimu")
     assert ACCESS.secret.token not in url
     assert ACCESS.secret.redeem(code)
