@@ -65,7 +65,7 @@ def test_ctrl_c_in_init_node_prints_no_traceback(ros: RosSystem, node: str) -> N
     for uri in (ros.master_uri, silent.api):  # no master, and one that does not respond
         program = ros.pipros.start("rosrun", "actionlib_tutorials", node, ROS_MASTER_URI=uri)
         if uri == silent.api:
-            wait_until(lambda: silent.connections, what=lambda: program.output)
+            wait_until(lambda: silent.connections)
         else:
             program.wait_for("Unable to register with master node")
         program.press_ctrl_c()

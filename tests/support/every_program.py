@@ -168,6 +168,14 @@ rospy_tutorials add_two_ints_server
 rospy_tutorials listener.py
 rospy_tutorials param_talker.py
 rospy_tutorials talker.py
+rospy_tutorials advanced_publish.py
+rospy_tutorials listener_connection_header.py
+rospy_tutorials listener_header.py
+rospy_tutorials listener_subscribe_notify.py
+rospy_tutorials listener_with_userdata.py
+rospy_tutorials on_shutdown.py
+rospy_tutorials talker_connection_header.py
+rospy_tutorials talker_header.py
 rostest advertisetest
 rostest hztest
 rostest paramtest
