@@ -182,9 +182,8 @@ accept: {topics: [/from_operator]}
 
 def wan(seconds):
     """Measure a command's round trip between an operator here and a robot behind a narrow link."""
-    from narrow_link import HERE, NarrowLink
-
     from pipros.master.master import Master
+    from tests.support.narrow_link import HERE, NarrowLink
 
     with contextlib.ExitStack() as stack:
         link = stack.enter_context(NarrowLink(kbit=1000, delay_s=0.05, loss=0.01))

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import itertools
+import socket
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from pipros.fleet.zenoh_session import open_router
+import pytest
+
+from pipros.fleet.zenoh_session import LinkFailed, connect, open_router
 from pipros.net.loop import BackgroundLoop
 from pipros.testing.faults.tcp_proxy import Switch, TcpProxy
 from tests.graph.test_fleet_topics import publish_until
-from tests.support.fleet import LIMIT_S, Member, String, running_router
+from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
+from tests.support.narrow_link import THERE, NarrowLink
+from tests.support.network import needs_network
 from tests.support.ports import ClaimedPort
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -276,3 +281,23 @@ def test_commands_overtake_images_on_a_narrow_link(claimed_port: ClaimedPort) ->
             images.publish(String("image" + "x" * 50_000))
         publish_until(stop, stopped, "now")
         assert len(seen) < before + 20, "the images still wait"
+
+
+@needs_network
+def test_a_member_joins_over_a_slow_link_that_loses_packets(ros: RosSystem) -> None:
+    """Round trips take 0.6 s, and one packet in twenty is lost."""
+    with NarrowLink(kbit=1000, delay_s=0.3, loss=0.05) as narrow:
+        address = f"tcp/{THERE}:7447"  # no other program is in the namespace
+        command = [*narrow.prefix, "pipros", "fleet", "router", address, "--without-tls"]
+        ros.pipros.start(*command).wait_for("router at")
+        link = link_to(address)
+        assert link.is_connected
+        link.close()
+
+
+def test_a_router_that_does_not_answer_is_reported_with_the_time_that_was_waited() -> None:
+    waited = r"waited 1\.\d s for the handshake, after a TCP connection in 0\.\d\d s"
+    with socket.create_server(("127.0.0.1", 0)) as silent, pytest.raises(LinkFailed, match=waited):
+        connect(f"tcp/127.0.0.1:{silent.getsockname()[1]}")
+    with pytest.raises(LinkFailed, match="Connection refused"):
+        connect("tcp/127.0.0.1:1")

@@ -11,6 +11,7 @@ import contextlib
 import ctypes
 import json
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
@@ -20,6 +21,8 @@ from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.printable import printable
 from pipros.fleet.fleet_file import Priority
+from pipros.net.connect import Connector
+from pipros.net.rpc_client import reason_of
 
 try:
     import zenoh
@@ -30,8 +33,15 @@ except ImportError as error:
 
 LEASE_MS: Final = 4000
 """Time without data after which a link is closed. Each side sends at least four keep-alives in that time."""
-CONNECT_MS: Final = 1000
-"""Timeout for each attempt to connect to the router."""
+TCP_S: Final = 15.0
+"""Timeout for the TCP connection that measures the way to the router before each first connection. Three lost
+packets delay it by seven seconds.
+"""
+CONNECT_S: Final = 1.0
+CONNECT_ROUND_TRIPS: Final = 15
+"""Timeout for Zenoh's handshake with the router: `CONNECT_S` and this many round trips. The handshake takes
+three round trips, or four with TLS, and as much again for each packet that is lost.
+"""
 RETRY: Final = {"period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 2}
 """Pauses between attempts: a member reconnects within a second of its router's start."""
 FULL_US: Final = 20_000
@@ -309,16 +319,22 @@ def connect(
 ) -> Link:
     """Connect to a router. The link reconnects whenever it is lost.
 
+    Blocks for at most about a second if the router is near or refuses the connection, and otherwise for up to
+    `TCP_S` and 15 round trips. A signal handler that raises ends the wait.
+
     Args:
         bandwidth_kbit: the bandwidth in the member's file. The operating system's send buffer is limited to
             50 ms of data, but to no less than SMALLEST_BUFFER_BYTES.
 
     Raises:
-        LinkFailed: the router does not answer within a second, or refuses the connection.
+        LinkFailed: the router does not answer in time, or refuses the connection.
     """
+    checked_address(router)
+    round_trip_s = _round_trip_s(router)
+    limit_s = CONNECT_S + CONNECT_ROUND_TRIPS * round_trip_s
     settings: dict[str, object] = {
-        "connect/endpoints": [checked_address(router)],
-        "connect/timeout_ms": CONNECT_MS,
+        "connect/endpoints": [router],
+        "connect/timeout_ms": int(1000 * limit_s),
         "connect/exit_on_failure": True,
         "connect/retry": RETRY,
         "listen/endpoints": [],
@@ -337,9 +353,49 @@ def connect(
             "transport/link/tls/verify_name_on_connect": False,
         }
     try:
-        return Link(zenoh.open(_config("client", settings, limits or process_limits())))
+        return Link(_open(_config("client", settings, limits or process_limits())))
     except zenoh.ZError as error:
-        raise LinkFailed(f"cannot reach the router at {router}: {_reason(error)}") from None
+        waited = f"waited {limit_s:.1f} s for the handshake, after a TCP connection in {round_trip_s:.2f} s"
+        raise LinkFailed(f"cannot reach the router at {router}: {_reason(error)} ({waited})") from None
+
+
+def _round_trip_s(router: str) -> float:
+    """Return the time that a TCP connection to a router takes: one round trip.
+
+    Raises:
+        LinkFailed: there is no connection within `TCP_S`.
+    """
+    host, _, port = router.partition("/")[2].rpartition(":")
+    began = time.monotonic()
+    try:
+        Connector().connect(host.strip("[]"), int(port), began + TCP_S).close()
+    except TimeoutError:
+        raise LinkFailed(
+            f"cannot reach the router at {router}: no TCP connection within {TCP_S:g} s"
+        ) from None
+    except OSError as error:
+        raise LinkFailed(f"cannot reach the router at {router}: {reason_of(error)}") from None
+    return time.monotonic() - began
+
+
+def _open(config: zenoh.Config) -> zenoh.Session:
+    """Open a session in a thread, because Python handles no signals while Zenoh waits."""
+    sessions: list[zenoh.Session] = []
+    errors: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            sessions.append(zenoh.open(config))
+        except BaseException as error:
+            errors.append(error)
+
+    opening = threading.Thread(target=work, name="zenoh open", daemon=True)
+    opening.start()
+    while opening.is_alive():
+        opening.join(_SLICE_S)
+    if errors:
+        raise errors[0]
+    return sessions[0]
 
 
 def open_router(

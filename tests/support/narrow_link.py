@@ -4,6 +4,8 @@ Needs root. A thread forwards packets between the devices, because not every ker
 link, each direction has its own bandwidth and queue. Packets that arrive at a full queue are also lost.
 """
 
+from __future__ import annotations
+
 import contextlib
 import fcntl
 import heapq
@@ -11,6 +13,7 @@ import itertools
 import os
 import random
 import select
+import shutil
 import struct
 import subprocess
 import threading
@@ -20,6 +23,7 @@ HERE, THERE = "10.213.7.1", "10.213.7.2"
 _TUNSETIFF, _IFF_TUN, _IFF_NO_PI = 0x400454CA, 1, 0x1000
 _QUEUE_S = 0.2
 _MTU = 1400
+_IP = shutil.which("ip") or "ip"  # tests change PATH
 
 
 class NarrowLink:
@@ -30,17 +34,18 @@ class NarrowLink:
         lost: number of lost packets.
     """
 
-    def __init__(self, kbit, delay_s, loss, seed=1):
+    def __init__(self, kbit: float, delay_s: float, loss: float, seed: int = 1) -> None:
+        """Store the bandwidth, the delay each way, and the share of packets that are lost."""
         self._bytes_per_s = kbit * 1000 / 8
         self._delay_s, self._loss = delay_s, loss
         self._random = random.Random(seed)  # noqa: S311
         self._name = f"narrow{os.getpid()}"
         self._stack = contextlib.ExitStack()
         self._is_over = threading.Event()
-        self.prefix = ["ip", "netns", "exec", self._name]
+        self.prefix = [_IP, "netns", "exec", self._name]
         self.lost = 0
 
-    def __enter__(self):
+    def __enter__(self) -> NarrowLink:
         with contextlib.ExitStack() as stack:
             _ip("netns", "add", self._name)
             stack.callback(_ip, "netns", "delete", self._name)
@@ -62,12 +67,13 @@ class NarrowLink:
             self._stack = stack.pop_all()
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self._stack.close()
 
-    def _forward(self, a, b):
+    def _forward(self, a: int, b: int) -> None:
         other, free_s = {a: b, b: a}, {a: 0.0, b: 0.0}
-        waiting, numbers = [], itertools.count()
+        waiting: list[tuple[float, int, int, bytes]] = []
+        numbers = itertools.count()
         while not self._is_over.is_set():
             pause_s = min(0.1, max(0.0, waiting[0][0] - time.monotonic())) if waiting else 0.1
             for end in select.select([a, b], [], [], pause_s)[0]:
@@ -84,16 +90,16 @@ class NarrowLink:
                     os.write(end, packet)
 
 
-def _tun(name):
+def _tun(name: str) -> int:
     end = os.open("/dev/net/tun", os.O_RDWR)
     fcntl.ioctl(end, _TUNSETIFF, struct.pack("16sH", name.encode(), _IFF_TUN | _IFF_NO_PI))
     return end
 
 
-def _up(device, address, peer, *where):
+def _up(device: str, address: str, peer: str, *where: str) -> None:
     _ip(*where, "addr", "add", address, "peer", peer, "dev", device)
     _ip(*where, "link", "set", device, "mtu", str(_MTU), "up")
 
 
-def _ip(*arguments):
-    subprocess.run(["ip", *arguments], check=True)
+def _ip(*arguments: str) -> None:
+    subprocess.run([_IP, *arguments], check=True)
