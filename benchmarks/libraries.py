@@ -66,6 +66,11 @@ def worker_tf():
 
     figures = {"set_transform": per_operation(insert)}
     stamps = [rospy.Time.from_sec(random.Random(i).uniform(101, 109)) for i in range(1000)]  # noqa: S311
+    for index in range(30):  # five arms of six moving links each
+        parent = "f8" if index % 6 == 0 else f"link{index - 1}"
+        for i in range(500):
+            made = turned(parent, f"link{index}", rospy.Time(100 + i // 50, i % 50 * 20000000), i * 0.001)
+            buffer.set_transform(made, "benchmark")
     look, can = buffer.lookup_transform, buffer.can_transform
 
     def ask(question, times):
@@ -75,6 +80,15 @@ def worker_tf():
 
     figures["latest"] = per_operation(lambda: ask(look, [rospy.Time(0)] * 1000))
     figures["between"] = per_operation(lambda: ask(look, stamps))
+    figures["again"] = per_operation(lambda: ask(look, stamps[:1] * 1000))
+
+    def all_links():
+        for stamp in stamps[:50]:
+            for index in range(30):
+                look("f0", f"link{index}", stamp)
+        return 50 * 30
+
+    figures["links"] = per_operation(all_links)
     figures["can"] = per_operation(lambda: ask(can, stamps))
     say(**figures)
 
@@ -196,6 +210,8 @@ TF = {
     "set_transform: us": "set_transform",
     "lookup_transform over 8 frames, latest: us": "latest",
     "lookup_transform over 8 frames, interpolated: us": "between",
+    "lookup_transform over 8 frames, the same stamp again: us": "again",
+    "lookup_transform of 30 links at one stamp: us per link": "links",
     "can_transform over 8 frames: us": "can",
 }
 FILTER = {"exact, 3 inputs: us per message": "exact", "approximate, 3 inputs: us per message": "approximate"}

@@ -10,7 +10,7 @@ from threading import Lock
 
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import printable
-from pipros.libraries.transforms.chain import CHAIN_BYTES, Chain, find_chain
+from pipros.libraries.transforms.chain import CHAIN_BYTES, Chain, LookupTimes, find_chain
 from pipros.libraries.transforms.errors import (
     ConnectivityException,
     InvalidArgumentException,
@@ -53,6 +53,7 @@ class TransformBuffer:
         self._frames: Frames = {}
         self._chains: dict[tuple[str, str], Chain | None] = {}
         self._chains_bytes = 0
+        self._times = LookupTimes()
         self.waiter = TransformWaiter()
 
     def insert(
@@ -92,16 +93,20 @@ class TransformBuffer:
                     self._frames[parent] = None
             before = frame.size_bytes
             only_parent = frame.only_parent
+            changes_past = not frame.stamps or stamp <= frame.stamps[-1]
             refusal = frame.insert(stamp, parent, pose)
             self._size_bytes += frame.size_bytes - before
             if self._size_bytes > self._limit_bytes:
                 before = frame.size_bytes
                 frame.drop_oldest()
                 self._size_bytes += frame.size_bytes - before
+            if frame.stamps and frame.stamps[0] > self._times.kept_since:
+                self._times.kept_since = frame.stamps[0]
             if frame.only_parent is not only_parent:
                 self._forget_chains()
             if refusal is None:
                 frame.authority = authority
+                self._times.changes += changes_past
         if refusal is None:
             self.waiter.notify()
             return []
@@ -113,6 +118,7 @@ class TransformBuffer:
         """Remove all transforms except static ones."""
         with self._lock:
             self._forget_chains()
+            self._times = LookupTimes()
             for frame in self._frames.values():
                 if frame is not None:
                     before = frame.size_bytes
@@ -277,7 +283,7 @@ class TransformBuffer:
         try:
             return self._chains[pair]
         except KeyError:
-            chain = find_chain(self._frames, target, source)
+            chain = find_chain(self._frames, target, source, self._times)
             self._chains_bytes += CHAIN_BYTES if chain is None else chain.size_bytes
             if self._chains_bytes > self._chains_limit_bytes:
                 self._forget_chains()

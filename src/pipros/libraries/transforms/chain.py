@@ -3,6 +3,13 @@
 A chain replaces the search in `tree` for the usual case: every frame on the path has only one parent in its
 whole history, so the path is the same at all times. Its results are bit-for-bit identical to those of `tree`.
 If a chain gives no result, `tree` finds another path or the reason for the failure.
+
+Programs often look up the stamp of one message many times: between all frames of a robot, or in several
+callbacks. Two caches serve these lookups. A chain keeps its last results, and from the second lookup of a
+time onwards, each frame keeps the pose that was interpolated for that time, which other chains share. A newer
+pose does not change the past, so only these events invalidate results: a pose older than its frame's newest,
+a static pose, another parent, and `clear`. Poses that are dropped because of their age only make results
+before them unavailable.
 """
 
 from __future__ import annotations
@@ -13,10 +20,33 @@ from pipros.libraries.transforms.history import FrameHistory
 from pipros.libraries.transforms.pose import Pose, interpolate, joined
 from pipros.libraries.transforms.tree import MAX_DEPTH, Frames
 
-CHAIN_BYTES = 800
-"""Estimated memory per pair of frames, excluding its steps."""
+CHAIN_BYTES = 1_600
+"""Estimated memory per pair of frames and its results, excluding its steps."""
 
 _STEP_BYTES = 100
+
+_MOST_RESULTS = 4
+"""Maximum number of results that a chain keeps."""
+
+_Frame = tuple[list[int], list[Pose], list[tuple[int, Pose]]]
+"""The lists `stamps`, `poses` and `interpolated` of a `FrameHistory`."""
+
+
+class LookupTimes:
+    """What a buffer's chains need to know to reuse results.
+
+    Attributes:
+        last: time of the buffer's last lookup.
+        changes: number of events that invalidated results.
+        kept_since: results for earlier times may be unavailable, because poses were dropped.
+    """
+
+    __slots__ = ("changes", "kept_since", "last")
+
+    def __init__(self) -> None:
+        self.last = -1
+        self.changes = 0
+        self.kept_since = 1  # so that 0, the latest time, has no stored results
 
 
 class Chain:
@@ -28,12 +58,15 @@ class Chain:
         size_bytes: estimated memory.
     """
 
-    __slots__ = ("_common", "_down", "_moving", "_up", "size_bytes")
+    __slots__ = ("_changes", "_common", "_down", "_moving", "_results", "_times", "_up", "size_bytes")
 
-    def __init__(self, up: list[FrameHistory], down: list[FrameHistory]) -> None:
+    def __init__(self, up: list[FrameHistory], down: list[FrameHistory], times: LookupTimes) -> None:
         # Reading the lists of each frame's history directly saves one call per frame and lookup.
-        self._up = [(frame.stamps, frame.poses) for frame in up]
-        self._down = [(frame.stamps, frame.poses) for frame in down]
+        self._up = [(frame.stamps, frame.poses, frame.interpolated) for frame in up]
+        self._down = [(frame.stamps, frame.poses, frame.interpolated) for frame in down]
+        self._times = times
+        self._changes = times.changes  # when the results were stored
+        self._results: dict[int, Pose] = {}
         self._moving = [frame.stamps for frame in up + down if frame.stamps]
         # Frames above the first common ancestor are in both lists. As in tf2, they do not affect the latest
         # common time.
@@ -57,33 +90,50 @@ class Chain:
 
     def pose(self, time: int) -> Pose | None:
         """Return the pose of the source relative to the target at `time`, or None if it is not available."""
-        up = _poses_at(self._up, time)
-        down = _poses_at(self._down, time)
-        return None if up is None or down is None else joined(up, down)
+        times, results = self._times, self._results
+        if self._changes != times.changes:
+            results.clear()
+            self._changes = times.changes
+        if time >= times.kept_since and (pose := results.get(time)) is not None:
+            return pose
+        is_again, times.last = time == times.last, time
+        up = _poses_at(self._up, time, is_again)
+        down = _poses_at(self._down, time, is_again)
+        if up is None or down is None:
+            return None
+        if len(results) == _MOST_RESULTS:
+            results.clear()
+        pose = results[time] = joined(up, down)
+        return pose
 
 
-def _poses_at(frames: list[tuple[list[int], list[Pose]]], time: int) -> list[Pose] | None:
+def _poses_at(frames: list[_Frame], time: int, keeps: bool) -> list[Pose] | None:
     """Return the pose of each frame at `time`, or None if one is not available.
 
-    `frames` contains the timestamps and poses of each frame, as in `FrameHistory`.
+    If `keeps` is true, interpolated poses are kept for the next lookup.
     """
     found = []
-    for stamps, poses in frames:
+    for stamps, poses, interpolated in frames:
         if not stamps:  # a static frame
             found.append(poses[0])
         elif not stamps[0] <= time <= stamps[-1]:
             return None
         elif time == stamps[-1] or time == 0:
             found.append(poses[-1])
+        elif keeps and interpolated and interpolated[0][0] == time:
+            found.append(interpolated[0][1])
         else:
             after = bisect_right(stamps, time)
             older = stamps[after - 1]
             ratio = (time - older) / (stamps[after] - older)
-            found.append(interpolate(poses[after - 1], poses[after], ratio))
+            pose = interpolate(poses[after - 1], poses[after], ratio)
+            if keeps:
+                interpolated[:] = [(time, pose)]
+            found.append(pose)
     return found
 
 
-def find_chain(frames: Frames, target: str, source: str) -> Chain | None:
+def find_chain(frames: Frames, target: str, source: str, times: LookupTimes) -> Chain | None:
     """Return the chain between two frames, or None if they are not connected or the path varies over time."""
     up: list[FrameHistory] = []
     name = source
@@ -97,10 +147,10 @@ def find_chain(frames: Frames, target: str, source: str) -> Chain | None:
     name = target
     while name != top:
         if name == source:
-            return Chain([], down)
+            return Chain([], down, times)
         frame = frames[name]
         if frame is None or frame.only_parent is None or len(down) == MAX_DEPTH:
             return None
         down.append(frame)
         name = frame.only_parent
-    return Chain(up, down)
+    return Chain(up, down, times)

@@ -20,11 +20,12 @@ class FrameHistory(Protocol):
 
     Implementations are not thread-safe; the caller holds a lock.
 
-    `stamps`, `parents` and `poses` are always the same list objects; they are changed in place.
+    `stamps`, `parents`, `poses` and `interpolated` are always the same list objects, changed in place.
 
     Attributes:
         stamps: the timestamps of the poses in ascending order; empty for a static frame.
         parents, poses: the parent and the pose for each timestamp; one of each for a static frame.
+        interpolated: a time and the pose that was interpolated for it, or an empty list; see `Chain`.
         only_parent: the parent of all poses; None if there are no poses, or if they have several parents.
         authority: the node that published the last inserted pose.
         size_bytes: estimated memory used by the poses.
@@ -33,6 +34,7 @@ class FrameHistory(Protocol):
     stamps: list[int]
     parents: list[str]
     poses: list[Pose]
+    interpolated: list[tuple[int, Pose]]
     only_parent: str | None
     authority: str
     size_bytes: int
@@ -65,7 +67,16 @@ class FrameHistory(Protocol):
 class MovingFrame:
     """The poses of a moving frame in the last `length` nanoseconds, ordered by timestamp."""
 
-    __slots__ = ("authority", "length", "only_parent", "parents", "poses", "size_bytes", "stamps")
+    __slots__ = (
+        "authority",
+        "interpolated",
+        "length",
+        "only_parent",
+        "parents",
+        "poses",
+        "size_bytes",
+        "stamps",
+    )
 
     def __init__(self, length: int) -> None:
         self.length = length
@@ -75,6 +86,7 @@ class MovingFrame:
         self.stamps: list[int] = []
         self.parents: list[str] = []
         self.poses: list[Pose] = []
+        self.interpolated: list[tuple[int, Pose]] = []
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:
         stamps = self.stamps
@@ -91,6 +103,7 @@ class MovingFrame:
             place = bisect_right(stamps, stamp)
             if place and stamps[place - 1] == stamp:
                 return "TF_REPEATED_DATA ignoring data with redundant timestamp"
+            self.interpolated.clear()
             stamps.insert(place, stamp)
             self.parents.insert(place, parent)
             self.poses.insert(place, pose)
@@ -162,13 +175,13 @@ class MovingFrame:
     def clear(self) -> None:
         self.only_parent = None
         self.size_bytes = 0
-        del self.stamps[:], self.parents[:], self.poses[:]
+        del self.stamps[:], self.parents[:], self.poses[:], self.interpolated[:]
 
 
 class StaticFrame:
     """The pose of a static frame."""
 
-    __slots__ = ("authority", "only_parent", "parents", "poses", "size_bytes", "stamps")
+    __slots__ = ("authority", "interpolated", "only_parent", "parents", "poses", "size_bytes", "stamps")
 
     def __init__(self) -> None:
         self.authority = ""
@@ -177,6 +190,7 @@ class StaticFrame:
         self.stamps: list[int] = []
         self.parents: list[str] = []
         self.poses: list[Pose] = []
+        self.interpolated: list[tuple[int, Pose]] = []
 
     def insert(self, stamp: int, parent: str, pose: Pose) -> str | None:  # noqa: ARG002 # valid for every time
         """Replace the pose. It is never rejected."""
