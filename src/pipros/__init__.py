@@ -41,12 +41,13 @@ if TYPE_CHECKING:
     from pipros.net.master_client import MasterClient
     from pipros.node.node import Node
     from pipros.node.publisher import Publisher
-    from pipros.node.service_client import CallTimeout, ServiceClient, ServiceFailed
+    from pipros.node.service_client import ServiceClient
+    from pipros.node.service_link import CallTimeout, ServiceFailed
     from pipros.node.service_server import ServiceServer
     from pipros.node.subscriber import Subscriber
 
 _MODULES = {
-    "CallTimeout": "pipros.node.service_client",
+    "CallTimeout": "pipros.node.service_link",
     "Core": "pipros.launch.roscore",
     "Environment": "pipros.basics.env",
     "Limits": "pipros.basics.limits",
@@ -58,7 +59,7 @@ _MODULES = {
     "Publisher": "pipros.node.publisher",
     "Refused": "pipros.basics.errors",
     "ServiceClient": "pipros.node.service_client",
-    "ServiceFailed": "pipros.node.service_client",
+    "ServiceFailed": "pipros.node.service_link",
     "ServiceServer": "pipros.node.service_server",
     "Subscriber": "pipros.node.subscriber",
     "Unreachable": "pipros.basics.errors",

@@ -11,7 +11,7 @@ from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node, publisher_connector
-from pipros.node.service_client import ServiceFailed
+from pipros.node.service_link import ServiceFailed
 from pipros.testing.faults.history import History
 from pipros.testing.faults.ros_proxy import FaultProxy
 from tests.support.nodes import MakeNode

@@ -16,7 +16,7 @@ from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
-from pipros.node.service_client import ServiceFailed
+from pipros.node.service_link import ServiceFailed
 from pipros.wire.header import HeaderReader, encode_header
 from tests.chaos.counting import count, wait_until_back
 from tests.support.nodes import Inbox, MakeNode

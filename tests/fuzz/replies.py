@@ -16,7 +16,7 @@ from contextlib import suppress
 from std_msgs.msg import Empty
 
 from pipros.basics.limits import Limits
-from pipros.node.service_client import CallTimeout, ServiceFailed, ServiceLink
+from pipros.node.service_link import CallTimeout, ServiceFailed, ServiceLink
 from pipros.wire.handshake import WireType
 from tests.fuzz import mutation
 

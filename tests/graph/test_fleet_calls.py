@@ -13,7 +13,8 @@ from pipros.fleet import keys
 from pipros.fleet.zenoh_session import LinkFailed
 from pipros.msg import load_service_class
 from pipros.node.open_calls import OpenCalls
-from pipros.node.service_client import ErrorReply, ServiceClient, ServiceFailed
+from pipros.node.service_client import ServiceClient
+from pipros.node.service_link import ErrorReply, ServiceFailed
 from tests.support.fleet import LIMIT_S, Member, running_router
 from tests.support.ports import ClaimedPort
 from tests.support.waiting import wait_until

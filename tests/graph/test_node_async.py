@@ -13,7 +13,7 @@ from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
-from pipros.node.service_client import CallTimeout
+from pipros.node.service_link import CallTimeout
 from tests.support.nodes import MakeNode, wait_until_connected
 
 String: Any = load_message_class("std_msgs/String")

@@ -14,7 +14,7 @@ from pipros.msg import load_service_class
 from pipros.net.workers import Workers
 from pipros.node import service_client
 from pipros.node.endpoints import NameInUse
-from pipros.node.service_client import CallTimeout, ServiceFailed
+from pipros.node.service_link import CallTimeout, ServiceFailed
 from pipros.wire.header import encode_header
 from tests.support.nodes import MakeNode, listening_log
 from tests.support.waiting import wait_until
@@ -22,6 +22,8 @@ from tests.support.waiting import wait_until
 SetBool: Any = load_service_class("std_srvs/SetBool")
 Empty: Any = load_service_class("std_srvs/Empty")
 ON = SetBool._request_class(data=True)
+
+pytestmark = pytest.mark.usefixtures("transport")
 
 
 def answer(text: str) -> Callable[[Any], Any]:
@@ -131,7 +133,7 @@ def test_a_call_reaches_a_server_that_has_moved_from_a_silent_address(make_node:
         assert proxy.call(ON).message == "done"
 
 
-@pytest.mark.usefixtures("patient")
+@pytest.mark.usefixtures("patient", "over_tcp")
 def test_a_client_connects_to_the_server_of_its_last_call_while_the_master_responds(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:

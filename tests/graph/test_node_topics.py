@@ -39,6 +39,8 @@ PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 Empty: Any = load_service_class("std_srvs/Empty")
 ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
 
+pytestmark = pytest.mark.usefixtures("transport")
+
 
 def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> None:
     talker, one, two = make_node("talker"), make_node("one"), make_node("two")
@@ -53,6 +55,7 @@ def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> Non
         assert [message.data for message in inbox.wait(2000)] == [str(number) for number in range(2000)]
 
 
+@pytest.mark.usefixtures("over_tcp")
 def test_messages_of_a_dense_run_share_packets_unless_the_subscriber_wants_no_delay(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:

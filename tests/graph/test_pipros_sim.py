@@ -12,7 +12,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
-from pipros.node.service_client import ServiceFailed
+from pipros.node.service_link import ServiceFailed
 from pipros.pictures.pgm import write_pgm
 from tests.support.nodes import Inbox
 from tests.support.page import Page

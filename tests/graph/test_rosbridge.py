@@ -28,7 +28,7 @@ from pipros.bridges.rosbridge.text_input import JsonObjects
 from pipros.bridges.rosbridge.udp_server import NotLoopback, UdpServer
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
-from pipros.node.service_client import ServiceFailed
+from pipros.node.service_link import ServiceFailed
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.ports import ClaimedPort
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server

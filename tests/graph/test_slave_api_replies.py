@@ -48,17 +48,19 @@ def test_an_empty_header_closes_the_connection_silently(make_node: MakeNode) -> 
     assert answer_to(node, struct.pack("<I", 0)) == b""
 
 
-def test_both_ends_of_a_link_name_port_and_socket(make_node: MakeNode) -> None:
+def test_both_ends_of_a_link_name_transport_port_and_socket(make_node: MakeNode, transport: str) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("/chat", String)
     subscriber = listener.subscribe("/chat", String, lambda message: None)
     wait_until(lambda: publisher.connection_count == subscriber.connection_count == 1)
-    pattern = re.compile(r"TCPROS connection on port (\d+) to \[(.*) on socket (\d+)\]")
+    pattern = re.compile(transport + r" connection on port (\d+) to \[(.*) on socket (\d+)\]")
     remarks = []
     for node in (talker, listener):
         with ServerProxy(node.uri) as slave:
             (link,) = slave.getBusInfo("/me")[2]
+        assert link[3] == transport
         found = pattern.fullmatch(link[6])
         assert found is not None, link
         remarks.append(found)
-    assert remarks[0][2].endswith(f":{remarks[1][1]}")
+    end = f":{remarks[1][1]}" if transport == "TCPROS" else "this machine"
+    assert remarks[0][2].endswith(end)

@@ -12,7 +12,7 @@ from pipros.basics.env import Environment
 from pipros.msg import load_message_class, load_service_class
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
-from pipros.node.service_client import ServiceFailed
+from pipros.node.service_link import ServiceFailed
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.page import Page
 from tests.support.processes import Process

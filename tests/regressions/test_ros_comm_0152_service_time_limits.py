@@ -13,7 +13,7 @@ import pytest
 from pipros.master.master import Master
 from pipros.msg import load_service_class
 from pipros.net.master_client import MasterClient
-from pipros.node.service_client import CallTimeout, ServiceFailed
+from pipros.node.service_link import CallTimeout, ServiceFailed
 from tests.support.nodes import MakeNode
 from tests.support.processes import Processes
 

@@ -19,7 +19,7 @@ from pipros.basics.limits import Limits
 from pipros.msg import load_message_class, load_service_class
 from pipros.net.rpc_client import RpcClient
 from pipros.node import Node
-from pipros.node.service_client import ServiceFailed
+from pipros.node.service_link import ServiceFailed
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until

@@ -9,6 +9,7 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.master.master import Master
+from pipros.net.local_stream import PROTOCOL, SWITCH
 from pipros.node import Node
 from tests.support.nodes import MakeNode
 
@@ -17,6 +18,20 @@ from tests.support.nodes import MakeNode
 def master() -> Iterator[Master]:
     with Master(port=0) as running:
         yield running
+
+
+@pytest.fixture
+def over_tcp(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Turn Unix streams off in this process, for tests of TCP."""
+    monkeypatch.setenv(SWITCH, "off")
+
+
+@pytest.fixture(params=[PROTOCOL, "TCPROS"])
+def transport(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Run a test with Unix streams and again with TCP. Return the transport's name."""
+    name = str(request.param)
+    monkeypatch.setenv(SWITCH, "on" if name == PROTOCOL else "off")
+    return name
 
 
 @pytest.fixture

@@ -13,7 +13,8 @@ from pipros.msg import time as msg_time
 from pipros.msg.base import Message
 from pipros.node import Node
 from pipros.node.endpoints import NameInUse
-from pipros.node.service_client import ServiceClient, ServiceFailed
+from pipros.node.service_client import ServiceClient
+from pipros.node.service_link import ServiceFailed
 from pipros.node.service_server import HandlerError, ServiceClass, ServiceServer
 from rospy.core import *  # noqa: F403  # imported from here by other code
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException

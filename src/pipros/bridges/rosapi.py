@@ -22,7 +22,7 @@ from pipros.msg.language.spec import NUMBERS, FieldType, MessageSpec
 from pipros.msg.time import NS_PER_S
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
-from pipros.node.service_client import split_service_uri
+from pipros.node.service_link import split_service_uri
 from pipros.node.service_server import HandlerError
 
 MASTER_DEADLINE_S: Final = 10.0

@@ -18,7 +18,8 @@ from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.open_calls import OpenCalls
-from pipros.node.service_client import ErrorReply, ServiceClient
+from pipros.node.service_client import ServiceClient
+from pipros.node.service_link import ErrorReply
 from pipros.node.service_server import CallFailed, HandlerError, ServiceServer
 
 SUCCESS: Final = b"\x01"

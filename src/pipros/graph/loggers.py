@@ -51,7 +51,8 @@ def _call(master: MasterClient, node: str, service: str, type_name: str, **field
     from pipros.graph.services import uri_of
     from pipros.msg import load_service_class
     from pipros.node.open_calls import OpenCalls
-    from pipros.node.service_client import ServiceClient, ServiceFailed
+    from pipros.node.service_client import ServiceClient
+    from pipros.node.service_link import ServiceFailed
 
     name = f"{node.rstrip('/')}/{service}"
     if uri_of(master, name) is None:

@@ -53,7 +53,7 @@ def header_at(uri: str, service: str, caller_id: str, calls: OpenCalls | None = 
     """
     import time
 
-    from pipros.node.service_client import ServiceFailed, ServiceLink
+    from pipros.node.service_link import ServiceFailed, ServiceLink
     from pipros.wire.handshake import WireType
 
     deadline = time.monotonic() + PROBE_DEADLINE_S

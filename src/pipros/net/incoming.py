@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from pipros.basics.errors import ProtocolError
-from pipros.net import sockets
+from pipros.net import local_stream, sockets
 from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
 from pipros.wire.messages import MessageReader
 
@@ -45,6 +45,11 @@ FULL_WINDOW_BYTES = 64 * 1024
 QUIET_S = 0.002
 """If a socket held FULL_WINDOW_BYTES, its TCP window was closed, so the peer has more data to send.
 Reading continues until nothing has arrived for QUIET_S.
+"""
+
+FULL_STREAM_MESSAGES = 128
+"""Number of messages that mean the same for a Unix stream. Linux charges some 770 bytes for each small
+message, so that a stream with the default buffers holds only 278 of them.
 """
 
 IDLE_POLLS = 4
@@ -117,6 +122,7 @@ class IncomingLink:
     The message passed to `deliver` is valid only during the call. `on_closed` is called once, from the link's
     thread, with the reason if the link ended because of an error. The link polls longer for the next message
     if the node has published since the last one, as counted by `published`; see `pipros.net.busy_poll`.
+    `received_count` changes before messages are delivered.
     """
 
     def __init__(
@@ -129,6 +135,7 @@ class IncomingLink:
         queue_size: int | None,
         on_closed: Callable[[IncomingLink, Exception | None], object],
         published: PublishCount,
+        received_count: PublishCount,
         limit_bytes: int | None = None,
         keeps_large: bool = False,
         received: bytes = b"",
@@ -141,16 +148,19 @@ class IncomingLink:
         """
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
+        self.transport = local_stream.transport_of(sock)
         self.descriptor = sock.fileno()
         self.local_port = sockets.local_port(sock)
         self.queue_size = queue_size
         self.statistics = ReceiveStatistics()
         self._sock = sock
+        self._is_local = local_stream.is_local(sock)
         self._deliver = deliver
         self._delivery_lock = delivery_lock
         self._on_closed = on_closed
         self._buffer = MessageReader(limit_bytes, keeps_large=keeps_large)
         self._published = published
+        self._received_count = received_count
         self._published_before = 0  # the value of `published` at the last wait for a message
         self._idle_poller = PollingReceiver()  # waits for the start of a message
         self._mid_message_poller = PollingReceiver()  # waits for the rest of a message
@@ -217,11 +227,13 @@ class IncomingLink:
         """Like `_receive`, but sleep first, so that more messages can arrive."""
         time.sleep(COALESCE_SLEEP_S)
         count = self._receive()
-        sockets.acknowledge(self._sock)
+        if not self._is_local:
+            sockets.acknowledge(self._sock)
         return count
 
     def _take(self, count: int) -> int:
         """Deliver the messages that are completed by `count` received bytes. Return their number."""
+        self._received_count.value += 1
         if self.queue_size:
             accepted = self._accept(count, self._buffer.received(count))
             self._deliver_waiting()
@@ -276,19 +288,21 @@ class IncomingLink:
     def _read_available(self) -> None:
         """Read all available data from the socket, so that only the newest messages stay queued."""
         end = time.monotonic() + DRAIN_LIMIT_S
-        before = self.statistics.bytes
+        before, messages = self.statistics.bytes, 0
         while self.queue_size and time.monotonic() < end:
             self._keep_waiting()
             try:
                 count = sockets.receive_now(self._sock, self._buffer.space())
             except BlockingIOError:
-                was_window_full = self.statistics.bytes - before >= FULL_WINDOW_BYTES
-                if was_window_full and sockets.wait_readable(self._sock, QUIET_S):
+                was_full = self.statistics.bytes - before >= FULL_WINDOW_BYTES or (
+                    self._is_local and messages >= FULL_STREAM_MESSAGES
+                )
+                if was_full and sockets.wait_readable(self._sock, QUIET_S):
                     continue
                 return
             if not count:
                 return  # the stream has ended; the next blocking read will report it
-            self._accept(count, self._buffer.received(count))
+            messages += self._accept(count, self._buffer.received(count))
 
     def _keep_waiting(self) -> None:
         """Copy the queued messages out of the buffer before it is reused."""

@@ -24,12 +24,12 @@ import math
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from pipros.basics.limits import Limits
-from pipros.net import sockets
-from pipros.net.backlog import Backlog, WireMessage
+from pipros.net import local_stream, sockets
+from pipros.net.backlog import Backlog, Buffer, WireMessage
 from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, Event, State, after
 
@@ -42,6 +42,11 @@ CHECK_STALLED_INTERVAL_S = 0.1
 TURN_BYTES = 4 * 1024 * 1024
 """After sending this many bytes on a link, the event loop turns to other links, because a peer might read as
 fast as the loop writes.
+"""
+
+STREAM_SPARED_BYTES = 128 * 1024
+"""A backlog up to this size is not dropped by `queue_size` on a Unix stream. The stream itself holds only a
+few hundred small messages, where TCP holds many thousands, so a short burst would lose messages.
 """
 
 _READ_BYTES = 4096
@@ -92,13 +97,15 @@ class OutgoingLink:
         sock.setblocking(False)
         self.sock = sock
         self.peer = sockets.peer_name(sock)
+        self.transport = local_stream.transport_of(sock)
         self.descriptor = sock.fileno()
         self.queue_size = queue_size
         self.statistics = SendStatistics()
         self.state = State.IDLE
         self.end_reason = ""
         self._limits = limits
-        self._may_share_packets = may_share_packets
+        self._is_local = local_stream.is_local(sock)
+        self._may_share_packets = may_share_packets and not self._is_local
         self._loop = loop
         self._on_closed = on_closed
         self._lock = threading.Lock()
@@ -130,6 +137,38 @@ class OutgoingLink:
                 self._take(Event.SOCKET_FULL)
             elif not self.is_closed:
                 self._backlog.append(message, size)
+                self._flush()
+            self._drop_oldest()
+
+    def send_together(self, messages: Sequence[Buffer], joined: bytes) -> None:
+        """Like `send`, for several messages, of which `joined` is the concatenation."""
+        with self._lock:
+            if self.state is _IDLE or self.state is _RECOVERING:
+                try:
+                    sent = self.sock.send(joined)
+                except (BlockingIOError, InterruptedError):
+                    sent = 0
+                except OSError:
+                    self._give_up()
+                    return
+                statistics = self.statistics
+                statistics.bytes += sent
+                if sent == len(joined):
+                    statistics.frames += len(messages)
+                    return
+                for message in messages:
+                    if sent >= len(message):
+                        sent -= len(message)
+                        statistics.frames += 1
+                    elif sent:
+                        self._backlog.append_rest((message,), sent)
+                        sent = 0
+                    else:
+                        self._backlog.append((message,), len(message))
+                self._take(Event.SOCKET_FULL)
+            elif not self.is_closed:
+                for message in messages:
+                    self._backlog.append((message,), len(message))
                 self._flush()
             self._drop_oldest()
 
@@ -237,7 +276,8 @@ class OutgoingLink:
 
     def _drop_oldest(self) -> None:
         most = 1 if self.queue_size is None and self.state is State.STALLED else self.queue_size
-        self.statistics.dropped += self._backlog.drop_oldest(most, self._limits.queue_bytes)
+        spared_bytes = STREAM_SPARED_BYTES if self._is_local else 0
+        self.statistics.dropped += self._backlog.drop_oldest(most, self._limits.queue_bytes, spared_bytes)
 
     def _give_up(self) -> None:
         if not self.is_closed:
@@ -252,7 +292,8 @@ class OutgoingLink:
     def _watch_peer(self) -> None:
         if not self.is_closed:
             self._loop.asyncio.add_reader(self.sock, self._read)
-            self._check_peer()
+            if not self._is_local:  # the kernel reports the end of a local peer at once
+                self._check_peer()
 
     def _check_again(self, check: Callable[[], None], interval_s: float) -> None:
         self._checks[check] = self._loop.asyncio.call_later(interval_s, check)

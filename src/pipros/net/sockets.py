@@ -1,4 +1,4 @@
-"""Functions for TCP sockets that behave identically on all operating systems."""
+"""Functions for stream sockets that behave identically on all operating systems."""
 
 from __future__ import annotations
 
@@ -141,10 +141,12 @@ def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
 
 
 def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
-    """Set the socket options for a TCPROS link.
+    """Set the socket options for a TCPROS link. A Unix stream needs none.
 
     Lost peers are detected, and small messages are sent at once if `no_delay` is true.
     """
+    if sock.family not in (socket.AF_INET, socket.AF_INET6):
+        return
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(no_delay))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in (
@@ -271,17 +273,18 @@ def abort(sock: socket.socket) -> None:
 
 
 def local_port(sock: socket.socket) -> int:
-    """Return the port of this end of a connection, or 0 if the connection has ended."""
+    """Return the port of this end of a connection; 0 for a Unix stream, or if the connection has ended."""
     try:
-        return int(sock.getsockname()[1])
+        name = sock.getsockname()
     except OSError:
         return 0
+    return int(name[1]) if isinstance(name, tuple) else 0
 
 
 def peer_name(sock: socket.socket) -> str:
-    """Return the `host:port` of the other end, or `?` if the connection has ended."""
+    """Return the `host:port` of the other end; `this machine` for a Unix stream; `?` if it has ended."""
     try:
         name = sock.getpeername()
     except OSError:
         return "?"
-    return host_and_port(name[0], name[1])
+    return host_and_port(name[0], name[1]) if isinstance(name, tuple) else "this machine"

@@ -1,5 +1,7 @@
 """Open TCPROS connections from either end: connect or accept, then exchange headers.
 
+Connections use TCP, or a Unix stream between nodes of one machine (`net/local_stream.py`).
+
 `wire/handshake.py` determines the content of the headers. A node may serve HTTP on the same port, so that a
 firewall or a container needs to open only one port for each node. The first four bytes distinguish the two.
 TCPROS begins with the length of the header, and the last byte of a length below 16 MiB is zero. HTTP begins
@@ -13,14 +15,14 @@ import contextlib
 import logging
 import math
 import socket
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pipros.basics.errors import ProtocolError, Unreachable
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.ports import PortRange
-from pipros.net import sockets
-from pipros.net.address import address_here, plain_address
+from pipros.net import local_stream, sockets
+from pipros.net.address import LOOPBACK, address_here, plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_client import reason_of
@@ -62,7 +64,7 @@ class TcprosConnection(NamedTuple):
         sock: non-blocking; the receiver of this object must close it.
         fields: the peer's connection header.
         rest: bytes that arrived directly after the header.
-        peer: the IP address of the other side.
+        peer: the IP address of the other side; that of the loopback interface for a Unix stream.
     """
 
     sock: socket.socket
@@ -127,6 +129,7 @@ class TcprosServer:
             spares_loopback=not limits.tcpros_connections_per_peer,
             refusals=self.refusals,
         )
+        self._local: socket.socket | None = None
         self._handshakes: dict[_Handshake, None] = {}  # handshakes in the order of arrival
         self._overdue_timer: asyncio.TimerHandle | None = None
         self._loop: asyncio.AbstractEventLoop
@@ -134,40 +137,61 @@ class TcprosServer:
     def start(self) -> None:
         """Start accepting connections. This method and `stop` must be called from the event loop."""
         self._loop = asyncio.get_running_loop()
-        self._loop.add_reader(self._server, self._accept)
+        for server in self._servers:
+            self._loop.add_reader(server, self._accept, server)
         self._close_overdue()
+
+    def listen_locally(self, name: str) -> str | None:
+        """Also accept Unix streams at an abstract socket name, once `start` is called.
+
+        Return the name, or None if it cannot be opened.
+        """
+        self._local = local_stream.listen(name)
+        return name if self._local is not None else None
 
     @property
     def descriptors(self) -> list[int]:
-        """A list with the listening socket's descriptor; empty once the socket is closed."""
-        return [number] if (number := self._server.fileno()) >= 0 else []
+        """The descriptors of the listening sockets; empty once they are closed."""
+        return [number for server in self._servers if (number := server.fileno()) >= 0]
+
+    @property
+    def _servers(self) -> list[socket.socket]:
+        return [self._server] if self._local is None else [self._server, self._local]
 
     def stop(self) -> None:
         """Close the port and every connection that is still in its handshake."""
-        self._loop.remove_reader(self._server)
-        self._server.close()
+        for server in self._servers:
+            self._loop.remove_reader(server)
+            server.close()
         if self._overdue_timer:
             self._overdue_timer.cancel()
         for handshake in list(self._handshakes):
             handshake.dismiss()
 
-    def _accept(self) -> None:
+    def _accept(self, server: socket.socket) -> None:
         for _ in range(_ACCEPTED_AT_A_TIME):
-            if not self._accept_one():
+            if not self._accept_one(server):
                 return
 
-    def _accept_one(self) -> bool:
+    def _accept_one(self, server: socket.socket) -> bool:
         """Accept a connection. Return False if no connection is waiting."""
         try:
-            sock, address = self._server.accept()
+            sock, address = server.accept()
         except (BlockingIOError, InterruptedError, ConnectionAbortedError):
             return False
         except OSError:  # no descriptors are left; retry after a pause
-            self._loop.remove_reader(self._server)
-            self._loop.call_later(RETRY_ACCEPT_S, self._accept_again)
+            self._loop.remove_reader(server)
+            self._loop.call_later(RETRY_ACCEPT_S, self._accept_again, server)
             return False
-        peer = plain_address(str(address[0]))
-        handshake = _Handshake(sock, peer, self._limits, self._on_connection, self._on_http)
+        on_http = self._on_http
+        if server is self._local:
+            if not local_stream.is_from_same_user(sock):
+                sock.close()
+                return True
+            peer, on_http = LOOPBACK, None
+        else:
+            peer = plain_address(str(address[0]))
+        handshake = _Handshake(sock, peer, self._limits, self._on_connection, on_http)
         if not handshake.read():  # the header has usually arrived by now
             handshake.wait(self._loop, self._forget)
             self._handshakes[handshake] = None
@@ -177,9 +201,9 @@ class TcprosServer:
                 longest.dismiss()
         return True
 
-    def _accept_again(self) -> None:
-        if self._server.fileno() >= 0:
-            self._loop.add_reader(self._server, self._accept)
+    def _accept_again(self, server: socket.socket) -> None:
+        if server.fileno() >= 0:
+            self._loop.add_reader(server, self._accept, server)
 
     def _close_overdue(self) -> None:
         self.connections.close_overdue(self._loop.time(), idle_s=math.inf)
@@ -278,22 +302,46 @@ async def connect(
             `Limits.handshake_s`.
         ProtocolError: the peer closed without a reply, or its reply is malformed.
     """
-    loop = asyncio.get_running_loop()
+
+    async def open_socket() -> socket.socket:
+        with sockets.closed_on_error(await _connect_first(asyncio.get_running_loop(), host, port)) as sock:
+            sockets.prepare(sock, no_delay=no_delay)
+            return sock
+
+    return await _shake_hands(open_socket, f"{host}:{port}", fields, limits)
+
+
+async def connect_locally(
+    name: str, fields: Mapping[str, str], *, limits: Limits | None = None
+) -> TcprosConnection:
+    """Connect like `connect`, but by a Unix stream to an abstract socket name."""
+
+    async def open_socket() -> socket.socket:
+        return local_stream.connect(name)
+
+    return await _shake_hands(open_socket, name, fields, limits)
+
+
+async def _shake_hands(
+    open_socket: Callable[[], Awaitable[socket.socket]],
+    peer: str,
+    fields: Mapping[str, str],
+    limits: Limits | None,
+) -> TcprosConnection:
     bounds = limits or process_limits()
 
-    async def shake_hands() -> TcprosConnection:
-        with sockets.closed_on_error(await _connect_first(loop, host, port)) as sock:
-            sockets.prepare(sock, no_delay=no_delay)
-            await loop.sock_sendall(sock, encode_header(fields))
+    async def exchange() -> TcprosConnection:
+        with sockets.closed_on_error(await open_socket()) as sock:
+            await asyncio.get_running_loop().sock_sendall(sock, encode_header(fields))
             answer, rest = await _read_header(sock, bounds.header_bytes)
         return TcprosConnection(sock, answer, rest)
 
     try:
-        return await asyncio.wait_for(shake_hands(), bounds.handshake_s)
+        return await asyncio.wait_for(exchange(), bounds.handshake_s)
     except asyncio.TimeoutError:
-        raise Unreachable(f"{host}:{port}", f"no response within {bounds.handshake_s:g} s") from None
+        raise Unreachable(peer, f"no response within {bounds.handshake_s:g} s") from None
     except OSError as error:
-        raise Unreachable(f"{host}:{port}", reason_of(error)) from error
+        raise Unreachable(peer, reason_of(error)) from error
 
 
 def refuse_connection(sock: socket.socket, reason: str) -> None:

@@ -25,6 +25,7 @@ class NodeContext(NamedTuple):
         connections: the node's TCPROS connections.
         attempts: limits the node's concurrent attempts to connect to publishers.
         published: counter that changes with each message that the node publishes.
+        received: counter that changes whenever the node has received messages on a topic.
     """
 
     node_name: str
@@ -35,3 +36,4 @@ class NodeContext(NamedTuple):
     connections: ConnectionTable
     attempts: Attempts
     published: PublishCount
+    received: PublishCount

@@ -63,6 +63,8 @@ class Endpoints:
     Attributes:
         port: the TCPROS port.
         address: the host and port at which peers reach the TCPROS port.
+        local_name: the abstract socket name at which nodes of this machine reach it by a Unix stream, or
+            None.
     """
 
     def __init__(
@@ -79,10 +81,19 @@ class Endpoints:
     ) -> None:
         self.port = port
         self.address = advertised.outside(port)
+        self.local_name: str | None = None
         numbers = itertools.count(1)
         self.attempts = Attempts(limits.connection_attempts)
         self._context = NodeContext(
-            node_name, loop, log, lambda: next(numbers), limits, connections, self.attempts, PublishCount()
+            node_name,
+            loop,
+            log,
+            lambda: next(numbers),
+            limits,
+            connections,
+            self.attempts,
+            PublishCount(),
+            PublishCount(),
         )
         self.service_uri = uri(*self.address, "rosrpc")
         self._registrations = registrations
@@ -166,9 +177,13 @@ class Endpoints:
         return Publisher(publication, self._release_publication)
 
     def restrict_publishing_to(self, thread: int) -> None:
-        """Publish subsequent messages only if they come from `thread`; silently drop all others."""
+        """Publish subsequent messages only if they come from `thread`; silently drop all others.
+
+        Messages that bursts have collected are sent first.
+        """
         for publication in self.publications:
             publication.only_thread = thread
+            publication.flush()
 
     def _release_publication(self, publication: Publication) -> None:
         with self._lock:

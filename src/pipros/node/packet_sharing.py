@@ -30,10 +30,8 @@ may have waited for a processor, therefore does not end a burst.
 SILENCE_S: Final = 1e-3
 """A pause of this length ends a burst even if no further message follows."""
 
-CHECK_S: Final = 0.01
-"""Interval between checks whether a burst has ended. If the subscriber is slow to acknowledge earlier
-messages, the last messages of a burst can wait this long in a shared packet.
-"""
+CHECK_S: Final = 0.001
+"""Interval between checks whether a burst has ended, and at which the event loop sends collected messages."""
 
 
 class BurstDetector:
@@ -41,19 +39,20 @@ class BurstDetector:
 
     Attributes:
         in_burst: whether a burst is in progress.
+        is_close: whether the last message closely followed another.
     """
 
-    __slots__ = ("_last_s", "_length", "in_burst")
+    __slots__ = ("_last_s", "_length", "in_burst", "is_close")
 
     def __init__(self) -> None:
-        self.in_burst = False
+        self.in_burst = self.is_close = False
         self._length = 0
         self._last_s = float("-inf")
 
     def note(self, now_s: float) -> bool:
         """Count a message that is about to be sent. Return True if this changes `in_burst`."""
-        is_close, self._last_s = now_s - self._last_s < CLOSE_S, now_s
-        if is_close:
+        self.is_close, self._last_s = now_s - self._last_s < CLOSE_S, now_s
+        if self.is_close:
             if self._length == RUN_LENGTH:
                 return False
             self._length += 1
@@ -89,16 +88,29 @@ class PacketSharing:
     Attributes:
         note: `BurstDetector.note`. If it returns True, the caller must call `apply`. It is an attribute for
             speed, because it is called for every small message.
+        detector: the state of the current burst.
     """
 
-    __slots__ = ("_detector", "_is_closed", "_is_watched", "_links", "_lock", "_loop", "note")
+    __slots__ = ("_flush", "_is_closed", "_is_watched", "_links", "_lock", "_loop", "detector", "note")
 
     def __init__(
-        self, loop: BackgroundLoop, lock: threading.Lock, links: Callable[[], Iterable[SharingLink]]
+        self,
+        loop: BackgroundLoop,
+        lock: threading.Lock,
+        links: Callable[[], Iterable[SharingLink]],
+        flush: Callable[[], object],
     ) -> None:
-        """`links` returns the topic's current links."""
-        self._detector = BurstDetector()
-        self.note = self._detector.note
+        """Start without a burst.
+
+        Args:
+            loop: the event loop that watches bursts.
+            lock: the lock that keeps the topic's messages in order.
+            links: returns the topic's current links.
+            flush: sends the messages that the topic has collected; called in the loop with the lock held.
+        """
+        self.detector = BurstDetector()
+        self.note = self.detector.note
+        self._flush = flush
         self._loop = loop
         self._lock = lock
         self._links = links
@@ -107,11 +119,11 @@ class PacketSharing:
 
     def apply_to(self, link: SharingLink) -> None:
         """Make a new link share packets if the other links do."""
-        link.share_packets(share=self._detector.in_burst)
+        link.share_packets(share=self.detector.in_burst)
 
     def apply(self) -> None:
         """Make all links share packets if a burst is in progress; otherwise, make them stop."""
-        in_burst = self._detector.in_burst
+        in_burst = self.detector.in_burst
         for link in self._links():
             link.share_packets(share=in_burst)
         if in_burst and not self._is_watched:
@@ -123,12 +135,13 @@ class PacketSharing:
         self._is_closed = True
 
     def _watch(self) -> None:
-        """Send the last messages of a burst once it has ended. Runs in the event loop and does not block."""
+        """Send collected messages, and end a burst that is over. Runs in the event loop; does not block."""
         if self._lock.acquire(blocking=False):  # skip the check while a message is being published
             try:
-                if self._detector.end_if_idle(time.monotonic()):
+                self._flush()
+                if self.detector.end_if_idle(time.monotonic()):
                     self.apply()
-                self._is_watched = self._detector.in_burst and not self._is_closed
+                self._is_watched = self.detector.in_burst and not self._is_closed
                 if not self._is_watched:
                     return  # the next burst starts its own watch
             finally:

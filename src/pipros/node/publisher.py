@@ -5,12 +5,12 @@ from __future__ import annotations
 import struct
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol
 
 from pipros.basics.printable import printable
-from pipros.net.backlog import WireMessage
+from pipros.net.backlog import Buffer, WireMessage
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
 from pipros.net.outgoing import OutgoingLink, SendStatistics
@@ -19,6 +19,7 @@ from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
 from pipros.node.context import NodeContext
+from pipros.node.message_batch import MessageBatch, flush_at_exit_and_fork
 from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
 from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
@@ -97,7 +98,13 @@ class Publication:
         self._latched: Message | None = None
         self._lock = threading.Lock()
         self._links_lock = threading.Lock()
-        self._sharing = PacketSharing(context.loop, self._lock, lambda: [peer.link for peer in self.links])
+        self._batch = MessageBatch()
+        self._received = context.received
+        self._received_before = 0  # the value of `_received` at the last message
+        self._sharing = PacketSharing(
+            context.loop, self._lock, lambda: [peer.link for peer in self.links], self._leave_batch_to_loop
+        )
+        self._burst = self._sharing.detector
         self._is_closed = False
 
     def publish(self, message: Message) -> None:
@@ -123,10 +130,16 @@ class Publication:
             if self._joining:
                 self._admit()
             links = self.links
-            if size <= SHARED_BYTES and self._sharing.note(time.monotonic()):
-                self._sharing.apply()
-            for peer in links:
-                peer.link.send(data, size)
+            batch: Sequence[Buffer] | None = None
+            if size > SHARED_BYTES:
+                self._send_batch()
+            elif (batch := self._collect(data)) is not None:
+                if not batch:
+                    return
+                self._send_together(batch)
+            if batch is None:
+                for peer in links:
+                    peer.link.send(data, size)
         for peer in links:
             if peer.link.state is not _IDLE:
                 flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
@@ -135,8 +148,54 @@ class Publication:
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Send a message to a single subscriber."""
         with self._lock:
+            self._send_batch()
             peer.link.send(*self._serialized(message))
         flush_or_queue([peer.link], self._context.limits.stall_s)
+
+    def flush(self) -> None:
+        """Send the messages that a burst has collected, or leave them to the event loop."""
+        if self._batch.messages and self._lock.acquire(timeout=CLOSE_FLUSH_S):
+            try:
+                self._leave_batch_to_loop()
+            finally:
+                self._lock.release()
+
+    def _collect(self, data: WireMessage) -> Sequence[Buffer] | None:
+        """Collect a small message of a burst. The caller holds `_lock`.
+
+        Return the messages to send now, which are none if the message waits for others. Return None if the
+        message must be sent by itself; those collected before it have then been sent.
+        """
+        now_s, burst = time.monotonic(), self._burst
+        if self._sharing.note(now_s):
+            self._sharing.apply()
+            flush_at_exit_and_fork(self)
+        before, self._received_before = self._received_before, self._received.value
+        if (
+            burst.in_burst
+            and burst.is_close
+            and self.queue_size is not None
+            and before == self._received_before
+        ):
+            return self._batch.take() if self._batch.add(data[0], now_s) else ()
+        self._send_batch()
+        return None
+
+    def _send_batch(self) -> None:
+        """Send the collected messages. The caller holds `_lock`."""
+        if self._batch.messages:
+            self._send_together(self._batch.take())
+
+    def _send_together(self, messages: Sequence[Buffer]) -> None:
+        joined = b"".join(messages)
+        for peer in self.links:
+            peer.link.send_together(messages, joined)
+
+    def _leave_batch_to_loop(self) -> None:
+        self._send_batch()
+        for peer in self.links:
+            if peer.link.is_behind:
+                peer.link.queue_for_loop()
 
     def attach(self, connection: TcprosConnection) -> None:
         """Respond to a subscriber's header: accept the subscriber and send the latched message, or refuse it.
@@ -202,6 +261,7 @@ class Publication:
 
     def _admit(self) -> list[OutgoingLink]:
         """Add the waiting subscribers to `links`, and return their links. The caller holds `_lock`."""
+        self._send_batch()
         with self._links_lock:
             joining, self._joining = self._joining, ()
             for peer in joining:
@@ -229,6 +289,7 @@ class Publication:
 
         Queued messages are sent until `end` (a `time.monotonic()` time), by default for CLOSE_FLUSH_S.
         """
+        self.flush()
         self._is_closed = True
         self._sharing.close()
         end = time.monotonic() + CLOSE_FLUSH_S if end is None else end

@@ -11,6 +11,7 @@ from pipros.basics.limits import Limits
 from pipros.basics.ports import AdvertisedAddress, PortRange
 from pipros.net import address
 from pipros.net.connection_table import ConnectionTable
+from pipros.net.local_stream import name_of
 from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import RpcServer
@@ -104,6 +105,7 @@ class RunningNode:
             limits=limits,
             connections=self._tcpros.connections,
         )
+        self.endpoints.local_name = self._tcpros.listen_locally(name_of(self.endpoints.service_uri))
         self._tcpros.start()
 
     @property

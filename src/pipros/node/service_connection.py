@@ -10,10 +10,18 @@ Theory of operation. At any moment, a connection has one of these owners:
 - the event loop, while it sends the rest of a reply that the client did not read at once.
 
 The owner closes the connection. Others `abort` it, and the owner closes it soon after.
+
+A Unix stream stays open after a reply, for the client's next call, because connecting costs both ends several
+times as much as the call. After `KEPT_S` without a request, or to make room for other clients, the server
+closes the stream for receiving. On a Unix stream this is atomic: a request that was sent before is answered,
+and sending one afterwards fails, so the client can use a new connection, and no call runs twice.
 """
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
+import socket
 import struct
 import time
 from collections import deque
@@ -21,13 +29,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Protocol
 
 from pipros.basics.errors import ProtocolError
-from pipros.net import sockets
+from pipros.net import local_stream, sockets
 from pipros.net.busy_poll import REPLY_POLL_S, PollingReceiver
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection
 from pipros.wire.messages import MessageReader
+
+KEPT_S = 5.0
+"""How long a Unix stream stays open without a request."""
 
 THREAD_WAIT_S = 0.05
 """How long a thread waits for a request, or for room for a reply, before the event loop takes over."""
@@ -110,7 +121,9 @@ class ServiceConnection:
     __slots__ = (
         "_buffer",
         "_fields",
+        "_idle_timer",
         "_is_answered",
+        "_is_local",
         "_moved",
         "_poller",
         "_request",
@@ -127,6 +140,8 @@ class ServiceConnection:
         self.peer = connection.peer
         self.last_used = 0.0
         self.is_persistent = connection.fields.get("persistent") == "1"
+        self._is_local = local_stream.is_local(connection.sock)
+        self._idle_timer: asyncio.TimerHandle | None = None
         self._sock = connection.sock
         self._fields = connection.fields
         self._server = server
@@ -151,7 +166,19 @@ class ServiceConnection:
             self._continue()
 
     def abort(self) -> None:
-        """End the connection; its owner closes it. May be called repeatedly, from any thread."""
+        """End the connection to make room for others; its owner closes it.
+
+        A call that the client has already sent over a Unix stream is still answered. May be called
+        repeatedly, from any thread.
+        """
+        if self._is_local and not self._unsent:
+            with contextlib.suppress(OSError):  # the client has disconnected
+                self._sock.shutdown(socket.SHUT_RD)
+        else:
+            self.end()
+
+    def end(self) -> None:
+        """End the connection at once; its owner closes it. May be called repeatedly, from any thread."""
         sockets.abort(self._sock)
 
     # -- in a worker thread -------------------------------------------------------
@@ -180,7 +207,7 @@ class ServiceConnection:
                 if not self._send(reply):
                     is_handed_over = self._hand_over(self._send_in_loop)
                     return
-                if not self.is_persistent:
+                if not self._stays_open:
                     return
                 waits = server.waiting_threads.try_acquire()
             is_handed_over = self._hand_over(self._wait_in_loop)
@@ -276,10 +303,15 @@ class ServiceConnection:
             self._expect_progress()
         else:
             self._buffer.trim()
+            if self._is_local and self._is_answered and not self.is_persistent:
+                self._idle_timer = self._server.loop.asyncio.call_later(KEPT_S, self.abort)
         self._server.loop.asyncio.add_reader(self._sock.fileno(), self._read)
 
     def _read(self) -> None:
         """Read part of a request. Pass the request to a worker once it is complete."""
+        if self._idle_timer is not None:
+            self._idle_timer.cancel()
+            self._idle_timer = None
         try:
             count = self._sock.recv_into(self._buffer.space()[:_TURN_BYTES])
             if count:
@@ -320,13 +352,17 @@ class ServiceConnection:
             return
         self._server.loop.asyncio.remove_writer(self._sock.fileno())
         self._server.unread.forget(self)
-        if is_broken or (self._is_answered and not self.is_persistent):
+        if is_broken or (self._is_answered and not self._stays_open):
             self.close()
             return
-        if self.is_persistent:
+        if self._stays_open:
             self._server.connections.clear_deadline(self)
         self._unsent = memoryview(b"")
         self._continue()
+
+    @property
+    def _stays_open(self) -> bool:
+        return self.is_persistent or self._is_local
 
     # -- in either thread --------------------------------------------------------------------
 

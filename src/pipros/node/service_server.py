@@ -119,14 +119,14 @@ class ServiceServer:
             return
         self._open.add(served)
         if self.is_closed:  # `close` may have missed this connection
-            served.abort()
+            served.end()
         served.start(answer[sent:])
 
     def close(self) -> None:
         """Close all connections. A running handler is not interrupted."""
         self.is_closed = True
         for connection in list(self._open):
-            connection.abort()
+            connection.end()
 
     # -- called by connections --------------------------------------------------------
 

@@ -15,6 +15,7 @@ from typing import Any, Final, Protocol
 from pipros.basics import names
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.printable import printable
+from pipros.net import local_stream
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import current_caller
 from pipros.node.endpoints import Endpoints
@@ -124,10 +125,11 @@ class SlaveApi:
                 peer.number,
                 peer.caller_id,
                 "o",
-                "TCPROS",
+                peer.link.transport,
                 publication.topic,
                 True,
-                f"TCPROS connection on port {port} to [{peer.link.peer} on socket {peer.link.descriptor}]",
+                f"{peer.link.transport} connection on port {port} to "
+                f"[{peer.link.peer} on socket {peer.link.descriptor}]",
             ]
             for publication in self._node.endpoints.publications
             for peer in publication.links
@@ -137,10 +139,10 @@ class SlaveApi:
                 peer.number,
                 peer.uri,
                 "i",
-                "TCPROS",
+                peer.link.transport,
                 subscription.topic,
                 True,
-                f"TCPROS connection on port {peer.link.local_port} to "
+                f"{peer.link.transport} connection on port {peer.link.local_port} to "
                 f"[{peer.link.peer} on socket {peer.link.descriptor}]",
             ]
             for subscription in self._node.endpoints.subscriptions
@@ -219,7 +221,11 @@ class SlaveApi:
         return [1, "", 0]
 
     def request_topic(self, caller_id: str, topic: str, protocols: Any) -> Answer:
-        """Return the TCPROS address for a topic. Like genuine nodes, skip unknown protocols."""
+        """Return the address for a topic, by the first protocol that this node supports.
+
+        That is TCPROS, or for a node of this machine, a Unix stream (`pipros.net.local_stream`). Like genuine
+        nodes, skip unknown protocols.
+        """
         del caller_id
         if not isinstance(topic, str) or not topic:
             return [-1, "ERROR: parameter [topic] must be a non-empty string", []]
@@ -228,7 +234,10 @@ class SlaveApi:
         topic = names.resolve(topic, self._node.name)
         if self._node.endpoints.publication(topic) is None:
             return [-1, f"Not a publisher of [{topic}]", []]
+        local_name = self._node.endpoints.local_name
         for protocol in protocols if isinstance(protocols, list) else ():
+            if local_name and local_stream.is_offer_from_here(protocol):
+                return [1, "ready on this machine", [local_stream.PROTOCOL, local_stream.VERSION, local_name]]
             if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
                 host, port = self._node.endpoints.address
                 return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]

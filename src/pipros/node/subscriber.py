@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
 from pipros.basics.errors import LimitExceeded, MissingExtra, PiprosError, ProtocolError, Unreachable
 from pipros.basics.printable import printable
-from pipros.net import tcpros
+from pipros.net import local_stream, tcpros
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.rpc_async_client import call_async
 from pipros.net.workers import interpreter_ends
@@ -88,6 +88,7 @@ class Subscription:
         self._connector = PublisherConnector(topic, context, self._link)
         self._announcements = 0  # changed only in the event loop
         self._is_closed = False
+        self._tcp_only: set[str] = set()  # URIs of publishers whose Unix streams failed
 
     # -- callbacks --------------------------------------------------------------
 
@@ -185,13 +186,24 @@ class Subscription:
         return ended
 
     async def _connect(self, uri: str) -> tcpros.TcprosConnection:
-        host, port = await self._request(uri)
+        address = await self._request(uri)
         wanted = request_topic_link(
             self.topic, self._context.node_name, self.interface, tcp_nodelay=self.tcp_nodelay
         )
-        connection = await tcpros.connect(host, port, wanted, limits=self._context.limits)
+        limits = self._context.limits
+        if isinstance(address, str):
+            try:
+                connection = await tcpros.connect_locally(address, wanted, limits=limits)
+            except (ProtocolError, Unreachable):
+                if len(self._tcp_only) >= limits.publishers_per_topic:
+                    self._tcp_only.clear()
+                self._tcp_only.add(uri)
+                return await self._connect(uri)
+        else:
+            connection = await tcpros.connect(*address, wanted, limits=limits)
         try:
-            check_topic_reply(connection.fields, self.interface, f"{host}:{port}")
+            peer = address if isinstance(address, str) else f"{address[0]}:{address[1]}"
+            check_topic_reply(connection.fields, self.interface, peer)
         except PiprosError:
             connection.sock.close()
             raise
@@ -208,6 +220,7 @@ class Subscription:
             queue_size=self.queue_size,
             on_closed=lambda link, error: self._detach(link, error, ended),
             published=self._context.published,
+            received_count=self._context.received,
             limit_bytes=self._context.limits.frame_bytes,
             keeps_large=issubclass(self.message_class, AnyMsg),
             received=connection.rest,
@@ -226,19 +239,26 @@ class Subscription:
             raise ProtocolError(str(error)) from error
         return link
 
-    async def _request(self, uri: str) -> tuple[str, int]:
-        """Request the topic's TCPROS address from a publisher."""
+    async def _request(self, uri: str) -> tuple[str, int] | str:
+        """Request the topic's address from a publisher.
+
+        Return the host and port for TCPROS, or the name of a Unix stream.
+        """
         answer = await call_async(
             uri,
             "requestTopic",
             self._context.node_name,
             self.topic,
-            [["TCPROS"]],
+            [["TCPROS"]] if uri in self._tcp_only else local_stream.offer(),
             timeout_s=REQUEST_DEADLINE_S,
         )
         match answer:
             case [1, _, ["TCPROS", str(host), int(port)]]:
                 return host, port
+            case [1, _, [local_stream.PROTOCOL, local_stream.VERSION, str(name)]] if (
+                uri not in self._tcp_only
+            ):
+                return name
             case [int(code), str(text), _]:
                 raise Unreachable(
                     uri, f"it does not offer the topic ({text})" if code != 1 else "it does not offer TCPROS"

@@ -39,6 +39,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
             queue_size=queue_size,
             on_closed=lambda _, error: None,
             published=PublishCount(),
+            received_count=PublishCount(),
             received=received,
         )
         return link, theirs
@@ -87,6 +88,7 @@ def test_a_link_polls_longer_for_the_next_message_after_the_node_has_published(
         queue_size=None,
         on_closed=lambda _, error: None,
         published=published,
+        received_count=PublishCount(),
     )
     link.start()
     with theirs:
@@ -114,6 +116,7 @@ def test_a_link_that_keeps_messages_gets_large_ones_as_bytes() -> None:
         queue_size=None,
         on_closed=lambda _, error: None,
         published=PublishCount(),
+        received_count=PublishCount(),
         keeps_large=True,
     )
     with theirs:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -17,6 +18,8 @@ SIZE = 10
 
 class Socket:
     """Accepts `space` bytes, then none until a test sets `space` again."""
+
+    family = socket.AF_INET
 
     def __init__(self) -> None:
         self.space = 0

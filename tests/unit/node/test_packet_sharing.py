@@ -124,7 +124,10 @@ class Topic:
         self.links = [Link(), Link()]
         self.lock = threading.Lock()
         loop: Any = self.loop
-        self.sharing = PacketSharing(loop, self.lock, lambda: self.links)
+        self.flushes: list[bool] = []
+        self.sharing = PacketSharing(
+            loop, self.lock, lambda: self.links, lambda: self.flushes.append(self.lock.locked())
+        )
         self.now_s = time.monotonic()
 
     def send(self, count: int, gap_s: float) -> None:
@@ -151,6 +154,7 @@ def test_a_burst_is_watched_until_it_has_ended_in_silence() -> None:
     topic.send(1 + RUN_LENGTH, CLOSE)
     assert topic.loop.turn() == 0
     assert topic.loop.turn() == CHECK_S
+    assert topic.flushes == [True, True], "with the lock held"
     assert topic.links[0].changes == [True]
     quiet = Topic()
     quiet.now_s -= 3600

@@ -15,7 +15,9 @@ PointStamped: Any = load_message_class("geometry_msgs/PointStamped")
 
 def test_sequence_numbers_wrap_around() -> None:
     sent: list[int] = []
-    context: Any = SimpleNamespace(limits=SimpleNamespace(stall_s=2.0), loop=None, published=PublishCount())
+    context: Any = SimpleNamespace(
+        limits=SimpleNamespace(stall_s=2.0), loop=None, published=PublishCount(), received=PublishCount()
+    )
     publication = Publication("p", PointStamped, context)
     peer: Any = SimpleNamespace(link=SimpleNamespace(send=lambda frame, size: None, state=State.IDLE))
     publication.links = (peer,)

@@ -60,7 +60,15 @@ def following(publishers: Publishers, **limits: Any) -> tuple[PublisherConnector
     loop: Any = type("Loop", (), {"asyncio": asyncio.get_running_loop()})
     connections: Any = None
     context = NodeContext(
-        "/node", loop, log, lambda: 1, Limits(**limits), connections, Attempts(100), PublishCount()
+        "/node",
+        loop,
+        log,
+        lambda: 1,
+        Limits(**limits),
+        connections,
+        Attempts(100),
+        PublishCount(),
+        PublishCount(),
     )
     return PublisherConnector("/chatter", context, publishers.connect), lines
 

@@ -3,8 +3,9 @@
 A node that is started with the proxy's URI as `ROS_MASTER_URI` communicates with all other nodes through the
 proxy. Theory of operation: the proxy forwards each XML-RPC call, and replaces every address in parameters and
 results (the node's own address in registrations, addresses of publishers and services in lookups, the TCPROS
-port in the result of `requestTopic`) with the address of one of the proxy's ports. Therefore, each connection
-leads to the proxy, whichever side opens it. Each port injects the faults for its kind of connection.
+port in the result of `requestTopic`) with the address of one of the proxy's ports, and removes offers of Unix
+streams. Therefore, each connection leads to the proxy, whichever side opens it. Each port injects the faults
+for its kind of connection.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import replace
 from typing import Any, Literal, TypeVar, get_args
 from urllib.parse import urlsplit
 
+from pipros.net import local_stream
 from pipros.net.address import LOOPBACK, uri
 from pipros.net.loop import BackgroundLoop
 from pipros.net.rpc_async_client import call_async
@@ -182,7 +184,7 @@ class FaultProxy:
         if isinstance(value, (list, tuple)):
             if len(value) == 3 and value[0] == "TCPROS" and isinstance(value[2], int):
                 return ["TCPROS", *await self._proxy("topics", (value[1], value[2]))]
-            return [await self.translate(item) for item in value]
+            return [await self.translate(item) for item in value if not _is_unix_stream(item)]
         return value
 
     async def _in_place_of(self, text: str, kind: Kind) -> str:
@@ -214,6 +216,11 @@ class FaultProxy:
                 self._own.add(proxy.address)
                 self._proxies[kind, address] = proxy
             return self._proxies[kind, address].address
+
+
+def _is_unix_stream(value: object) -> bool:
+    """Return whether a value offers a Unix stream, which would lead past the proxy."""
+    return isinstance(value, list) and value[:1] == [local_stream.PROTOCOL]
 
 
 class _Forwarder(RpcServer):

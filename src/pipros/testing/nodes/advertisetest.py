@@ -9,7 +9,7 @@ import time
 
 from pipros.basics.errors import PiprosError
 from pipros.node import Node
-from pipros.node.service_client import ServiceLink
+from pipros.node.service_link import ServiceLink
 from pipros.testing.nodes.expectation import Expectation, Watch, expectations, follow
 from pipros.testing.nodes.run_checks import run_checks
 from pipros.wire.handshake import WireType

@@ -16,7 +16,7 @@ from pipros.msg import load_message_class
 from pipros.net.master_client import MasterClient
 from pipros.node.open_calls import OpenCalls
 from pipros.node.publisher import Publisher
-from pipros.node.service_client import ErrorReply
+from pipros.node.service_link import ErrorReply
 from pipros.safe.yaml import load
 from pipros.web.bounded_list import bounded_list
 from pipros.web.message_pattern import MessagePattern

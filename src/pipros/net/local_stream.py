@@ -1,0 +1,131 @@
+"""Unix streams between the nodes of one machine: their names, who may use them, and how to connect.
+
+A node that listens for TCPROS connections also listens at a name in Linux's abstract socket namespace. Unix
+streams carry the bytes of TCPROS unchanged, with half of the kernel's work for large messages and without the
+delays of TCP.
+
+- Topics negotiate the stream in `requestTopic`: a subscriber offers `["PIPROSLOCAL", "v1", <token>]` before
+  `["TCPROS"]`, and a publisher with the same token replies `["PIPROSLOCAL", "v1", <name>]`. Genuine nodes
+  skip protocols that they do not know.
+- Services have no negotiation, so the name is derived from the address that the server registers.
+
+Abstract names belong to a network namespace, as ports do: another mount, PID or IPC namespace makes no
+difference, and a name in another network namespace does not exist here. Both ends check the user at the other
+end. If anything fails, TCP is used. Until they are measured on an idle machine, Unix streams are used only
+with `PIPROS_LOCAL=on`.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import sys
+from functools import cache
+from hashlib import blake2b
+from typing import Final
+
+from pipros.net.local_socket import HAS_LOCAL_SOCKETS, is_own, peer_user
+from pipros.net.sockets import closed_on_error
+
+PROTOCOL: Final = "PIPROSLOCAL"
+VERSION: Final = "v1"
+
+SWITCH: Final = "PIPROS_LOCAL"
+"""The environment variable that turns Unix streams on if it is `on`."""
+
+_BACKLOG: Final = 1024
+_UNMAPPED_USER: Final = 65534
+"""The user id that the kernel reports for users who do not exist in this user namespace."""
+
+
+def is_enabled() -> bool:
+    """Return whether this process uses Unix streams."""
+    return HAS_LOCAL_SOCKETS and os.environ.get(SWITCH) == "on"
+
+
+def is_local(sock: socket.socket) -> bool:
+    """Return whether a connection is a Unix stream."""
+    return sys.platform == "linux" and sock.family == socket.AF_UNIX
+
+
+def transport_of(sock: socket.socket) -> str:
+    """Return the protocol of a topic link, as `getBusInfo` names it."""
+    return PROTOCOL if is_local(sock) else "TCPROS"
+
+
+@cache
+def machine_token() -> str | None:
+    """Return a text that is equal for all processes in this network namespace, or None if it is unknown.
+
+    It only avoids useless attempts to connect, and proves nothing.
+    """
+    try:
+        with open("/proc/sys/kernel/random/boot_id", "rb") as file:
+            boot = file.read(100)
+        namespace = os.stat("/proc/self/ns/net").st_ino
+    except OSError:
+        return None
+    return _digest(boot + b"%d" % namespace)
+
+
+def offer() -> list[list[str]]:
+    """Return the protocols to offer in `requestTopic`, the preferred one first."""
+    token = machine_token() if is_enabled() else None
+    return ([[PROTOCOL, VERSION, token]] if token else []) + [["TCPROS"]]
+
+
+def is_offer_from_here(protocol: object) -> bool:
+    """Return whether a protocol in `requestTopic` offers a Unix stream from this network namespace."""
+    return is_enabled() and protocol == [PROTOCOL, VERSION, machine_token()]
+
+
+def name_of(service_uri: str) -> str:
+    """Return the abstract socket name of the node whose services have the URI `rosrpc://HOST:PORT`."""
+    return f"pipros-{_digest(service_uri.rstrip('/').encode())}"
+
+
+def listen(name: str) -> socket.socket | None:
+    """Return a non-blocking listening socket at an abstract name.
+
+    Return None if Unix streams are turned off, or if the name is in use or cannot be opened.
+    """
+    if sys.platform != "linux" or not is_enabled():
+        return None
+    server = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        server.bind(f"\0{name}")
+        server.listen(_BACKLOG)
+    except OSError:
+        server.close()
+        return None
+    server.setblocking(False)
+    return server
+
+
+def connect(name: str) -> socket.socket:
+    """Return a non-blocking connection to an abstract name.
+
+    Raises:
+        OSError: nobody listens there in this network namespace, the backlog is full, or the listening process
+            belongs to another user.
+    """
+    if sys.platform != "linux":
+        raise OSError("this system has no abstract sockets")
+    with closed_on_error(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)) as sock:
+        sock.setblocking(False)
+        sock.connect(f"\0{name}")
+        if not is_from_same_user(sock):
+            raise PermissionError("the listening process belongs to another user")
+        return sock
+
+
+def is_from_same_user(sock: socket.socket) -> bool:
+    """Return whether the process at the other end belongs to this user or to root.
+
+    A user who does not exist in this user namespace could be anybody, so the result is False.
+    """
+    return is_own(sock) and peer_user(sock) != _UNMAPPED_USER
+
+
+def _digest(data: bytes) -> str:
+    return blake2b(data, digest_size=16).hexdigest()

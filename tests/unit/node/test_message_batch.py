@@ -1,0 +1,184 @@
+"""Small messages of a burst are sent together, in order, and never kept for long."""
+
+from __future__ import annotations
+
+import gc
+import threading
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from pipros.msg import load_message_class
+from pipros.net.busy_poll import PublishCount
+from pipros.net.outgoing_state import State
+from pipros.node import message_batch, publisher
+from pipros.node.message_batch import MOST_AGE_S, MOST_MESSAGES
+from pipros.node.packet_sharing import CLOSE_S, RUN_LENGTH, SHARED_BYTES
+from pipros.node.publisher import Publication
+
+UInt32: Any = load_message_class("std_msgs/UInt32")
+ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
+CLOSE = MOST_AGE_S / (2 * MOST_MESSAGES)
+
+
+class Link:
+    """Records the number of messages in each call."""
+
+    state = State.IDLE
+    is_behind = False
+
+    def __init__(self) -> None:
+        self.calls: list[int] = []
+        self.sent = b""
+
+    def send(self, message: Any, _: int) -> None:
+        self.calls.append(1)
+        self.sent += b"".join(message)
+
+    def send_together(self, messages: Any, joined: bytes) -> None:
+        self.calls.append(len(messages))
+        assert b"".join(messages) == joined
+        self.sent += joined
+
+    def share_packets(self, *, share: bool) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class Topic:
+    """A publication on a simulated clock, in a burst after `begin_burst`."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, queue_size: int | None = 10) -> None:
+        self.now_s = 100.0
+        monkeypatch.setattr(publisher, "time", SimpleNamespace(monotonic=lambda: self.now_s))
+        self.received = PublishCount()
+        context: Any = SimpleNamespace(
+            limits=SimpleNamespace(stall_s=2.0),
+            loop=SimpleNamespace(call=lambda _: None),
+            published=PublishCount(),
+            received=self.received,
+        )
+        self.publication = Publication("t", UInt32, context)
+        self.publication.queue_size = queue_size
+        self.link = Link()
+        peer: Any = SimpleNamespace(link=self.link)
+        self.publication.links = (peer,)
+        self.count = 0
+
+    def publish(self, count: int = 1, gap_s: float = CLOSE) -> None:
+        for _ in range(count):
+            self.now_s += gap_s
+            self.publication.publish(UInt32(self.count))
+            self.count += 1
+
+    def begin_burst(self) -> None:
+        self.publish(1 + RUN_LENGTH)
+        self.publication.flush()
+        self.link.calls.clear()
+
+    @property
+    def numbers(self) -> list[int]:
+        """The published numbers that were sent."""
+        sent = self.link.sent
+        return [int.from_bytes(sent[at + 4 : at + 8], "little") for at in range(0, len(sent), 8)]
+
+
+def test_messages_of_a_burst_are_sent_together_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    topic.publish(3 * MOST_MESSAGES)
+    assert topic.link.calls == [MOST_MESSAGES] * 3
+    assert topic.numbers == list(range(topic.count))
+
+
+def test_separate_messages_are_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.publish(100, gap_s=2 * CLOSE_S)
+    assert topic.link.calls == [1] * 100
+
+
+def test_a_message_that_waited_is_sent_with_the_next_after_its_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    topic.publish(2)
+    topic.publish(1, gap_s=MOST_AGE_S)
+    assert topic.link.calls == [3]
+
+
+def test_after_a_pause_a_message_is_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    topic.publish(2)
+    topic.publish(1, gap_s=CLOSE_S)
+    assert topic.link.calls == [2, 1]
+    assert topic.numbers == list(range(topic.count))
+
+
+def test_a_reply_is_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    for _ in range(5):
+        topic.received.value += 1
+        topic.publish()
+    assert topic.link.calls == [1] * 5
+
+
+def test_without_a_queue_each_message_is_sent_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch, queue_size=None)
+    topic.begin_burst()
+    topic.publish(20)
+    assert topic.link.calls == [1] * 20
+
+
+def test_a_large_message_does_not_overtake_small_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    topic.publish(2)
+    topic.publication._encode = lambda _: [bytes(SHARED_BYTES + 1)]
+    topic.publish()
+    assert topic.link.calls == [2, 1]
+
+
+def test_the_loop_sends_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    topic.publish(3)
+    with topic.publication._lock:
+        topic.publication._leave_batch_to_loop()
+    assert topic.link.calls == [3]
+
+
+def test_collected_messages_are_sent_before_the_process_forks_or_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    topic.publish(3)
+    message_batch._flush_all()
+    assert topic.link.calls == [3]
+    topic.publish(2)
+    topic.publication.close()
+    assert topic.link.calls == [3, 2]
+
+
+def test_a_fork_does_not_wait_for_a_message_that_is_being_published(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    topic.publish(3)
+    flushing = threading.Thread(target=message_batch._flush_all)
+    with topic.publication._lock:
+        flushing.start()
+        flushing.join(60)
+        assert not flushing.is_alive()
+    assert topic.link.calls == []
+
+
+def test_topics_that_are_gone_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    topic = Topic(monkeypatch)
+    topic.begin_burst()
+    known = len(message_batch._topics)
+    del topic
+    monkeypatch.undo()
+    gc.collect()
+    assert len(message_batch._topics) < known
