@@ -2,5 +2,4 @@
 
 from tests.support.node_fixtures import make_node as make_node
 from tests.support.node_fixtures import master as master
-from tests.support.node_fixtures import over_tcp as over_tcp
 from tests.support.node_fixtures import transport as transport

@@ -85,7 +85,7 @@ def test_a_subscriber_that_cannot_use_the_stream_uses_tcp(
 ) -> None:
     talker, listener = make_node("talker"), make_node("listener")
     publisher = talker.advertise("chat", String)
-    monkeypatch.setattr(talker.endpoints, "local_name", "pipros-nobody-listens-here")
+    monkeypatch.setattr(talker.endpoints, "local_name", "pipros-without-a-listener")
     inbox = Inbox()
     listener.subscribe("chat", String, inbox)
     wait_until_connected(publisher, 1)

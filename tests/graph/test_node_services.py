@@ -133,7 +133,8 @@ def test_a_call_reaches_a_server_that_has_moved_from_a_silent_address(make_node:
         assert proxy.call(ON).message == "done"
 
 
-@pytest.mark.usefixtures("patient", "over_tcp")
+@pytest.mark.parametrize("transport", ["TCPROS"], indirect=True)
+@pytest.mark.usefixtures("patient")
 def test_a_client_connects_to_the_server_of_its_last_call_while_the_master_responds(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -55,7 +55,7 @@ def test_a_message_reaches_every_subscriber_in_order(make_node: MakeNode) -> Non
         assert [message.data for message in inbox.wait(2000)] == [str(number) for number in range(2000)]
 
 
-@pytest.mark.usefixtures("over_tcp")
+@pytest.mark.parametrize("transport", ["TCPROS"], indirect=True)
 def test_messages_of_a_dense_run_share_packets_unless_the_subscriber_wants_no_delay(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,12 +20,6 @@ def master() -> Iterator[Master]:
         yield running
 
 
-@pytest.fixture
-def over_tcp(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Turn Unix streams off in this process, for tests of TCP."""
-    monkeypatch.setenv(SWITCH, "off")
-
-
 @pytest.fixture(params=[PROTOCOL, "TCPROS"])
 def transport(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """Run a test with Unix streams and again with TCP. Return the transport's name."""

@@ -106,8 +106,8 @@ def connect(name: str) -> socket.socket:
     """Return a non-blocking connection to an abstract name.
 
     Raises:
-        OSError: nobody listens there in this network namespace, the backlog is full, or the listening process
-            belongs to another user.
+        OSError: no process listens there in this network namespace, the backlog is full, or the listening
+            process belongs to another user.
     """
     if sys.platform != "linux":
         raise OSError("this system has no abstract sockets")

@@ -163,8 +163,8 @@ class Publication:
     def _collect(self, data: WireMessage) -> Sequence[Buffer] | None:
         """Collect a small message of a burst. The caller holds `_lock`.
 
-        Return the messages to send now, which are none if the message waits for others. Return None if the
-        message must be sent by itself; those collected before it have then been sent.
+        Return the messages to send now; an empty list if the message waits for others. Return None if the
+        message must be sent by itself; the messages collected before it have then been sent.
         """
         now_s, burst = time.monotonic(), self._burst
         if self._sharing.note(now_s):
