@@ -15,6 +15,8 @@ import pytest
 from pipros.safe import yaml
 from tests.support.environments import REPOSITORY
 
+pytestmark = pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
+
 CHANGELOG = "# Changelog\n\n## [Unreleased]\n\n### Fixed\n\n## [1.2.0] - 2026-01-02\n\n- A line.\n"
 
 

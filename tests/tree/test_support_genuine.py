@@ -12,7 +12,7 @@ from tests.support import bridge_clients, browser, dds_peers, genuine, pyright
 from tests.support.environments import REPOSITORY
 
 PLUGIN = """
-from tests.support import bridge_clients, browser, dds_peers, genuine, npm, pyright
+from tests.support import bridge_clients, browser, dds_peers, genuine, npm, pyright, ros2_oracles
 bridge_clients.missing = lambda: ["roslib"]
 bridge_clients.missing_foxglove = lambda: ["ws"]
 browser.find_chromium = lambda: None
@@ -21,6 +21,7 @@ genuine._FILES = {"/no/such/file": "python3-rospy"}
 genuine._MODULES = {}
 npm.is_installed = lambda: False
 pyright.find_pyright = lambda: None
+ros2_oracles.missing = lambda: []
 """
 
 

@@ -27,6 +27,8 @@ OTHERS = {
     ("bags.md", "python"): "tests/unit/bag/test_docs.py",
     ("browser.md", "python"): "tests/tree/test_other_systems.py",
     ("bridges.md", "console"): "tests/graph/test_serve.py",
+    ("ci.md", "ini"): "tests/tutorial/test_ci_docs.py",
+    ("ci.md", "yaml"): "tests/tutorial/test_ci_docs.py",
     ("client.md", "python"): "tests/tutorial/test_client_docs.py",
     ("fleets.md", "console"): "tests/graph/test_fleet_command.py",
     ("fleets.md", "yaml"): "tests/unit/fleet/test_docs.py",
@@ -55,6 +57,11 @@ NOT_RUN = {
     ("bridges.md", "javascript"): "clients from npm, which tests/clients runs with other programs",
     ("bridges.md", "python"): "clients from PyPI, which tests/clients runs with other programs",
     ("bridges.md", "xml"): "a part of a launch file",
+    ("navigation.md", "console"): "installation of an extra",
+    (
+        "navigation.md",
+        "xml",
+    ): "parameters, which tests/graph/test_robot_localization.py sets in a launch file",
 }
 OUTPUT = {"text"}
 

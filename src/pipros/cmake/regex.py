@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator, MutableMapping
 from contextlib import contextmanager
@@ -66,7 +67,7 @@ class Pattern:
     @contextmanager
     def _limited(self) -> Iterator[None]:
         is_main = threading.current_thread() is threading.main_thread()
-        if not is_main or not hasattr(signal, "setitimer"):
+        if sys.platform == "win32" or not is_main or not hasattr(signal, "setitimer"):
             yield
             return
         before = signal.signal(signal.SIGPROF, _end_match)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import atexit
 import os
+import sys
 import weakref
 from typing import Final, Protocol
 
@@ -74,5 +75,5 @@ def _flush_all() -> None:
         topic.flush()
 
 
-if hasattr(os, "register_at_fork"):
+if sys.platform != "win32" and hasattr(os, "register_at_fork"):
     os.register_at_fork(before=_flush_all)

@@ -1,0 +1,162 @@
+"""Memory and pauses that hostile clients of `pipros serve` cause, alone and as twenty.
+
+    python benchmarks/hostile_clients.py [--control]
+
+Another client calls a service of rosapi all the time. For each attack, a line shows how much the server grew
+at most, how much of this was left 10 s after the attackers had gone, and the longest time that the other
+client waited for a response. The exit status is 1 if a figure exceeds what docs/SECURITY.md promises.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+from pipros.master.master import Master
+
+ATTACK_S = 10.0
+RETURNED_S = 10.0
+MOST_MIB = {1: 64, 20: 256}
+LEFT_MIB = 16
+"""Memory that allocators may keep for later."""
+MOST_PAUSE_S = 0.5
+
+Attack = Callable[[ClientConnection], None]
+
+
+def long_ids(client: ClientConnection) -> None:
+    for number in range(20):
+        client.send(json.dumps({"op": "subscribe", "topic": "/a", "id": f"{number}" + "x" * 900_000}))
+
+
+def repetitions(client: ClientConnection) -> None:
+    for number in range(20_000):
+        client.send(json.dumps({"op": "subscribe", "topic": f"/t{number % 500}", "queue_length": number}))
+
+
+def many_values(client: ClientConnection) -> None:
+    for values in ("[]," * 300_000, "{}," * 300_000, "1," * 450_000):
+        client.send(f'{{"op": "publish", "topic": "/a", "msg": {{"data": [{values}1]}}}}')
+
+
+def unfinished(client: ClientConnection) -> None:
+    def parts() -> Any:
+        while True:
+            yield "x" * 65_536
+            time.sleep(0.001)
+
+    client.send(parts())
+
+
+def empty_fragments(client: ClientConnection) -> None:
+    def parts() -> Any:
+        while True:
+            yield ""
+
+    client.send(parts())
+
+
+def unread_answers(client: ClientConnection) -> None:
+    client.recv_messages.pause()  # stop reading
+    for number in range(100_000):
+        client.send(json.dumps({"op": "call_service", "service": "/rosapi/topics", "id": number}))
+
+
+ATTACKS: Sequence[Attack] = (long_ids, repetitions, many_values, unfinished, empty_fragments, unread_answers)
+
+
+@dataclass
+class Waits:
+    """The longest time that the other client waited for a response since the last `reset`."""
+
+    longest_s: float = 0.0
+    is_over: bool = False
+
+    def run(self, port: int) -> None:
+        with connect(f"ws://127.0.0.1:{port}", max_size=None, open_timeout=60) as client:
+            while not self.is_over:
+                began_s = time.monotonic()
+                client.send('{"op": "call_service", "service": "/rosapi/get_time"}')
+                client.recv(120)
+                self.longest_s = max(self.longest_s, time.monotonic() - began_s)
+                time.sleep(0.02)
+
+
+def memory_mib(pid: int) -> float:
+    with open(f"/proc/{pid}/status", encoding="ascii") as file:
+        return int(re.search(r"VmRSS:\s+(\d+)", file.read())[1]) / 1024  # type: ignore[index]
+
+
+def attack_once(attack: Attack, port: int) -> None:
+    with contextlib.suppress(ConnectionClosed, OSError, EOFError, TimeoutError):
+        client = connect(f"ws://127.0.0.1:{port}", max_size=None, open_timeout=60, close_timeout=0.1)
+        with client:
+            ended = threading.Timer(ATTACK_S, client.socket.close)
+            ended.start()
+            attack(client)
+            ended.join()
+
+
+def measure(attack: Attack, count: int, pid: int, port: int, waits: Waits) -> bool:
+    """Print the line of one attack. Return whether all figures are within the limits."""
+    before = memory_mib(pid)
+    waits.longest_s = 0.0
+    threads = [threading.Thread(target=attack_once, args=(attack, port), daemon=True) for _ in range(count)]
+    for thread in threads:
+        thread.start()
+    most = before
+    end_s = time.monotonic() + ATTACK_S + RETURNED_S
+    while time.monotonic() < end_s:
+        most = max(most, memory_mib(pid))
+        time.sleep(0.05)
+    grown, left = most - before, memory_mib(pid) - before
+    pause_s = waits.longest_s
+    is_good = grown <= MOST_MIB[count] and left <= LEFT_MIB and pause_s <= MOST_PAUSE_S
+    print(
+        f"{attack.__name__:16} {count:3} clients: +{grown:4.0f} MiB, {left:4.0f} MiB left, "
+        f"longest pause {pause_s:5.2f} s{'' if is_good else '  TOO MUCH'}",
+        flush=True,
+    )
+    return is_good
+
+
+def main() -> int:
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    parser.add_argument("--control", action="store_true", help="the clients may change the system")
+    options = parser.parse_args()
+    with contextlib.ExitStack() as ends:
+        master = ends.enter_context(Master(port=0))
+        command = [Path(sys.executable).parent / "pipros", "serve", "--port", "0"]
+        command += ["--control"] if options.control else []
+        environment = {**os.environ, "ROS_MASTER_URI": master.uri}
+        server = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+        ends.callback(server.wait)
+        ends.callback(server.terminate)
+        lines = (re.search(r"ws://.*:(\d+)", line) for line in server.stderr or ())
+        port = next(int(found[1]) for found in lines if found)
+        threading.Thread(target=lambda: list(server.stderr or ()), daemon=True).start()
+        waits = Waits()
+        threading.Thread(target=waits.run, args=(port,), daemon=True).start()
+        time.sleep(3)  # until rosapi is offered and the first imports are done
+        results = [measure(attack, n, server.pid, port, waits) for n in MOST_MIB for attack in ATTACKS]
+        waits.is_over = True
+    return 0 if all(results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
