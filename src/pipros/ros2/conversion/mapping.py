@@ -86,7 +86,8 @@ class MappingRules:
 
     def actions_in_ros2(self, ros1: str, *, is_builtin: bool) -> list[str]:
         """Return the ROS 2 actions that the built-in rules, or all others, name for a ROS 1 action."""
-        rules = [each for each in self.actions if (each in BUILTIN_RULES.actions) is is_builtin]
+        builtin = {id(each) for each in BUILTIN_RULES.actions}  # a rule of the user may be equal to one
+        rules = [each for each in self.actions if (id(each) in builtin) is is_builtin]
         return list(dict.fromkeys(each.ros2 for each in rules if each.ros1 == ros1))
 
     def candidates_in_ros2(self, ros1: str, middle: str = "msg") -> Iterator[str]:
