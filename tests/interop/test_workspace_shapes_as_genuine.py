@@ -174,7 +174,8 @@ def test_all_kinds_of_packages_are_built_and_installed_as_by_genuine_catkin(
             "generate_messages() must be called after catkin_python_setup() in project",
         ),
         (
-            "find_package(catkin REQUIRED OPTIONAL_COMPONENTS no_such_package)\ncatkin_package()",
+            "find_package(catkin REQUIRED OPTIONAL_COMPONENTS no_such_package)\ncatkin_package()\n"
+            "add_executable(refused refused.cpp)",
             'Could not find a package configuration file provided by "no_such_package"',
         ),
     ],

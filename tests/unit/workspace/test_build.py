@@ -286,8 +286,9 @@ def test_a_missing_cmake_is_reported_once(workspace: Workspace) -> None:
     assert "cmake is not in PATH" not in workspace.output
 
 
-def test_an_absent_package_is_a_warning_if_nothing_is_compiled(workspace: Workspace) -> None:
-    find = "find_package(catkin REQUIRED COMPONENTS rospy move_base_node)\n"
+@pytest.mark.parametrize("keyword", ["COMPONENTS", "OPTIONAL_COMPONENTS"])
+def test_an_absent_package_is_a_warning_if_nothing_is_compiled(workspace: Workspace, keyword: str) -> None:
+    find = f"find_package(catkin REQUIRED {keyword} rospy move_base_node)\n"
     workspace.add("talkers", find + "catkin_package()")
 
     result = workspace.build()

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
 from pipros.workspace import genuine_catkin
+from pipros.workspace.layout import SourcePackage
 from tests.support.workspaces import Workspace
 
 SETUP = "from setuptools import setup\nsetup(packages=['p'], package_dir={'': 'src'})\n"
 MESSAGES = "add_message_files(FILES A.msg)\ngenerate_messages()\n"
+CFG = """from dynamic_reconfigure.parameter_generator_catkin import ParameterGenerator, int_t
+
+gen = ParameterGenerator()
+gen.add("size", int_t, 0, "Size", 1)
+exit(gen.generate("cfg", "cfg", "P"))
+"""
 
 
 @pytest.fixture
@@ -46,7 +54,6 @@ def test_python_setup_may_come_anywhere_before_messages(workspace: Workspace, cm
             "generate_dynamic_reconfigure_options() must be called after catkin_python_setup()",
         ),
         ("find_package(catkin REQUIRED)\ncatkin_python_setup(p)", "called with unused arguments: p"),
-        ("find_package(catkin REQUIRED OPTIONAL_COMPONENTS nope)", 'provided by "nope"'),
         ("find_package(catkin rospy)", 'invalid argument "rospy"'),
         ("find_package(catkin REQUIRED QUIET rospy)", 'invalid argument "rospy"'),
     ],
@@ -155,17 +162,19 @@ def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
 ) -> None:
     tools = genuine_catkin.NativeTools("/usr/bin/cmake", tmp_path / "opt")
     built: list[str] = []
+
+    def build(_tools: object, packages: Sequence[SourcePackage], *_: object) -> dict[str, str]:
+        built.extend(package.name for package in packages)
+        return {}
+
     monkeypatch.setattr(genuine_catkin, "find_tools", lambda _variables: tools)
-    monkeypatch.setattr(
-        genuine_catkin,
-        "build",
-        lambda _tools, packages, *_: built.extend(package.name for package in packages),
-    )
+    monkeypatch.setattr(genuine_catkin, "build", build)
     workspace.add("cpp", "add_executable(x x.cpp)")
     cfg = "find_package(catkin REQUIRED dynamic_reconfigure)\ngenerate_dynamic_reconfigure_options(cfg/P.cfg)"
     cfg += "\nadd_executable(y y.cpp)"
-    folder = workspace.add("cfg", cfg, "dynamic_reconfigure", cfg__P_dot_cfg="")
+    folder = workspace.add("cfg", cfg, "dynamic_reconfigure", cfg__P_dot_cfg=CFG)
     workspace.add("user", depends="cfg")
+    workspace.add("cpp_user", "add_executable(z z.cpp)", "cfg")
 
     result = workspace.build()
 
@@ -174,11 +183,12 @@ def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
     assert f"{folder}/CMakeLists.txt:5: the package [cfg] " in error
     assert "and has `.cfg` files, but" in error
     assert "genuine dynamic_reconfigure is not installed" in error
-    assert result.skipped == {"user": "cfg"}
+    assert result.skipped == {"cpp_user": "cfg"}
+    assert set(result.built) == {"cpp", "user"}
 
     config = tmp_path / "opt/lib/x86_64-linux-gnu/cmake/dynamic_reconfigure/dynamic_reconfigureConfig.cmake"
     config.parent.mkdir(parents=True)
     config.touch()
     built.clear()
     assert workspace.build().errors == []
-    assert set(built) >= {"cpp", "cfg"}
+    assert set(built) >= {"cpp", "cfg", "cpp_user"}
