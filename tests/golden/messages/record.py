@@ -4,7 +4,8 @@
     python -m tests.golden.messages.record      # in the project's folder, with genuine ROS installed
 
 Long bytes and texts are stored as digests. The values depend on a seed (see examine_messages.py): the name of
-the type, so that a new type does not change the values of others. Definitions are stored without their comments, which may be rewritten at any time.
+the type, so that a new type does not change the values of others.
+Definitions are stored without their comments, which may be rewritten at any time.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ DOCUMENT = (Path(__file__).resolve().parents[3] / "docs" / "messages.md").read_t
 
 def test_the_examples_run() -> None:
     examples = re.findall(r"^```python\n(.*?)^```", DOCUMENT, re.MULTILINE | re.DOTALL)
-    assert len(examples) == 3
+    assert len(examples) == 4
     names: dict[str, object] = {}
     for example in examples:
         exec(example, names)  # noqa: S102 # our own document

@@ -12,7 +12,7 @@ import pytest
 import pipros.msg
 from pipros.basics.errors import NotFound
 from pipros.msg.importing import hook
-from pipros.msg.importing.hook import InterfaceFinder, PackageFinder
+from pipros.msg.importing.hook import InterfaceFinder, PackageFinder, WorkspaceFinder
 from pipros.msg.importing.load import load_message_class, load_service_class
 
 
@@ -103,7 +103,7 @@ def test_installing_the_hook_twice_changes_nothing() -> None:
 def test_loading_a_type_installs_the_missing_hook(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "meta_path", [])
     library = hook.installed_library()
-    assert [type(finder) for finder in sys.meta_path] == [InterfaceFinder, PackageFinder]
+    assert [type(finder) for finder in sys.meta_path] == [InterfaceFinder, WorkspaceFinder, PackageFinder]
     assert hook.installed_library() is library
     assert "String" in library.files.names("msg", "std_msgs")
 
