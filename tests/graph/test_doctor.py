@@ -248,7 +248,7 @@ def test_the_self_test_passes(capsys: pytest.CaptureFixture[str]) -> None:
     assert outcome["heard"] >= 1
 
 
-@pytest.mark.parametrize("words", [["--timeout", "0"], ["--timeout", "nan"], ["nonsense"]])
+@pytest.mark.parametrize("words", [["--timeout", "0"], ["--timeout", "nan"], ["--nonsense"]])
 def test_invalid_arguments_exit_with_2(words: list[str]) -> None:
     with pytest.raises(SystemExit) as end:
         doctor.main(words)

@@ -40,7 +40,8 @@ class Sums(unittest.TestCase):
     def test_wrong_sum(self):
         self.assertEqual(1 + 1, SUM)
 """
-LAUNCH = '<launch><arg name="x"/><node name="n" pkg="pkg" type="{}"/></launch>'
+# as in Noetic, nodes after an argument without a value are not looked up
+LAUNCH = '<launch><node name="n" pkg="pkg" type="{}"/><arg name="x"/></launch>'
 
 
 @pytest.fixture

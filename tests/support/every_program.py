@@ -40,6 +40,10 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM)
 LIMIT_S = 15.0
 """A program that waits for its master, or for anything else, does not end within this time on any machine."""
 
+_AT_ENTRY = re.compile(r"in guarded\n\s*@wraps\(main\)\n[\s^~]*KeyboardInterrupt\s*$")
+"""The traceback of a Ctrl-C at the entry of the function that handles it, before its `try`. From 3.11 on,
+Python runs signal handlers there, and reports this as it reports Ctrl-C during the imports."""
+
 _WAITS_FOR_S = 0.4
 _WAITING_SHARE = 0.1
 """A program waits if its main thread used less than this share of a processor for this time."""
@@ -149,6 +153,8 @@ joy joy_node
 map_server map_saver
 map_server map_server map.yaml
 pipros_sim sim
+robot_localization ekf_localization_node
+robot_localization ukf_localization_node
 robot_state_publisher robot_state_publisher
 robot_state_publisher state_publisher
 rosapi rosapi_node
@@ -267,8 +273,9 @@ class End:
             return f"{self} without an end\n{self.output}"
         # Python itself reports a Ctrl-C that interrupts the imports, or a rospy program before `init_node`.
         trace = self.output.rpartition("Traceback (most recent")[2] if "Traceback" in self.output else ""
-        is_of_thread = "Exception in thread" in self.output or "in guarded" in self.output
-        if trace and (is_of_thread or not trace.rstrip().endswith("KeyboardInterrupt")):
+        is_of_thread = "Exception in thread" in self.output
+        is_of_command = "in guarded" in self.output and not _AT_ENTRY.search(trace)
+        if trace and (is_of_thread or is_of_command or not trace.rstrip().endswith("KeyboardInterrupt")):
             return f"{self} with a traceback\n{self.output}"
         return ""
 

@@ -49,6 +49,12 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
 
     @wraps(main)
     def guarded(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
+        try:  # first, because Ctrl-C may arrive while the streams are set up, too
+            return with_streams(*args, **kwargs)
+        except KeyboardInterrupt:
+            return INTERRUPTED
+
+    def with_streams(*args: _Arguments.args, **kwargs: _Arguments.kwargs) -> int:
         interrupts.install()
         # at exit, Python need not search for reference cycles in memory that is about to be freed
         atexit.register(gc.freeze)
@@ -68,8 +74,6 @@ def command(main: Callable[_Arguments, int]) -> Callable[_Arguments, int]:
         except BrokenPipeError:
             discard_output()
             return 0
-        except KeyboardInterrupt:
-            return INTERRUPTED
         finally:
             if sys.stdout is not before:
                 _replaced_streams.append(sys.stdout)

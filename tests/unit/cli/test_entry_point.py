@@ -42,3 +42,12 @@ def test_an_interrupted_command_ends_with_the_code_of_shells_and_prints_nothing(
 
     assert main() == 130
     assert capsys.readouterr() == ("", "")
+
+
+def test_ctrl_c_before_the_command_has_begun_prints_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pipros.basics.interrupts.install", interrupted)
+
+    assert command(lambda: 0)() == 130
