@@ -18,7 +18,7 @@ import sys
 
 TYPE_CHECKING = False  # Type checkers treat this as True. Importing `typing` would take milliseconds.
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
@@ -33,23 +33,20 @@ NEVER_PACKAGES = frozenset(("pipros", "sitecustomize", "usercustomize", "org", "
 PACKAGE_OF_MODULE = {"urdf_parser_py": "urdfdom_py"}
 """Noetic's Python packages that belong to a ROS package with another name and are available on PyPI."""
 
-
 DEPENDENCIES = frozenset(
     (
+        *("bson", "catkin_pkg", "cbor2", "cryptography", "cv2", "em", "lz4", "mcap", "numpy", "pil"),
         *(
-            "bson",
-            "catkin_pkg",
-            "cbor2",
-            "cryptography",
-            "cv2",
-            "em",
-            "lz4",
-            "mcap",
-            "numpy",
-            "pil",
             "pkg_resources",
+            "psutil",
+            "pymongo",
+            "rospkg",
+            "setuptools",
+            "websockets",
+            "xxhash",
+            "yaml",
+            "zenoh",
         ),
-        *("psutil", "pymongo", "rospkg", "setuptools", "websockets", "xxhash", "yaml", "zenoh"),
     )
 )
 """Modules that pipros's own commands import, in lower case. No package is searched for them."""
@@ -179,8 +176,15 @@ class PackageFinder:
         return PathFinder.find_spec(name, module.__path__)
 
 
+_LEVELS = 3
+"""How deep below a folder of `ROS_PACKAGE_PATH` packages are noticed that installed ones would hide."""
+
+
 class WorkspaceFinder:
     """Finder for Python packages of the workspace that installed distributions would hide.
+
+    As every import of an installed module passes here, the packages are searched for only if a folder of the
+    workspace has the module's name. The folders are listed once for each value of `ROS_PACKAGE_PATH`.
 
     Args:
         find_in_workspace: function that takes the names of a module and of a ROS package, and returns the
@@ -189,21 +193,43 @@ class WorkspaceFinder:
 
     def __init__(self, find_in_workspace: Callable[[str, str], str | None]) -> None:
         self._find_in_workspace = find_in_workspace
+        self._folders: tuple[str, frozenset[str]] = "", frozenset()
 
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        if "." in name or not os.environ.get("ROS_PACKAGE_PATH") or name.lower() in DEPENDENCIES:
+        path = os.environ.get("ROS_PACKAGE_PATH")
+        if "." in name or not path or name.lower() in DEPENDENCIES:
             return None
         if not _may_be_package(name) or _is_python_starting():
+            return None
+        if self._folders[0] != path:
+            roots = (root for root in path.split(os.pathsep) if root)
+            self._folders = path, frozenset(found for root in roots for found in _folder_names(root, _LEVELS))
+        package = PACKAGE_OF_MODULE.get(name, name)
+        if package not in self._folders[1]:
             return None
         from importlib.machinery import PathFinder
 
         hiding = PathFinder.find_spec(name)
         if hiding is None or not hiding.origin or not _is_of_another_distribution(name, hiding.origin):
             return None
-        path = self._find_in_workspace(name, PACKAGE_OF_MODULE.get(name, name))
-        return None if path is None else _spec_of(name, path)
+        found = self._find_in_workspace(name, package)
+        return None if found is None else _spec_of(name, found)
+
+
+def _folder_names(folder: str, levels: int) -> Iterator[str]:
+    """Yield the names of a folder and of those below it, but not of those inside packages."""
+    yield os.path.basename(folder.rstrip(os.sep))
+    if levels == 0 or os.path.isfile(os.path.join(folder, "package.xml")):
+        return
+    try:
+        inside = os.listdir(folder)
+    except OSError:
+        return
+    for path in (os.path.join(folder, name) for name in inside if name[0] != "."):
+        if os.path.isdir(path):
+            yield from _folder_names(path, levels - 1)
 
 
 def _is_of_another_distribution(name: str, file: str) -> bool:

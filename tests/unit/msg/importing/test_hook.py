@@ -376,3 +376,19 @@ def test_a_package_that_only_setup_py_declares_wins_over_an_installed_one(worksp
 def test_a_package_without_python_does_not_hide_an_installed_one(workspace: Workspace) -> None:
     workspace.package("xacro", **{"msg/One.msg": "int8 x"})
     assert workspace.shows("import xacro; print(hasattr(xacro, 'process_file'))") == "True"
+
+
+def test_the_package_may_be_in_a_repository_of_the_workspace(workspace: Workspace) -> None:
+    package = workspace.package("xacro", **{"src/xacro/__init__.py": "here = 'workspace'"})
+    repository = package.parent / "group" / "repository"
+    repository.mkdir(parents=True)
+    package.rename(repository / "xacro")
+    assert workspace.shows("import xacro; print(xacro.here)") == "workspace"
+
+
+def test_packages_are_not_searched_for_unless_a_folder_has_the_name_of_the_module(
+    workspace: Workspace,
+) -> None:
+    workspace.package("robot", **{"src/robot/__init__.py": ""})
+    code = "import pytest, sys; print([name for name in sys.modules if name.startswith('pipros.packages')])"
+    assert workspace.shows(code) == "[]"
