@@ -117,10 +117,10 @@ GATES = {
     "simulation/turtlesim/picture.py": 95,
     "simulation/turtlesim/turtle.py": 96,
     "simulation/turtlesim/world.py": 98,
-    "web/bag_curve.py": 90,
+    "web/bags/curve.py": 90,
     "web/curve_samples.py": 96,
-    "web/message_picture.py": 98,
-    "web/open_bags.py": 98,
+    "web/messages/picture.py": 98,
+    "web/bags/open_bags.py": 98,
 }
 _ROOT = Path("src/pipros")
 

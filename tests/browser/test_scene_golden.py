@@ -11,7 +11,7 @@ from typing import Any
 
 from playwright.sync_api import Page as Tab
 
-from pipros.web.rviz_file import read_rviz
+from pipros.web.scene.rviz_file import read_rviz
 from tests.browser.conftest import OpenTab
 from tests.support.environments import REPOSITORY
 from tests.support.page import Page

@@ -22,8 +22,8 @@ from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.language.spec import DefinitionError
 from pipros.node.any_msg import AnyMsg
 from pipros.web.curve_samples import Field, number_in
-from pipros.web.known_topic import KnownTopic
-from pipros.web.message_tree import message_tree
+from pipros.web.messages.known_topic import KnownTopic
+from pipros.web.messages.tree import message_tree
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.console import Log
 from pipros.web.views.diagnostics import Statuses

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from pipros.web.rviz_file import read_rviz
+from pipros.web.scene.rviz_file import read_rviz
 from tests.support.page import Page
 from tests.support.ros import RosSystem
 

@@ -25,7 +25,7 @@ from pipros.bridges.admission import Admission
 from pipros.bridges.client import Client
 from pipros.bridges.door import Door
 from pipros.bridges.outbox import Frame, text_frame
-from pipros.web.secret import Secret
+from pipros.server.secret import Secret
 from tests.support.waiting import wait_until
 
 TOKEN = "-".join(["a", "token", "of", "16", "characters"])

@@ -26,8 +26,8 @@ from websockets.sync.client import ClientConnection, connect
 from websockets.uri import parse_uri
 
 from pipros.net.loop import BackgroundLoop
-from pipros.web.access import Access
-from pipros.web.server import PageServer, Services
+from pipros.server.access import Access
+from pipros.server.view_server import PageServer, Services
 from tests.support.page import LivePage, Page
 from tests.support.ros import RosSystem
 from tests.support.waiting import wait_until
@@ -419,7 +419,7 @@ def test_the_token_is_not_logged_at_any_level(
     serve: Callable[[Services], Access], caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO, logger="websockets.client")  # the test's own
-    for name in ("", "pipros.web", "asyncio"):
+    for name in ("", "pipros.server", "pipros.web", "asyncio"):
         caplog.set_level(logging.DEBUG, logger=name)
     access = serve(Services())
     with browser_of(access) as browser:

@@ -15,8 +15,9 @@ SETTINGS = Path("tests", "page")
 SOURCES = Path("src", "pipros")
 PAGES = (
     SOURCES / "web" / "page",
-    SOURCES / "web" / "sliders" / "page",
-    SOURCES / "web" / "windows" / "page",
+    SOURCES / "server" / "page",
+    SOURCES / "server" / "sliders" / "page",
+    SOURCES / "server" / "windows" / "page",
     SOURCES / "simulation" / "robots" / "page",
     SOURCES / "simulation" / "turtlesim" / "page",
     Path("docs", "in-browser"),

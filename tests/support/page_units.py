@@ -18,6 +18,7 @@ from tests.support.environments import REPOSITORY, SRC
 from tests.support.page_vectors import vectors
 
 PAGE = SRC / "pipros" / "web" / "page"
+SHARED = SRC / "pipros" / "server" / "page"
 TESTS = REPOSITORY / "tests" / "page" / "unit"
 MODULES = {
     "scene/frames.js": 97,
@@ -38,6 +39,7 @@ _COVERED = re.compile(r"^\S\s+(\S+\.js)\s*\|\s*([\d.]+)\s*\|", re.MULTILINE)
 def prepare(folder: Path) -> None:
     """Copy the page and its tests to a folder in which Node.js finds modules and three.js."""
     shutil.copytree(PAGE, folder / "page")
+    shutil.copytree(SHARED, folder / "page", dirs_exist_ok=True)
     shutil.copytree(TESTS, folder / "unit")
     (folder / "package.json").write_text('{"type": "module"}')
     library = folder / "node_modules" / "three"

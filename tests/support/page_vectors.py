@@ -20,7 +20,7 @@ from pipros.libraries.transforms.errors import TransformException
 from pipros.libraries.transforms.pose import Pose
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
-from pipros.web.message_layout import message_layout
+from pipros.web.messages.layout import message_layout
 from tests.support.random_messages import fill_at_random, shipped_types
 
 SECOND = 1_000_000_000

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pipros.web.rviz_file import read_rviz, write_rviz
+from pipros.web.scene.rviz_file import read_rviz, write_rviz
 from tests.support.rviz_scenes import SCENES, config_of, display
 
 LEVELS = ("ok", "warning", "error")

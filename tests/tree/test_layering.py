@@ -6,6 +6,8 @@ import ast
 import functools
 import itertools
 import re
+import subprocess
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -37,9 +39,9 @@ LAYERS: list[list[set[str]]] = [
             "vision",
             "markers",
         },
-        {"maps", "robot_model", "teleoperation", "topic_tools"},
+        {"maps", "robot_model", "teleoperation", "topic_tools", "server"},
     ],
-    [{"testing", "web", "health"}, {"bridges", "simulation", "navigation"}, {"fleet"}, {"ros2"}],
+    [{"testing", "web", "health"}, {"bridges", "fleet", "navigation", "ros2", "simulation"}],
     [{"cli"}],
 ]
 LAYER = {package: layer for layer, steps in enumerate(LAYERS) for packages in steps for package in packages}
@@ -435,6 +437,14 @@ def _source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> Path:
     monkeypatch.setattr(f"{__name__}.ROOTS", (tmp_path,))
     monkeypatch.setattr(f"{__name__}.REPOSITORY", tmp_path)
     return file
+
+
+def test_the_gateway_to_ros2_loads_no_other_room() -> None:
+    program = "import pipros.ros2.gateway, sys; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    rooms = ("pipros.bridges", "pipros.fleet", "pipros.simulation", "pipros.web")
+
+    assert [module for module in loaded.stdout.split() if module.startswith(rooms)] == []
 
 
 MAY_KEEP_THE_PROCESS = {"actionlib/simple_action_server": 1}

@@ -133,7 +133,7 @@ def test_the_wheel_is_small_and_has_executable_programs_and_stubs(wheel: Path) -
             "pipros/share/pipros_sim/maps/room.pgm",
             "pipros/simulation/robots/page/index.html",
             "pipros/simulation/turtlesim/page/index.html",
-            "pipros/web/sliders/page/index.html",
+            "pipros/server/sliders/page/index.html",
             "pipros/share/teleop_twist_joy/config/ps3.config.yaml",
             "sensor_msgs-stubs/point_cloud2.pyi",
             f"pipros-{PROJECT['project']['version']}.dist-info/licenses/THIRD_PARTY.md",

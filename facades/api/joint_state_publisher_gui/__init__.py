@@ -9,8 +9,8 @@ from contextlib import ExitStack
 import rospy
 from joint_state_publisher import JointStatePublisher
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.web.node_page import served_page
-from pipros.web.sliders.slider_page import Slider, SliderPage
+from pipros.server.node_page import served_page
+from pipros.server.sliders.slider_page import Slider, SliderPage
 
 
 class JointStatePublisherGui:

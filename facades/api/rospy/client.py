@@ -16,7 +16,7 @@ from pipros.basics.names import is_legal_remapping, parse_arguments
 from pipros.basics.shared_names import share_names
 from pipros.msg import time as msg_time
 from pipros.node.codec import AnyMessage
-from pipros.web.windows import install as _windows
+from pipros.server.windows import install as _windows
 from rospy.core import add_client_shutdown_hook, is_shutdown
 from rospy.exceptions import ROSException, ROSInitException, ROSInterruptException
 from rospy.logs import DEBUG as DEBUG

@@ -27,7 +27,7 @@ from pipros.bridges.outbox import Frame, Outbox, Traffic
 from pipros.bridges.shares import ClientShares
 from pipros.net import sockets
 from pipros.net.backlog import Backlog, Buffer
-from pipros.web.server_port import PortConnection
+from pipros.server.port import PortConnection
 
 JOINED_BYTES: Final = 16 * 1024
 """Up to this size, copying the parts of a frame takes less time than another system call."""

@@ -32,11 +32,11 @@ from pipros.bridges.client import BridgeConnection, Client, Wakeups
 from pipros.bridges.outbox import Traffic
 from pipros.bridges.pace import Pace
 from pipros.bridges.shares import ServerShares
-from pipros.web.access import LOOPBACK_HOSTS, Access
-from pipros.web.entrance import Entrance
-from pipros.web.secret import Denied, Secret
-from pipros.web.server import SOCKET_PATH, PageServer, only_header, plain_response
-from pipros.web.server_port import ServerPort
+from pipros.server.access import LOOPBACK_HOSTS, Access
+from pipros.server.listener import Entrance
+from pipros.server.port import ServerPort
+from pipros.server.secret import Denied, Secret
+from pipros.server.view_server import SOCKET_PATH, PageServer, only_header, plain_response
 
 logger = logging.getLogger("pipros.bridges")
 

@@ -20,10 +20,10 @@ from pipros.bridges.door import Door, Handler
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on
-from pipros.web.secret import Secret
-from pipros.web.serve_page import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
-from pipros.web.server import PageServer
-from pipros.web.token_file import read_tokens
+from pipros.server.secret import Secret
+from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
+from pipros.server.token_file import read_tokens
+from pipros.server.view_server import PageServer
 
 CLOSING_S: Final = 0.4
 ENDING_S: Final = 0.1

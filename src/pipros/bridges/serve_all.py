@@ -17,9 +17,9 @@ from pipros.graph.services import type_of
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
-from pipros.web.secret import Secret
+from pipros.server.secret import Secret
+from pipros.server.view_server import PageServer
 from pipros.web.serve_page import CHANGING, services
-from pipros.web.server import PageServer
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 ROSAPI = "rosapi"

@@ -30,7 +30,7 @@ def _main(argv: Sequence[str]) -> int:
     place = arguments[0] if arguments else f"localhost:{PORT}"
     token = options.token
     if options.token_file:
-        from pipros.web.token_file import read_tokens
+        from pipros.server.token_file import read_tokens
 
         token = read_tokens(options.token_file)[0]
     rows = _clients(place, token, options.cert)

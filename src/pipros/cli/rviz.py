@@ -28,7 +28,7 @@ def _main(argv: Sequence[str]) -> int:
     name = options.display_config or (words[0] if words else "")
     if options.png:
         return _save_picture(options, name, argv)
-    from pipros.web.scene_file import SceneFile
+    from pipros.web.scene.layout_file import SceneFile
 
     try:
         path = config_path(name)

@@ -13,7 +13,7 @@ from pipros.basics.printable import printable
 from pipros.fleet import keys
 from pipros.fleet.directory import Entry, read_json
 from pipros.fleet.fleet_file import FleetFile
-from pipros.libraries.topic_tools.raw import class_like
+from pipros.libraries.topic_tools.raw import raw_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -46,22 +46,6 @@ class Asked(Protocol):
     def answer(self, payload: bytes, attachment: bytes = b"", key: str = "") -> None: ...
     def refuse(self, reason: str) -> None: ...
     def close(self) -> None: ...
-
-
-def raw_service_class(kind: str, md5sum: str) -> Any:
-    """Return a service class whose requests and responses are not decoded."""
-    request_class = class_like({"type": f"{kind}Request", "md5sum": md5sum})
-    response_class = class_like({"type": f"{kind}Response", "md5sum": md5sum})
-    return type(
-        "PassedService",
-        (),
-        {
-            "_type": kind,
-            "_md5sum": md5sum,
-            "_request_class": request_class,
-            "_response_class": response_class,
-        },
-    )
 
 
 class RemoteService:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
-from pipros.basics.errors import PiprosError
-from pipros.bridges.foxglove.catalog import Definition
 from pipros.fleet.directory import Entry
 from pipros.fleet.fleet_file import FleetFile
+from pipros.graph.definitions import Definition
 from pipros.graph.system_state import FLEET_AGENT_PREFIX, Registrations, SystemState
 
 TopicDefinition = Callable[[str, str, Sequence[str]], Definition | None]
@@ -35,13 +33,6 @@ class LocalGraph:
     shared: tuple[Entry, ...] = ()
     accepted: tuple[Entry, ...] = ()
     services: tuple[Entry, ...] = ()
-
-
-class LocalMaster(Protocol):
-    """Calls to the master, implemented by `pipros.net.master_client.MasterClient`."""
-
-    def get_system_state(self) -> list[list[list[object]]]: ...
-    def get_topic_types(self) -> list[list[str]]: ...
 
 
 def is_agent(node: str) -> bool:
@@ -146,12 +137,3 @@ def occupied(state: SystemState, member: str) -> str | None:
         if service.startswith(prefix) and not_agents(nodes):
             return service
     return None
-
-
-def read_state(master: LocalMaster) -> tuple[SystemState, dict[str, str]] | None:
-    """Return a master's registrations and topic types, or None if it does not return a valid response."""
-    try:
-        state = SystemState.from_state(master.get_system_state())
-        return state, {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416
-    except (PiprosError, ValueError):
-        return None

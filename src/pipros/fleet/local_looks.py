@@ -7,12 +7,13 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.foxglove.definitions import Definitions
 from pipros.fleet import keys
 from pipros.fleet.fleet_file import FleetFile
-from pipros.fleet.local_graph import LocalGraph, look, read_state
+from pipros.fleet.local_graph import LocalGraph, look
 from pipros.fleet.zenoh_session import Question
+from pipros.graph.definitions import Definitions
 from pipros.graph.services import header_at, uri_of
+from pipros.graph.system_state import read_state
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
+
+from pipros.basics.errors import PiprosError
 
 FLEET_AGENT_PREFIX = "/pipros_fleet_"
 """Prefix of the node names of fleet agents; the member's name follows."""
@@ -44,6 +46,13 @@ class SystemState(NamedTuple):
         return sorted({node for kind in kinds for nodes in kind.values() for node in nodes})
 
 
+class StateOfMaster(Protocol):
+    """Calls to the master, implemented by `pipros.net.master_client.MasterClient`."""
+
+    def get_system_state(self) -> list[list[list[object]]]: ...
+    def get_topic_types(self) -> list[list[str]]: ...
+
+
 class TopicConnection(NamedTuple):
     """A connection reported by a node: messages of `topic` flow from `publisher` to `subscriber`."""
 
@@ -72,3 +81,12 @@ def is_below(name: str, ns: str) -> bool:
     (True, False, True)
     """
     return name == ns or name.startswith(ns if ns.endswith("/") else ns + "/")
+
+
+def read_state(master: StateOfMaster) -> tuple[SystemState, dict[str, str]] | None:
+    """Return a master's registrations and topic types, or None if it does not return a valid response."""
+    try:
+        state = SystemState.from_state(master.get_system_state())
+        return state, {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416
+    except (PiprosError, ValueError):
+        return None

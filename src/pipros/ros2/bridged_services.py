@@ -6,7 +6,7 @@ import threading
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.fleet.calls import raw_service_class
+from pipros.libraries.topic_tools.raw import raw_service_class
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.service_server import HandlerError

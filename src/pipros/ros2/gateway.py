@@ -19,7 +19,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
-from pipros.fleet.link_status import LinkDiagnostics
+from pipros.libraries.diagnostics.link_status import LinkDiagnostics
 from pipros.msg import load_service_class
 from pipros.node import Node
 from pipros.ros2.action_to_ros1 import ActionToRos1

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from pipros.fleet.link_status import Level, LinkStatus
+from pipros.libraries.diagnostics.link_status import Level, LinkStatus
 from pipros.ros2.engine import EndpointKind, Problem
 from pipros.ros2.rules import Direction, Kind
 

@@ -8,11 +8,9 @@ from functools import partial
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.foxglove.catalog import Definition
-from pipros.bridges.foxglove.definitions import Definitions
-from pipros.fleet.local_graph import read_state
+from pipros.graph.definitions import Definition, Definitions
 from pipros.graph.services import header_at, uri_of
-from pipros.graph.system_state import ROS2_GATEWAY_PREFIX, Registrations
+from pipros.graph.system_state import ROS2_GATEWAY_PREFIX, Registrations, read_state
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls

@@ -10,7 +10,7 @@ from typing import Any
 
 from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits, limit_text
-from pipros.bridges.foxglove.catalog import Definition
+from pipros.graph.definitions import Definition
 from pipros.libraries.topic_tools.raw import class_like
 from pipros.msg import load_service_class
 from pipros.msg.class_finder import installed_class

@@ -11,8 +11,8 @@ from pipros.basics.printable import printable
 from pipros.pictures.encodings import Color
 from pipros.pictures.errors import PictureError
 from pipros.pictures.image_message import encoding_of
-from pipros.web.known_topic import LONGEST_NAME
-from pipros.web.server import RequestRefused
+from pipros.server.view_server import RequestRefused
+from pipros.web.messages.known_topic import LONGEST_NAME
 
 LARGEST_BYTES = 2_000_000
 """Size in bytes above which raw images are subsampled to every second, third, … row and column."""

@@ -12,8 +12,8 @@ from pipros.libraries.teleoperation.parameters import number, private
 from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
-from pipros.web.node_page import served_page
-from pipros.web.sliders.slider_page import Slider, SliderPage
+from pipros.server.node_page import served_page
+from pipros.server.sliders.slider_page import Slider, SliderPage
 
 PERIOD_S: Final = 0.1
 LINEAR, ANGULAR = "linear", "angular"

@@ -3,31 +3,28 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import socket
-import ssl
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.graph.client import GraphClient
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
-from pipros.web.access import Access
-from pipros.web.bag_folder import BagFolder
-from pipros.web.bag_recording import BagRecording
-from pipros.web.bag_views import ShownBags
-from pipros.web.desktop import open_in_browser
-from pipros.web.open_bags import OpenBags
-from pipros.web.scene_file import SceneFile
-from pipros.web.scene_services import serve_scene_file
-from pipros.web.secret import Secret
-from pipros.web.server import Action, PageServer, Services, View
-from pipros.web.token_file import read_tokens
+from pipros.server.access import Access
+from pipros.server.desktop import open_in_browser
+from pipros.server.secret import Secret
+from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
+from pipros.server.token_file import read_tokens
+from pipros.server.view_server import Action, PageServer, Services, View
+from pipros.web.bags.folder import BagFolder
+from pipros.web.bags.open_bags import OpenBags
+from pipros.web.bags.recording import BagRecording
+from pipros.web.bags.views import ShownBags
+from pipros.web.scene.layout_file import SceneFile
+from pipros.web.scene.services import serve_scene_file
 from pipros.web.views.actions import ActionViews
 from pipros.web.views.bags import BagViews
 from pipros.web.views.calls import CallViews
@@ -75,11 +72,8 @@ CLOSING_S = 0.4
 ENDING_S = 0.1
 """Maximum times (s) to wait at exit: `CLOSING_S` for connections, then `ENDING_S` for remaining tasks."""
 
-EVERYWHERE = ("0.0.0.0", "::")  # noqa: S104 - only if --bind requests it
-
-
-class ServerFailed(PiprosError):
-    """The server cannot be started."""
+PAGES = ("pipros.web", "pipros.server")
+"""The packages whose `page` folders contain the page's files."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,23 +287,7 @@ def services(
         "stop_launched": launches.stop_launched,
         "stop_recording": recordings.stop_recording,
     }
-    return Services(shown.views(views), shown.actions(actions), CHANGING, permitted)
-
-
-def tls_context(certificate: str | None, key: str | None) -> ssl.SSLContext | None:
-    """Return the settings of a TLS server, or None if there is no certificate.
-
-    Raises:
-        ServerFailed: the certificate or its key cannot be read.
-    """
-    if certificate is None:
-        return None
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    try:
-        context.load_cert_chain(certificate, key)
-    except (OSError, ssl.SSLError) as error:
-        raise ServerFailed(f"cannot use the certificate {certificate}: {error}") from None
-    return context
+    return Services(shown.views(views), shown.actions(actions), CHANGING, permitted, PAGES)
 
 
 def _warn_about_network(options: PageOptions, access: Access) -> None:
@@ -321,13 +299,3 @@ def _warn_about_network(options: PageOptions, access: Access) -> None:
         print("The connection is not encrypted; --cert and --key encrypt it.", file=sys.stderr)
     elif fingerprint := fingerprint_of(options.certificate):
         print(f"Encrypted with TLS; the certificate's SHA-256 fingerprint is {fingerprint}.", file=sys.stderr)
-
-
-def fingerprint_of(certificate: str) -> str:
-    """Return the SHA-256 of the first certificate in a PEM file, as browsers show it, or an empty string."""
-    text = Path(certificate).read_text(encoding="ascii", errors="replace")
-    begin, end = text.find(ssl.PEM_HEADER), text.find(ssl.PEM_FOOTER)
-    if not 0 <= begin < end:
-        return ""
-    der = ssl.PEM_cert_to_DER_cert(text[begin : end + len(ssl.PEM_FOOTER)])
-    return hashlib.sha256(der).digest().hex(":").upper()

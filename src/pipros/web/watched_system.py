@@ -15,7 +15,7 @@ from pipros.graph.node_clients import NodeClients
 from pipros.graph.observer import ANSWER_DEADLINE_S, Observation, SystemObserver
 from pipros.graph.recent_changes import RecentChanges
 from pipros.node import Node
-from pipros.web.daemon_pool import DaemonPool
+from pipros.server.daemon_pool import DaemonPool
 from pipros.web.service_calls import ServiceCalls
 from pipros.web.topic_watch import TopicWatches
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.bridges.admission import Admission
-from pipros.web.secret import Denied, Secret
+from pipros.server.secret import Denied, Secret
 
 TOKEN = "-".join(["a", "token", "of", "16", "characters"])
 

@@ -27,7 +27,7 @@ class Transport(asyncio.Transport):
 
 
 class Entrance:
-    """Stands for `pipros.web.entrance.Entrance`, and for the visitor that it returns."""
+    """Stands for `pipros.server.listener.Entrance`, and for the visitor that it returns."""
 
     def visitor_of(self, transport: object) -> Entrance:
         return self

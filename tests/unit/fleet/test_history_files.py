@@ -24,7 +24,7 @@ from pipros.fleet.history_files import (
     read_rows,
 )
 from pipros.msg import load_message_class
-from pipros.web.bag_folder import BagFolder
+from pipros.web.bags.folder import BagFolder
 
 String: Any = load_message_class("std_msgs/String")
 S = 1_000_000_000

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 
 import pytest
 
-from pipros.bridges.foxglove.catalog import Definition
 from pipros.fleet.fleet_file import FleetFile, Rule
 from pipros.fleet.local_graph import LocalGraph, look
+from pipros.graph.definitions import Definition
 from pipros.graph.system_state import SystemState
 
 ALL = (Rule("/**"),)

@@ -11,7 +11,7 @@ import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from pipros.basics.errors import NotFound
-from pipros.bridges.foxglove.catalog import Definition
+from pipros.graph.definitions import Definition
 from pipros.libraries.actions.status import Status
 from pipros.msg.language.spec import DefinitionError
 from pipros.ros2 import action_messages as messages

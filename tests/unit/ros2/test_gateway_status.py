@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from pipros.fleet.link_status import Level
 from pipros.health.gather_system import gateway_report
 from pipros.health.system_report import GatewayReport
+from pipros.libraries.diagnostics.link_status import Level
 from pipros.ros2.engine import EndpointKind, Problem
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 

@@ -8,7 +8,7 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import process_limits
-from pipros.bridges.foxglove.catalog import Definition
+from pipros.graph.definitions import Definition
 from pipros.msg import load_message_class
 from pipros.ros2.action_messages import Ros2Status
 from pipros.ros2.conversion.errors import ConversionError

@@ -14,7 +14,7 @@ from std_msgs.msg import Float64, Header
 from pipros.bag import BagReader, BagWriter
 from pipros.msg.time import Time
 from pipros.safe.expr import ExpressionError
-from pipros.web.bag_curve import MOST_SAMPLES, BagSamples
+from pipros.web.bags.curve import MOST_SAMPLES, BagSamples
 from pipros.web.curve_samples import Axis, Field, NotANumber, find_field, mark_of, sample_of
 
 

@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from pipros.web.server import IMPORT_MAP_HASH
+from pipros.server.view_server import IMPORT_MAP_HASH
 from tests.support import page_primitives
 from tests.support.environments import FACADES, REPOSITORY, SRC
 from tests.support.page_checks import PAGES

@@ -13,13 +13,13 @@ import pytest
 from pipros.basics.errors import PiprosError
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
-from pipros.web.cloud_columns import cloud_columns, point_columns, strided, thinning_step
-from pipros.web.daemon_pool import DaemonPool
-from pipros.web.message_layout import message_layout
-from pipros.web.scene_file import SceneFile
-from pipros.web.scene_services import permitted_path
-from pipros.web.scene_topic import MOST_LATCHED, SceneTopic
-from pipros.web.server import RequestRefused
+from pipros.server.daemon_pool import DaemonPool
+from pipros.server.view_server import RequestRefused
+from pipros.web.messages.layout import message_layout
+from pipros.web.scene.cloud_columns import cloud_columns, point_columns, strided, thinning_step
+from pipros.web.scene.layout_file import SceneFile
+from pipros.web.scene.services import permitted_path
+from pipros.web.scene.topic import MOST_LATCHED, SceneTopic
 from pipros.web.topic_watch import Newest
 from pipros.web.views.scene import LEAST_POINTS, CloudTopic, fitting_points, read_named_file
 

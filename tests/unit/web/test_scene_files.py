@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.env import Environment
-from pipros.web.server import RequestRefused
+from pipros.server.view_server import RequestRefused
 from pipros.web.views.scene import DESCRIPTIONS, SceneViews
 
 

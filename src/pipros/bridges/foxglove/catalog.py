@@ -4,31 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-
-@dataclass(frozen=True, slots=True)
-class Definition:
-    """A topic type.
-
-    Attributes:
-        text: the definition, followed by the definitions of all embedded types.
-    """
-
-    type: str
-    md5sum: str
-    text: str = field(repr=False)
-
-
-@dataclass(frozen=True, slots=True)
-class ServiceDefinition:
-    """A service type. The definitions have the same form as `Definition.text`."""
-
-    type: str
-    md5sum: str
-    request_text: str = field(repr=False)
-    response_text: str = field(repr=False)
+from pipros.graph.definitions import Definition, ServiceDefinition
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from typing import Any
 from pipros.bridges.foxglove.catalog import Channel, Service
 from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.outbox import Frame, text_frame
-from pipros.web.json_text import encoded
+from pipros.server.json_text import encoded
 
 _MESSAGE = struct.Struct("<BIQ")
 _TIME = struct.Struct("<BQ")

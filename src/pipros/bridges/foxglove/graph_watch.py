@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.foxglove.catalog import Definition, ServiceDefinition
-from pipros.bridges.foxglove.definitions import Definitions
+from pipros.graph.definitions import Definition, Definitions, ServiceDefinition
 from pipros.graph.system_state import SystemState
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient

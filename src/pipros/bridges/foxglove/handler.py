@@ -15,7 +15,6 @@ from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.client import Client
 from pipros.bridges.foxglove import frames
 from pipros.bridges.foxglove.catalog import Catalog
-from pipros.bridges.foxglove.definitions import Definitions
 from pipros.bridges.foxglove.graph_changes import EMPTY
 from pipros.bridges.foxglove.graph_watch import GraphWatch, Look, is_allowed
 from pipros.bridges.foxglove.parameter_watch import Changes, ParameterWatch
@@ -25,6 +24,7 @@ from pipros.bridges.foxglove.sent_assets import Asset, SentAssets
 from pipros.bridges.foxglove.session import TIME_KEY, ClientSession
 from pipros.bridges.foxglove.shared_answer import SharedAnswer
 from pipros.bridges.shared_topics import SharedTopics, TopicMessage
+from pipros.graph.definitions import Definitions
 from pipros.graph.system_state import SystemState
 from pipros.msg.time import NS_PER_S
 from pipros.net.loop import BackgroundLoop
@@ -32,7 +32,7 @@ from pipros.node import Node
 from pipros.node.clock import SimulatedClock
 from pipros.node.open_calls import OpenCalls
 from pipros.packages.assets import read_asset
-from pipros.web.daemon_pool import DaemonPool
+from pipros.server.daemon_pool import DaemonPool
 from pipros.workspace.index import PackageIndex
 
 SUBPROTOCOLS: Final = ("foxglove.sdk.v1", "foxglove.websocket.v1")

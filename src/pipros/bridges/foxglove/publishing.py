@@ -20,7 +20,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.codec import encoder
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_client import ServiceClient
-from pipros.web.json_text import encoded
+from pipros.server.json_text import encoded
 
 ROS1, JSON = "ros1", "json"
 ENCODINGS: Final = (ROS1, JSON)

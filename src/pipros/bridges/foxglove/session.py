@@ -46,7 +46,7 @@ from pipros.bridges.shares import ClientShares, ExceedsShare
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
-from pipros.web.daemon_pool import DaemonPool
+from pipros.server.daemon_pool import DaemonPool
 
 CALL_S: Final = 60.0
 """Timeout of a service call."""

@@ -24,8 +24,8 @@ from pipros.msg.time import NS_PER_S, Time
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
-from pipros.web.daemon_pool import DaemonPool
-from pipros.web.secret import Secret
+from pipros.server.daemon_pool import DaemonPool
+from pipros.server.secret import Secret
 
 CLOSING_S: Final = 0.4
 """Maximum time (s) that clients may delay the shutdown of a server."""

@@ -22,7 +22,7 @@ from pipros.bridges.shares import ClientShares, ServerShares
 from pipros.net import sockets
 from pipros.net.address import plain_address
 from pipros.node import Node
-from pipros.web.daemon_pool import DaemonPool
+from pipros.server.daemon_pool import DaemonPool
 
 logger = logging.getLogger("pipros.bridges")
 

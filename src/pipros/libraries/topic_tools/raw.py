@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.printable import printable
@@ -30,3 +31,19 @@ def class_like(header: Mapping[str, str]) -> type[AnyMsg]:
         raise UnknownType(f"publisher [{caller}] must send the type and md5sum of its messages")
     text = header.get("message_definition", "")
     return type("Passed", (AnyMsg,), {"_type": kind, "_md5sum": md5sum, "_full_text": text})
+
+
+def raw_service_class(kind: str, md5sum: str) -> Any:
+    """Return a service class whose requests and responses are not decoded."""
+    request_class = class_like({"type": f"{kind}Request", "md5sum": md5sum})
+    response_class = class_like({"type": f"{kind}Response", "md5sum": md5sum})
+    return type(
+        "PassedService",
+        (),
+        {
+            "_type": kind,
+            "_md5sum": md5sum,
+            "_request_class": request_class,
+            "_response_class": response_class,
+        },
+    )

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from pipros.node import Node
 from pipros.pictures.png import png
+from pipros.server.view_server import RequestRefused, Services
 from pipros.simulation.robots.drive import Pose
 from pipros.simulation.robots.errors import Rejected
 from pipros.simulation.robots.robots_node import RobotsNode
 from pipros.simulation.robots.world import World
-from pipros.web.server import RequestRefused, Services
 
 FRAME_S: Final = 0.1
 """Interval of updates for a browser."""
@@ -42,7 +42,7 @@ class SimPage:
         return Services(
             views={"world": self.world},
             actions={"place": self.place, "steer": self.steer, "reset": self.reset, "close": self.close},
-            pages=("pipros.simulation.robots", "pipros.web"),
+            pages=("pipros.simulation.robots", "pipros.server"),
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

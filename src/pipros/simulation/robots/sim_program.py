@@ -53,8 +53,8 @@ def run(node: Node, log: logging.Logger, make: Any) -> int:
         robots_text = "1 robot" if count == 1 else f"{count} robots"
         log.info("Simulating %s in a world of %g x %g m", robots_text, width, height)
         if not is_on(node, "~headless"):
+            from pipros.server.node_page import served_page
             from pipros.simulation.robots.sim_page import SimPage
-            from pipros.web.node_page import served_page
 
             stack.enter_context(served_page(SimPage(robots, node).services(), node.name, log))
         robots.run()

@@ -14,10 +14,10 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
 from pipros.node import Node
+from pipros.server.view_server import RequestRefused, Services
 from pipros.simulation.turtlesim.picture import SIDE, Point
 from pipros.simulation.turtlesim.turtle import Command, Line
 from pipros.simulation.turtlesim.turtlesim_node import Turtlesim
-from pipros.web.server import RequestRefused, Services
 
 FRAME_S: Final = 1 / 30
 """Minimum interval of updates for a browser."""
@@ -38,7 +38,7 @@ class TurtlePage:
         return Services(
             views={"world": self.world},
             actions={"steer": self.steer, "close": self.close},
-            pages=("pipros.simulation.turtlesim", "pipros.web"),
+            pages=("pipros.simulation.turtlesim", "pipros.server"),
         )
 
     async def world(self, _: Mapping[str, Any]) -> AsyncIterator[Any]:

@@ -17,8 +17,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     with roscpp_program("turtlesim", "turtlesim", argv) as (node, log), contextlib.ExitStack() as stack:
         turtlesim = Turtlesim(node, log)
         if not is_on(node, "~headless"):
+            from pipros.server.node_page import served_page
             from pipros.simulation.turtlesim.turtle_page import TurtlePage
-            from pipros.web.node_page import served_page
 
             stack.enter_context(served_page(TurtlePage(turtlesim, node).services(), node.name, log))
         turtlesim.run()

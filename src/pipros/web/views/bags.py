@@ -21,16 +21,16 @@ from pipros.basics.limits import limit_text, process_limits
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.pictures.image_message import IMAGE_TYPES
-from pipros.web.bag_curve import BagSamples, Take
-from pipros.web.bag_export import FORMATS, export
-from pipros.web.bag_folder import BagFolder
-from pipros.web.bag_playback import LOG_TOPICS, BagPlayback, newest_before
-from pipros.web.bag_tracks import BINS, tracks
+from pipros.server.view_server import RequestRefused
+from pipros.web.bags.curve import BagSamples, Take
+from pipros.web.bags.export import FORMATS, export
+from pipros.web.bags.folder import BagFolder
+from pipros.web.bags.open_bags import OpenBags
+from pipros.web.bags.playback import LOG_TOPICS, BagPlayback, newest_before
+from pipros.web.bags.tracks import BINS, tracks
 from pipros.web.bounded_list import bounded_list
 from pipros.web.curve_samples import find_field, mark_of, sample_of
 from pipros.web.image_pixels import packed
-from pipros.web.open_bags import OpenBags
-from pipros.web.server import RequestRefused
 from pipros.web.views.plot import COMPUTED_S, axis_of, field_text
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem

@@ -18,10 +18,10 @@ from pipros.node.open_calls import OpenCalls
 from pipros.node.publisher import Publisher
 from pipros.node.service_link import ErrorReply
 from pipros.safe.yaml import load
+from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
-from pipros.web.message_pattern import MessagePattern
-from pipros.web.message_tree import message_tree
-from pipros.web.server import RequestRefused
+from pipros.web.messages.pattern import MessagePattern
+from pipros.web.messages.tree import message_tree
 from pipros.web.service_calls import CALL_BY_HAND_S
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem

@@ -19,9 +19,9 @@ from pipros.net.master_client import MasterClient
 from pipros.net.this_machine import is_this_machine
 from pipros.node.any_msg import AnyMsg
 from pipros.node.open_calls import OpenCalls
-from pipros.web.known_topic import LONGEST_NAME, KnownTopic
+from pipros.server.view_server import RequestRefused
 from pipros.web.log_history import Entry, log_history
-from pipros.web.server import RequestRefused
+from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.service_calls import TOOL_CALL_S
 from pipros.web.shared import Shared
 from pipros.web.views.topics import topic_name

@@ -14,7 +14,7 @@ from typing import Any
 
 from pipros.basics.limits import limit_text, process_limits
 from pipros.node.any_msg import AnyMsg
-from pipros.web.known_topic import LONGEST_NAME, KnownTopic
+from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.shared import Shared
 from pipros.web.watched_system import WatchedSystem
 

@@ -20,8 +20,8 @@ from pipros.libraries.transforms.messages import in_ns, pose_of_transform
 from pipros.libraries.transforms.pose import roll_pitch_yaw
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
-from pipros.web.known_topic import LONGEST_NAME, KnownTopic, Take
-from pipros.web.server import RequestRefused
+from pipros.server.view_server import RequestRefused
+from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic, Take
 from pipros.web.shared import Shared
 from pipros.web.views.graph import scene_values
 from pipros.web.watched_system import WatchedSystem

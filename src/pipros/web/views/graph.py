@@ -18,10 +18,10 @@ from pipros.graph.drawing.svg import middle_of, path, to_svg
 from pipros.graph.nodes import kill
 from pipros.graph.observer import Observation
 from pipros.graph.system_state import of_node
+from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
 from pipros.web.graph_drawings import GraphDrawings
-from pipros.web.message_tree import message_tree
-from pipros.web.server import RequestRefused
+from pipros.web.messages.tree import message_tree
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 

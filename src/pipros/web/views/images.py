@@ -11,8 +11,8 @@ from pipros.basics.printable import printable
 from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
 from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.server.view_server import RequestRefused
 from pipros.web.image_pixels import packed
-from pipros.web.server import RequestRefused
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem

@@ -11,8 +11,8 @@ from pipros.basics.errors import PiprosError
 from pipros.graph import params
 from pipros.launch.control import LaunchUnavailable, ask, running_launches
 from pipros.net.local_socket import HAS_LOCAL_SOCKETS
+from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
-from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S: Final = 1.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from pipros.server.view_server import RequestRefused
 from pipros.web.layouts import StoredLayouts
-from pipros.web.server import RequestRefused
 from pipros.web.watched_system import WatchedSystem
 
 

@@ -11,8 +11,8 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.graph import params
 from pipros.safe.yaml import load
-from pipros.web.message_tree import message_tree
-from pipros.web.server import RequestRefused
+from pipros.server.view_server import RequestRefused
+from pipros.web.messages.tree import message_tree
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 

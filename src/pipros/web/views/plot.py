@@ -10,9 +10,9 @@ from typing import Any
 
 from pipros.basics.errors import PiprosError
 from pipros.node.any_msg import AnyMsg
+from pipros.server.view_server import RequestRefused
 from pipros.web.curve_samples import Axis, Field, NotANumber, find_field, mark_of, sample_of
-from pipros.web.known_topic import KnownTopic
-from pipros.web.server import RequestRefused
+from pipros.web.messages.known_topic import KnownTopic
 from pipros.web.topic_watch import NewSamples, TopicWatch
 from pipros.web.views.console import LOG_TOPIC
 from pipros.web.watched_system import WatchedSystem

@@ -21,8 +21,8 @@ from pipros.reconfigure.config import (
     decode_description,
     values,
 )
+from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
-from pipros.web.server import RequestRefused
 from pipros.web.service_calls import TOOL_CALL_S
 from pipros.web.topic_watch import TopicWatch
 from pipros.web.views.topics import topic_name

@@ -9,9 +9,9 @@ from collections.abc import AsyncIterator, Mapping
 from typing import Any, Final
 
 from pipros.bag.errors import BagError
-from pipros.web.bag_recording import BagRecording, RecordingPlan
+from pipros.server.view_server import RequestRefused
+from pipros.web.bags.recording import BagRecording, RecordingPlan
 from pipros.web.bounded_list import bounded_list
-from pipros.web.server import RequestRefused
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 

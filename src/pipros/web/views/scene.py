@@ -29,11 +29,11 @@ from pipros.msg import load_message_class
 from pipros.node.any_msg import AnyMsg
 from pipros.node.publisher import Publisher
 from pipros.packages.assets import NAMES, PREFIX, read_asset
-from pipros.web.cloud_columns import cloud_columns, point_columns
-from pipros.web.daemon_pool import DaemonPool
-from pipros.web.scene_file import SceneFile
-from pipros.web.scene_topic import LONGEST_QUEUE, SceneTopic, add_senders, batch, sender_of
-from pipros.web.server import RequestRefused
+from pipros.server.daemon_pool import DaemonPool
+from pipros.server.view_server import RequestRefused
+from pipros.web.scene.cloud_columns import cloud_columns, point_columns
+from pipros.web.scene.layout_file import SceneFile
+from pipros.web.scene.topic import LONGEST_QUEUE, SceneTopic, add_senders, batch, sender_of
 from pipros.web.shared import Shared
 from pipros.web.topic_watch import Newest, TopicWatch
 from pipros.web.views.topics import topic_name

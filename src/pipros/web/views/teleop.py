@@ -15,7 +15,7 @@ from typing import Any
 
 from pipros.msg import load_message_class
 from pipros.node.publisher import Publisher
-from pipros.web.server import RequestRefused
+from pipros.server.view_server import RequestRefused
 from pipros.web.steering import Velocity, VelocityCommands
 from pipros.web.views.calls import withdraw
 from pipros.web.views.topics import topic_name

@@ -17,11 +17,11 @@ from pipros.graph.observer import Observation
 from pipros.msg import load_message_class
 from pipros.msg.time import TVal
 from pipros.node.any_msg import AnyMsg
+from pipros.server.view_server import RequestRefused
 from pipros.web.bounded_list import bounded_list
-from pipros.web.known_topic import LONGEST_NAME
-from pipros.web.message_picture import message_picture
-from pipros.web.message_tree import message_tree
-from pipros.web.server import RequestRefused
+from pipros.web.messages.known_topic import LONGEST_NAME
+from pipros.web.messages.picture import message_picture
+from pipros.web.messages.tree import message_tree
 from pipros.web.topic_watch import Newest, TopicWatch
 from pipros.web.watched_system import WatchedSystem
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from pipros.bridges.foxglove.catalog import Catalog, Change, Channel, Definition, ServiceDefinition
+from pipros.bridges.foxglove.catalog import Catalog, Change, Channel
 from pipros.bridges.foxglove.graph_changes import EMPTY, graph_update
+from pipros.graph.definitions import Definition, ServiceDefinition
 from pipros.graph.system_state import SystemState
 
 TEXT = Definition("std_msgs/String", "a" * 32, "string data")

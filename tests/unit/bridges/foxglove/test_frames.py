@@ -6,10 +6,11 @@ import json
 from typing import Any
 
 from pipros.bridges.foxglove import frames
-from pipros.bridges.foxglove.catalog import Channel, Definition, Service, ServiceDefinition
+from pipros.bridges.foxglove.catalog import Channel, Service
 from pipros.bridges.foxglove.frames import Level
 from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.outbox import Frame
+from pipros.graph.definitions import Definition, ServiceDefinition
 
 
 def read(frame: Frame) -> Any:

@@ -11,17 +11,18 @@ from typing import Any
 from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import Limits
 from pipros.bridges.call_turns import CallTurns
-from pipros.bridges.foxglove.catalog import Catalog, Definition
+from pipros.bridges.foxglove.catalog import Catalog
 from pipros.bridges.foxglove.parameter_watch import DELETED
 from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.foxglove.session import ClientSession
 from pipros.bridges.outbox import Frame, Outbox
 from pipros.bridges.shared_topics import TopicMessage
 from pipros.bridges.shares import ServerShares
+from pipros.graph.definitions import Definition
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
 from pipros.packages.assets import AssetRefused
-from pipros.web.daemon_pool import DaemonPool
+from pipros.server.daemon_pool import DaemonPool
 
 MD5SUM = "a" * 32
 TEXT = Definition("std_msgs/String", MD5SUM, "string data")

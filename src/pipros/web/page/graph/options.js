@@ -82,7 +82,7 @@ export function optionControls(options, onChange) {
   const modes = MODES.map(([value, title]) => h("option", { value, selected: value === options.mode }, title));
   const boxes = (list) => list.map(([name, title]) => h("label", {},
     h("input", { type: "checkbox", checked: options[name], onchange: (event) => change(name, event.target.checked) }), title));
-  // On a phone, the filters are folded until this button shows them: see `.fold` in style.css.
+  // On a phone, the filters are folded until this button shows them: see `.fold` in page.css.
   const folded = h("span", { class: "fold" }, pattern("nodes", "Nodes"), pattern("topics", "Topics"),
     h("span", { class: "choices", role: "group", "aria-label": "Hide" }, "Hide:", boxes(HIDDEN)),
     h("span", { class: "choices", role: "group", "aria-label": "Group" }, "Group:", boxes(GROUPED)));

@@ -7,7 +7,7 @@ import { textFilter } from "../text_filter.js";
 
 const KEPT = 100000;
 const phone = matchMedia("(max-width: 700px)");
-const rowHeight = () => (phone.matches ? 40 : 22); // as in style.css: on a phone, an entry has two lines
+const rowHeight = () => (phone.matches ? 40 : 22); // as in page.css: on a phone, an entry has two lines
 const OPTION = /;(?=(?:levels|text|node|place)=)/; // what separates options in the address
 const HELP = "A part of the text; -part excludes; /regular expression/";
 const LEVELS = [[1, "Debug"], [2, "Info"], [4, "Warn"], [8, "Error"], [16, "Fatal"]];

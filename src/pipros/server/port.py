@@ -1,0 +1,267 @@
+"""A port for HTTP requests and WebSockets, with limits on the data that each client makes it hold.
+
+Theory of operation. Until a client is admitted, it may send `login_bytes`. Afterwards, all data that has been
+read but not handled counts against the client's budget: the beginning of an incomplete frame, the frames of
+an incomplete message, each with its overhead, and complete messages. If more than `READ_AHEAD_BYTES` are
+complete, the connection is not read until they have been handled. An incomplete message must grow by a MiB,
+or end, within `request_s`. A client that exceeds its budget is told so in the close frame and disconnected.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import math
+import socket
+import ssl
+from collections import deque
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import Any, Final
+
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.frames import DATA_OPCODES, CloseCode, Frame
+from websockets.http11 import Request, Response
+
+from pipros.basics.budget import Budget
+from pipros.basics.limits import Limits
+from pipros.server.listener import ACCEPTED_AT_A_TIME, Entrance, Visitor
+
+CLOSING_S: Final = 0.2
+"""Time (s) for clients to acknowledge the closing of connections, and again for the server's tasks to end."""
+
+UNSENT_BYTES: Final = 131_072
+"""Maximum number of unsent bytes in the kernel. With more, a browser on a slow link would get old views."""
+
+FRAME_BYTES: Final = 300
+"""Memory of a frame besides its data. Uncounted, a client could fill the memory with empty frames."""
+READ_AHEAD_BYTES: Final = 256 * 1024
+"""Complete messages that are read before the previous ones have been handled."""
+_UNCOUNTED_BYTES: Final = 16 * 1024
+_GROWTH_BYTES: Final = 1024 * 1024
+
+# At level DEBUG, websockets logs messages and paths, including tokens.
+_SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)
+
+
+class PortConnection(ServerConnection):
+    """Connection whose client can send only a few bytes before it is admitted.
+
+    Attributes:
+        held_bytes: the data that has been read but not handled, with the overhead of its frames.
+    """
+
+    def __init__(
+        self, entrance: Entrance, limit_bytes: int, *args: Any, request_s: float = math.inf, **options: Any
+    ) -> None:
+        super().__init__(*args, **options)
+        self._entrance = entrance
+        self._bytes_left: float = limit_bytes
+        self._visitor: Visitor
+        self._input: Budget | None = None
+        self._message_bytes: float = math.inf
+        self._request_s = request_s
+        self.held_bytes = 0
+        self._counted_bytes = 0  # of `held_bytes`, what is taken from the budget
+        self._begun_bytes = 0  # complete frames of an incomplete message
+        self._complete: deque[int] = deque()  # sizes of complete messages
+        self._waiting_bytes = 0  # their sum
+        self._handled_bytes = 0  # the message that is being handled
+        self._deadline: asyncio.TimerHandle | None = None
+        self._messages = 0
+        self._is_reading = True
+        self._is_cut = False
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        self._visitor = self._entrance.visitor_of(transport)
+        self._visitor.set_transport(transport)
+        option = getattr(socket, "TCP_NOTSENT_LOWAT", None)  # not available on Windows
+        if option is not None:
+            self._visitor.setsockopt(socket.IPPROTO_TCP, option, UNSENT_BYTES)
+        super().connection_made(transport)
+
+    def data_received(self, data: bytes) -> None:
+        self._bytes_left -= len(data)
+        if self._bytes_left < 0:
+            self._visitor.abort()
+        elif not self._is_cut:
+            super().data_received(data)
+            if self._input is not None:
+                self._check_input()
+
+    def process_event(self, event: Any) -> None:
+        super().process_event(event)
+        if isinstance(event, Frame) and event.opcode in DATA_OPCODES:
+            self._begun_bytes += len(event.data) + FRAME_BYTES
+            if event.fin:
+                self._complete.append(self._begun_bytes)
+                self._waiting_bytes += self._begun_bytes
+                self._messages += 1
+                self._begun_bytes = 0
+
+    async def recv(self, decode: bool | None = None) -> Any:
+        """Return the next message. Until the next call, the message counts as being handled."""
+        self._handled_bytes = 0
+        if self._counted_bytes:
+            self._count_input()
+        message = await super().recv(decode)
+        self._handled_bytes = self._complete.popleft()
+        self._waiting_bytes -= self._handled_bytes
+        if not self._is_reading and self._waiting_bytes <= READ_AHEAD_BYTES // 2 and not self._is_cut:
+            self._is_reading = True
+            self.transport.resume_reading()
+        return message
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._is_cut = True
+        if self._deadline is not None:
+            self._deadline.cancel()
+        super().connection_lost(exc)
+
+    def cut(self, reason: str, code: int = CloseCode.TRY_AGAIN_LATER) -> None:
+        """Disconnect the client with a reason, and ignore further data. Does not block."""
+        if not self._is_cut:
+            self._is_cut = True
+            self.transport.pause_reading()
+            self._ending = asyncio.ensure_future(self.close(code, reason))
+            self.loop.call_later(CLOSING_S, self.transport.abort)
+
+    @property
+    def _incomplete_bytes(self) -> int:
+        return self._begun_bytes + len(self.protocol.reader.buffer)
+
+    def _check_input(self) -> None:
+        """Apply the limits after new data has arrived."""
+        incomplete = self._incomplete_bytes
+        if incomplete > self._message_bytes:
+            self.cut(f"A message exceeds {self._message_bytes} bytes.", CloseCode.MESSAGE_TOO_BIG)
+        elif not self._count_input():
+            self.cut("Incomplete or unhandled messages exceed the memory for this client.")
+        elif self._waiting_bytes > READ_AHEAD_BYTES and self._is_reading:
+            self._is_reading = False
+            self.transport.pause_reading()
+        if incomplete and self._deadline is None and self._request_s < math.inf:
+            self._set_deadline()
+
+    def _count_input(self) -> bool:
+        """Count the data that is held now. Return False if it exceeds the budget."""
+        self.held_bytes = self._incomplete_bytes + self._waiting_bytes + self._handled_bytes
+        counted = self.held_bytes if self.held_bytes > _UNCOUNTED_BYTES else 0
+        if counted == self._counted_bytes or self._input is None:
+            return True
+        if not self._input.hold(self._counted_bytes, counted):
+            return False
+        self._counted_bytes = counted
+        return True
+
+    def _set_deadline(self) -> None:
+        progress = self._messages, self._incomplete_bytes // _GROWTH_BYTES
+        self._deadline = self.loop.call_later(self._request_s, self._check_progress, progress)
+
+    def _check_progress(self, before: tuple[int, int]) -> None:
+        """Disconnect the client if its incomplete message has not grown enough."""
+        self._deadline = None
+        if not self._incomplete_bytes or self._is_cut:
+            return
+        if before == (self._messages, self._incomplete_bytes // _GROWTH_BYTES) and self._is_reading:
+            self.cut("The rest of a message did not arrive in time.", CloseCode.POLICY_VIOLATION)
+        else:
+            self._set_deadline()
+
+    def note_request(self) -> None:
+        """Cancel the deadline, because the request has arrived."""
+        self._visitor.note_request()
+
+    def admit(self, input: Budget, message_bytes: int) -> None:  # noqa: A002
+        """Replace the limits on unauthenticated clients, because this client has authenticated.
+
+        Args:
+            input: the data that the client may make the server hold.
+            message_bytes: maximum size of a message.
+        """
+        self._visitor.admit()
+        self._bytes_left = math.inf
+        self._input = input
+        self._message_bytes = message_bytes + _UNCOUNTED_BYTES
+
+
+class ServerPort:
+    """Listens on one port from `open` until `close`. For use in one event loop.
+
+    Attributes:
+        limit: maximum number of connections.
+    """
+
+    def __init__(self, entrance: Entrance, limits: Limits) -> None:
+        self.limit = entrance.limit
+        self._entrance = entrance
+        self._limits = limits
+        self._servers: list[Server] = []
+
+    async def open(
+        self,
+        host: str,
+        port: int,
+        *,
+        attend: Callable[[Any], Awaitable[None]],
+        answer: Callable[[Any, Request], Response | None],
+        max_bytes: int,
+        tls: ssl.SSLContext | None = None,
+        connection_class: type[PortConnection] = PortConnection,
+        **options: Any,
+    ) -> int:
+        """Open the port and return its number.
+
+        Args:
+            host: address to listen on.
+            port: port to listen on; 0 selects a free one.
+            attend: serves a WebSocket until it is closed.
+            answer: returns the response to a request, or None to continue with the WebSocket handshake.
+            max_bytes: maximum size of a message from an admitted client.
+            options: additional keyword arguments for `websockets.asyncio.server.serve`.
+
+        Raises:
+            OSError: the port is in use, or the address does not belong to this machine.
+        """
+        found = await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        listeners = self._entrance.listen([str(each[4][0]) for each in found], port)
+        create_connection: Any = partial(
+            connection_class, self._entrance, self._limits.login_bytes, request_s=self._limits.request_s
+        )
+        if tls is not None:
+            options |= {"ssl": tls, "ssl_handshake_timeout": self._limits.login_s}
+        for listener in listeners:
+            self._servers.append(
+                await serve(
+                    attend,
+                    sock=listener,
+                    create_connection=create_connection,
+                    process_request=answer,
+                    max_size=max_bytes,
+                    max_queue=None,  # connections limit the bytes instead
+                    write_limit=65536,
+                    server_header=None,
+                    compression=None,  # on loopback, compression costs more than it saves
+                    logger=_SILENT,
+                    close_timeout=1,
+                    backlog=ACCEPTED_AT_A_TIME,
+                    **options,
+                )
+            )
+        self._entrance.start(listeners)
+        number: int = listeners[0].getsockname()[1]
+        return number
+
+    async def close(self) -> None:
+        """Close the port and all connections. Wait at most `CLOSING_S` for clients to acknowledge this."""
+        for server in self._servers:
+            server.close()
+        self._entrance.close_strangers()
+        if not await self._have_closed():
+            self._entrance.close_all()
+            await self._have_closed()
+
+    async def _have_closed(self) -> bool:
+        """Wait up to `CLOSING_S` for all connections to close. Return False if some are still open."""
+        ends = [asyncio.ensure_future(server.wait_closed()) for server in self._servers]
+        return not ends or not (await asyncio.wait(ends, timeout=CLOSING_S))[1]

@@ -1,0 +1,387 @@
+"""Serve the page's files over HTTP, and all live data over one WebSocket per browser.
+
+The files contain nothing secret. The first message on a WebSocket authenticates the browser:
+`{"token": "…"}`, or `{"code": "…"}` with a one-time code; the response is
+`{"id": 0, "data": {"token": "…"}}`. Then the browser requests views and actions:
+`{"id": 3, "view": "graph", "args": {…}}`, `{"id": 3, "stop": true}`,
+`{"id": 4, "action": "set_param", "args": {…}}`. Responses contain the id: `{"id": 3, "data": …}`,
+`{"id": 3, "error": "…"}`, or, in binary, the id as four big-endian bytes followed by the data. A read-only
+view is retried after an error, unless its arguments were invalid.
+
+Each view is a task that sends new values only after the browser has received the previous ones. A slow
+browser therefore receives fewer values, but current ones, and does not delay other browsers.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import functools
+import gzip
+import hashlib
+import json
+import logging
+import mimetypes
+import ssl
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from importlib import resources
+from typing import TYPE_CHECKING, Any, Final
+
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
+from websockets.http11 import Request, Response
+
+from pipros.basics.budget import Budget
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import process_limits
+from pipros.server.access import LOOPBACK_HOSTS, Access
+from pipros.server.browser_share import begin_browser
+from pipros.server.json_text import json_text
+from pipros.server.listener import Entrance
+from pipros.server.port import READ_AHEAD_BYTES, PortConnection, ServerPort
+from pipros.server.secret import Denied, Secret
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+logger = logging.getLogger("pipros.server")
+
+SOCKET_PATH = "/live"
+VENDORED = "vendor/"
+VIEWS_OF_A_BROWSER = 200
+REQUEST_BYTES = 1_000_000
+BROWSERS = 100
+BROWSERS_SHARE: Final = 3 / 4
+"""Share of the connections that browsers may keep open. The rest is reserved for files and new browsers."""
+RESUME_S: Final = 1.0
+"""Delay before a failed view is retried."""
+LONGEST_ERROR: Final = 2000
+
+_EXPECTED = (PiprosError, OSError, ValueError, TypeError, KeyError)
+"""Errors that arguments or the system may cause. Other exceptions are defects, which are logged."""
+
+View = Callable[[Mapping[str, Any]], AsyncIterator[Any]]
+"""Called with the arguments of a request. Yields values for the browser: JSON values or bytes."""
+Action = Callable[[Mapping[str, Any]], Awaitable[Any]]
+"""Called with the arguments of a request. Returns the data for the response."""
+
+IMPORT_MAP_HASH: Final = "'sha256-UmR2ynK9En+2P57+Dk4hFTbWgpkKslo2yB4soZvGlnI='"
+"""Hash of the only inline script in index.html: the import map, which names third-party modules."""
+
+SECURITY_HEADERS = {
+    "Content-Security-Policy": f"default-src 'none'; script-src 'self' {IMPORT_MAP_HASH}; style-src 'self'; "
+    "connect-src 'self'; "
+    "img-src 'self' blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+
+class RequestRefused(PiprosError):
+    """A request for a view or an action is refused. The page shows the error text."""
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """Views and actions that browsers can request.
+
+    Attributes:
+        views, actions: functions by name.
+        changing: names of the views and actions that change the system.
+        permitted: the names in `changing` that are allowed.
+        pages: packages whose `page` folders contain the page's files, in search order.
+    """
+
+    views: Mapping[str, View] = field(default_factory=dict)
+    actions: Mapping[str, Action] = field(default_factory=dict)
+    changing: frozenset[str] = frozenset()
+    permitted: frozenset[str] = frozenset()
+    pages: Sequence[str] = ("pipros.server",)
+
+
+class PageServer:
+    """Serves the page from `start` until `close`. For use in one event loop."""
+
+    def __init__(self, services: Services, secret: Secret | None = None) -> None:
+        """Create a server. `secret` defaults to a new secret."""
+        self._services = services
+        self._secret = secret or Secret()
+        self._limits = process_limits()
+        entrance = Entrance(self._limits, most=BROWSERS + self._limits.handshakes, log=logger)
+        self._port = ServerPort(entrance, self._limits)
+        self._browsers = 0
+        self._input = Budget(BROWSERS * REQUEST_BYTES // 2)
+        self._logged: set[tuple[str, type[BaseException]]] = set()
+        self.access = Access(0, secret=self._secret)
+
+    async def start(
+        self, host: str, port: int, *, names: Collection[str] = (), tls: ssl.SSLContext | None = None
+    ) -> None:
+        """Open the port.
+
+        Args:
+            host: address to listen on.
+            port: port to listen on; 0 selects a free one.
+            names: names allowed in `Host` headers besides the loopback names. If any are given, all IP
+                addresses are allowed, too.
+
+        Raises:
+            OSError: the port is in use, or the address does not belong to this machine.
+        """
+        number = await self._port.open(
+            host, port, attend=self.attend, answer=self.answer, max_bytes=REQUEST_BYTES, tls=tls
+        )
+        self.access = Access(
+            number,
+            frozenset({*LOOPBACK_HOSTS, *names}),
+            is_secure=tls is not None,
+            takes_addresses=bool(names),
+            secret=self._secret,
+        )
+
+    async def close(self) -> None:
+        """Close the port and all connections; see `ServerPort.close`."""
+        await self._port.close()
+
+    def answer(self, connection: PortConnection, request: Request) -> Response | None:
+        """Return the response to a request, or None to continue with the WebSocket handshake."""
+        connection.note_request()
+        headers = request.headers
+        path = request.path.partition("?")[0]
+        try:
+            self.access.check_host(only_header(headers, "Host"))
+            if path == SOCKET_PATH:
+                self.access.check_origin(only_header(headers, "Origin"))
+                return None
+        except Denied as error:
+            return plain_response(HTTPStatus.FORBIDDEN, str(error))
+        return _file_response(path, self._services.pages, headers)
+
+    async def attend(self, connection: PortConnection) -> None:
+        """Serve one browser until it disconnects."""
+        begin_browser()
+        try:
+            first = await asyncio.wait_for(connection.recv(), self._limits.login_s)
+            self.access.secret.check_first_message(first)
+        except asyncio.TimeoutError:
+            # After this code, the page connects again. After POLICY_VIOLATION, it would forget its token.
+            await connection.close(CloseCode.TRY_AGAIN_LATER, "The token must be the first message.")
+            return
+        except Denied as error:
+            await connection.close(CloseCode.POLICY_VIOLATION, str(error))
+            return
+        except ConnectionClosed:
+            return
+        most = min(BROWSERS, int(self._port.limit * BROWSERS_SHARE))
+        if self._browsers >= most:
+            await connection.close(CloseCode.TRY_AGAIN_LATER, f"{most} browsers are already connected.")
+            return
+        with_spare = 2 * (REQUEST_BYTES + READ_AHEAD_BYTES)
+        budget = Budget(with_spare, self._input, part=0.5, own=READ_AHEAD_BYTES)
+        connection.admit(budget, REQUEST_BYTES)
+        self._browsers += 1
+        browser = _Browser(connection, self._services, self._logged)
+        try:
+            await browser.welcome(self.access.secret.token)
+            async for text in connection:
+                await browser.handle(text)
+        except ConnectionClosed:
+            pass
+        finally:
+            self._browsers -= 1
+            budget.close()
+            await browser.close()
+
+
+class _Browser:
+    """The open views of one browser."""
+
+    def __init__(
+        self, connection: ServerConnection, services: Services, logged: set[tuple[str, type[BaseException]]]
+    ) -> None:
+        """Create the state of a browser.
+
+        Args:
+            logged: the errors already logged for any browser, as pairs of view or action name and exception
+                type. Updated in place.
+        """
+        self._connection = connection
+        self._services = services
+        self._logged = logged
+        self._tasks: dict[int, asyncio.Task[None]] = {}
+
+    async def welcome(self, token: str) -> None:
+        """Send the token in reply to the first message.
+
+        A browser that sent a one-time code does not have it yet.
+        """
+        await self._send({"id": 0, "data": {"token": token}})
+
+    async def handle(self, text: str | bytes) -> None:
+        """Start the requested view or action, or stop a view."""
+        try:
+            request = json.loads(text)
+            number = request["id"]
+            if not isinstance(number, int) or not 0 <= number < 1 << 31:
+                raise ValueError(f"id must be an integer from 0 to 2^31 - 1, got {number!r}")
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            await self._send({"id": -1, "error": f"malformed request: {error}"})
+            return
+        task = self._tasks.pop(number, None)
+        if task is not None:
+            task.cancel()
+        if request.get("stop"):
+            return
+        if len(self._tasks) >= VIEWS_OF_A_BROWSER:
+            await self._send(
+                {"id": number, "error": f"{VIEWS_OF_A_BROWSER} views are already open; close some of them"}
+            )
+            return
+        task = asyncio.create_task(self._serve(number, request))
+        self._tasks[number] = task
+        task.add_done_callback(lambda done: self._tasks.get(number) is done and self._tasks.pop(number))
+
+    async def close(self) -> None:
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _serve(self, number: int, request: Mapping[str, Any]) -> None:
+        """Serve a request. A read-only view is retried after an error."""
+        name = str(request.get("action", request.get("view")))
+        is_once = "action" in request or name in self._services.changing
+        sent = ""
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                try:
+                    async with contextlib.aclosing(self._answers(number, request)) as messages:
+                        async for message in messages:
+                            await self._connection.send(message)
+                            sent = ""
+                    return
+                except ConnectionClosed:
+                    raise
+                except Exception as error:
+                    text = self._text_of(error, name)
+                    if text != sent:
+                        await self._send({"id": number, "error": text})
+                    if is_once or isinstance(error, RequestRefused):
+                        return
+                    sent = text
+                await asyncio.sleep(RESUME_S)
+
+    async def _answers(self, number: int, request: Mapping[str, Any]) -> AsyncGenerator[str | bytes, None]:
+        arguments = request.get("args") or {}
+        if not isinstance(arguments, dict):
+            raise RequestRefused(f"args must be an object, got {type(arguments).__name__}")
+        if "action" in request:
+            yield await json_text({"id": number, "data": await self._act(request["action"], arguments)})
+            return
+        view = self._services.views.get(str(request.get("view")))
+        if view is None:
+            raise RequestRefused(f"unknown view {request.get('view')!r}")
+        self._check_control(str(request["view"]))
+        async with contextlib.aclosing(view(arguments)) as values:  # type: ignore[type-var]
+            async for value in values:
+                if isinstance(value, bytes):
+                    yield number.to_bytes(4, "big") + value
+                else:
+                    yield await json_text({"id": number, "data": value})
+
+    def _text_of(self, error: Exception, name: str) -> str:
+        """Return the error text for the browser. Log unexpected errors, once per view or action and type."""
+        if isinstance(error, _EXPECTED):
+            return (str(error) or type(error).__name__)[:LONGEST_ERROR]
+        if (name, type(error)) not in self._logged:
+            self._logged.add((name, type(error)))
+            logger.error("%s failed (further errors of this kind are not logged)", name, exc_info=error)
+        return f"{type(error).__name__}: {error}"[:LONGEST_ERROR]
+
+    async def _act(self, name: str, arguments: Mapping[str, Any]) -> Any:
+        action = self._services.actions.get(str(name))
+        if action is None:
+            raise RequestRefused(f"unknown action {name!r}")
+        self._check_control(name)
+        return await action(arguments)
+
+    def _check_control(self, name: str) -> None:
+        if name in self._services.changing - self._services.permitted:
+            what = "cannot do this" if self._services.permitted else "is read-only"
+            raise RequestRefused(f"this page {what}; start it with --control to change the system")
+
+    async def _send(self, value: Mapping[str, Any]) -> None:
+        await self._connection.send(await json_text(value))
+
+
+def only_header(headers: Headers, name: str) -> str | None:
+    """Return the value of a header, or None if it is missing or occurs more than once."""
+    values = headers.get_all(name)
+    return values[0] if len(values) == 1 else None
+
+
+def _file_response(path: str, packages: Sequence[str], request: Headers) -> Response:
+    """Return a file of the page.
+
+    Each part of the path is looked up among the entries of a folder, so no other file can be read.
+    Third-party files are large, so they are sent compressed, and browsers cache and revalidate them.
+    """
+    name = "index.html" if path == "/" else path[1:]
+    files = (_find(resources.files(package) / "page", name) for package in packages)
+    file = next((file for file in files if file is not None), None)
+    if file is None:
+        return plain_response(HTTPStatus.NOT_FOUND, "This file does not exist.")
+    kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
+    if name.endswith(".js"):
+        kind = "text/javascript"
+    charset = "; charset=utf-8" if kind.startswith(("text/", "image/svg")) else ""
+    body = file.read_bytes()
+    if not name.startswith(VENDORED):
+        return _response(HTTPStatus.OK, body, kind + charset)
+    extra = {"ETag": f'"{hashlib.sha256(body).hexdigest()[:32]}"', "Cache-Control": "no-cache"}
+    if only_header(request, "If-None-Match") == extra["ETag"]:
+        return _response(HTTPStatus.NOT_MODIFIED, b"", kind + charset, extra)
+    if "gzip" in (only_header(request, "Accept-Encoding") or ""):
+        body = _compressed(body)
+        extra["Content-Encoding"] = "gzip"
+    return _response(HTTPStatus.OK, body, kind + charset, extra)
+
+
+@functools.lru_cache(maxsize=16)
+def _compressed(body: bytes) -> bytes:
+    return gzip.compress(body, 4, mtime=0)
+
+
+def _find(folder: Traversable, name: str) -> Traversable | None:
+    file = folder
+    for part in name.split("/"):
+        if not file.is_dir():
+            return None
+        found = next((child for child in file.iterdir() if child.name == part), None)
+        if found is None:
+            return None
+        file = found
+    return file if file.is_file() else None
+
+
+def plain_response(status: HTTPStatus, text: str, kind: str = "text/plain") -> Response:
+    """Return a response that contains `text`, with the media type `kind`."""
+    return _response(status, text.encode(), f"{kind}; charset=utf-8")
+
+
+def _response(status: HTTPStatus, body: bytes, kind: str, extra: Mapping[str, str] | None = None) -> Response:
+    headers = {
+        "Content-Type": kind,
+        "Content-Length": str(len(body)),
+        "Connection": "close",
+        **SECURITY_HEADERS,
+        **(extra or {}),
+    }
+    return Response(status.value, status.phrase, Headers(headers), body)

@@ -1,0 +1,1 @@
+"""Bags on the page: opened, played, drawn as tracks, exported, recorded."""

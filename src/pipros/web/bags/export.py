@@ -1,0 +1,144 @@
+"""Export part of a bag for download by a browser: as a bag, or as a ZIP file of tables or images."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Collection, Iterator
+from typing import IO, Final
+
+from pipros.bag.connection import Connection, StoredMessage
+from pipros.bag.errors import BagError
+from pipros.bag.images import image_file
+from pipros.bag.reader import BagReader
+from pipros.bag.writer import BagWriter
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import limit_text
+from pipros.graph.message_path import Part
+from pipros.graph.message_rows import MessageRows
+from pipros.msg.time import NS_PER_S
+from pipros.pictures.image_message import IMAGE_TYPES
+from pipros.web.bags.playback import newest_before
+
+STATIC_TRANSFORMS: Final = "/tf_static"
+FORMATS: Final = ("bag", "csv", "images")
+
+
+class _Room:
+    """Limits the size of an export."""
+
+    def __init__(self, limit_bytes: int) -> None:
+        self._limit_bytes = self._left_bytes = limit_bytes
+
+    def take(self, size: int) -> None:
+        self._left_bytes -= size
+        if self._left_bytes < 0:
+            limit = limit_text("page_export_bytes", self._limit_bytes)
+            raise BagError(f"the selection is too large; {limit}")
+
+
+def export(
+    reader: BagReader,
+    topics: Collection[str],
+    range_ns: tuple[int, int],
+    form: str,
+    file: IO[bytes],
+    limit_bytes: int,
+) -> None:
+    """Write the messages on the given topics within a time range, which includes both ends.
+
+    Args:
+        form: one of `FORMATS`. Bags begin with the latched messages published before the range. Tables have
+            the rows that `rostopic echo -p` prints, with recorded times. With `images`, topics of other types
+            are skipped.
+        limit_bytes: maximum total size of the messages; for tables, of the rows.
+
+    Raises:
+        BagError: the messages exceed the limit, or the bag is damaged.
+        PiprosError: a message cannot be converted.
+    """
+    room = _Room(limit_bytes)
+    if form == "bag":
+        _bag(reader, topics, range_ns, file, room)
+        return
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for topic in sorted(topics):
+            name = topic.strip("/").replace("/", "__")
+            if form == "csv":
+                _table(reader, topic, range_ns, archive, name, room)
+            elif any(each.type in IMAGE_TYPES for each in reader.connections_of(topic)):
+                _images(reader, topic, range_ns, archive, name, room)
+
+
+def _bag(
+    reader: BagReader,
+    topics: Collection[str],
+    range_ns: tuple[int, int],
+    file: IO[bytes],
+    room: _Room,
+) -> None:
+    writer = BagWriter(file)
+    wanted = [each for each in reader.connections if each.topic in topics]
+    added = {each.id: writer.add_connection(each.topic, each.header) for each in wanted}
+    begin = divmod(range_ns[0], NS_PER_S)
+    for message in _latched_before(reader, wanted, range_ns[0]):
+        room.take(len(message.data))
+        writer.write(added[message.connection.id], *begin, message.data)
+    for message in reader.stored_messages(wanted, *range_ns):
+        room.take(len(message.data))
+        writer.write(added[message.connection.id], *divmod(message.time_ns, NS_PER_S), message.data)
+    writer.finish()
+
+
+def _latched_before(
+    reader: BagReader, connections: Collection[Connection], begin_ns: int
+) -> Iterator[StoredMessage]:
+    """Yield the latched messages published before `begin_ns`: all static transforms, and every other
+    connection's newest message.
+    """
+    for connection in connections:
+        if connection.header.get("latching") != b"1":
+            continue
+        if connection.topic == STATIC_TRANSFORMS:
+            yield from reader.stored_messages([connection], None, begin_ns - 1)
+        elif (newest := newest_before(reader, [connection], begin_ns - 1)) is not None:
+            yield newest
+
+
+def _table(
+    reader: BagReader,
+    topic: str,
+    range_ns: tuple[int, int],
+    archive: zipfile.ZipFile,
+    name: str,
+    room: _Room,
+) -> None:
+    rows, is_first = MessageRows(), True
+    with archive.open(f"{name}.csv", "w", force_zip64=True) as table:
+        for message in reader.stored_messages(reader.connections_of(topic), *range_ns):
+            part = Part(
+                reader.class_of(message.connection)._from_bytes(message.data), message.connection.type
+            )
+            if is_first:
+                table.write(rows.heading(part).encode() + b"\n")
+                is_first = False
+            row = rows.row(part, message.time_ns).encode() + b"\n"
+            room.take(len(row))
+            table.write(row)
+
+
+def _images(
+    reader: BagReader,
+    topic: str,
+    range_ns: tuple[int, int],
+    archive: zipfile.ZipFile,
+    name: str,
+    room: _Room,
+) -> None:
+    for number, message in enumerate(reader.stored_messages(reader.connections_of(topic), *range_ns)):
+        room.take(len(message.data))
+        try:
+            suffix, content = image_file(reader.class_of(message.connection)._from_bytes(message.data))
+        except PiprosError as error:
+            raise BagError(f"{topic}: {error}") from error
+        seconds, nanoseconds = divmod(message.time_ns, NS_PER_S)
+        archive.writestr(f"{name}/{number:06d}_{seconds}.{nanoseconds:09d}{suffix}", content)

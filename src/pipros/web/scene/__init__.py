@@ -1,0 +1,1 @@
+"""The scene: its configuration, and the messages and clouds that it shows."""

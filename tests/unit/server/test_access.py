@@ -1,0 +1,81 @@
+"""Allowed hosts and origins of requests to the page."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipros.server.access import LOOPBACK_HOSTS, Access
+from pipros.server.secret import Denied
+
+ACCESS = Access(8000)
+OPEN = Access(8000, {*LOOPBACK_HOSTS, "robot"}, is_secure=True, takes_addresses=True)
+
+
+@pytest.mark.parametrize("host", ["localhost:8000", "127.0.0.1:8000", "[::1]:8000", "LOCALHOST:8000"])
+def test_own_names_are_served(host: str) -> None:
+    ACCESS.check_host(host)
+    ACCESS.check_origin(f"http://{host}")
+
+
+@pytest.mark.parametrize(
+    "host",
+    [None, "", "evil.example:8000", "localhost", "localhost:80", "10.0.0.1:8000", "localhost.evil:8000"],
+)
+def test_other_names_are_refused(host: str | None) -> None:
+    with pytest.raises(Denied):
+        ACCESS.check_host(host)
+
+
+@pytest.mark.parametrize("host", ["10.0.0.1:8000", "[fe80::1]:8000", "robot:8000"])
+def test_an_open_server_takes_addresses_and_its_name(host: str) -> None:
+    OPEN.check_host(host)
+    OPEN.check_origin(f"https://{host}")
+
+
+def test_an_open_server_takes_no_other_name() -> None:
+    with pytest.raises(Denied):
+        OPEN.check_host("evil.example:8000")
+
+
+@pytest.mark.parametrize(
+    "origin", [None, "null", "https://localhost:8000", "http://evil.example:8000", "http://["]
+)
+def test_other_origins_are_refused(origin: str | None) -> None:
+    with pytest.raises(Denied):
+        ACCESS.check_origin(origin)
+
+
+@pytest.mark.parametrize(("port", "is_secure", "scheme"), [(80, False, "http"), (443, True, "https")])
+@pytest.mark.parametrize("name", ["localhost", "127.0.0.1", "[::1]", "LocalHost"])
+def test_the_default_port_may_be_left_out(port: int, is_secure: bool, scheme: str, name: str) -> None:
+    access = Access(port, is_secure=is_secure)
+    for host in (name, f"{name}:{port}"):
+        access.check_host(host)
+        access.check_origin(f"{scheme}://{host}")
+    for host in (f"{name}:8080", f"{name}:", f"{name}:080x", f"{name}:1:{port}"):
+        with pytest.raises(Denied):
+            access.check_host(host)
+
+
+def test_the_default_port_of_another_scheme_is_refused() -> None:
+    with pytest.raises(Denied):
+        Access(443).check_host("localhost")
+    with pytest.raises(Denied):
+        Access(80, is_secure=True).check_host("localhost")
+
+
+def test_the_address_has_the_token_in_its_fragment_and_the_tab() -> None:
+    token = ACCESS.secret.token
+    assert ACCESS.url("localhost", "graph") == f"http://localhost:8000/#token={token}/graph"
+    assert OPEN.url("robot") == f"https://robot:8000/#token={OPEN.secret.token}"
+
+
+def test_a_one_time_address_has_a_code_instead_of_the_token() -> None:
+    url = ACCESS.url_with_code("localhost", ACCESS.secret.new_code(), "plot/%2Fimu")
+    code = url.removeprefix("http://localhost:8000/#code=").removesuffix("/plot/%2Fimu")
+    assert ACCESS.secret.token not in url
+    assert ACCESS.secret.redeem(code)
+
+
+def test_the_repr_of_a_secret_does_not_contain_the_token() -> None:
+    assert ACCESS.secret.token not in repr(ACCESS)

@@ -1,0 +1,141 @@
+"""Views of the Bags tab, without a server."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import io
+import os
+import tempfile
+import threading
+from collections.abc import AsyncIterator, Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from std_msgs.msg import Float64
+
+from pipros.bag import BagReader
+from pipros.basics.limits import process_limits
+from pipros.graph.client import GraphClient
+from pipros.node import Node
+from pipros.server.browser_share import begin_browser
+from pipros.server.view_server import RequestRefused
+from pipros.web.bags.folder import BagFolder
+from pipros.web.bags.open_bags import OpenBags
+from pipros.web.bags.playback import BagPlayback
+from pipros.web.views import bags
+from pipros.web.views.bags import BagViews
+from pipros.web.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
+from tests.support.bags import bag_bytes
+
+EXPORT = {"name": "run.bag", "format": "bag", "topics": ["/number"], "begin": 0, "end": 2000}
+
+
+class Browser:
+    """One browser that has opened a bag of ten numbers."""
+
+    def __init__(self, folder: Path) -> None:
+        path = folder / "run.bag"
+        path.write_bytes(bag_bytes([("/number", Float64(number), 1000 + number, 0) for number in range(10)]))
+        self.system = WatchedSystem(GraphClient("test"), Node("test"))
+        self.open_bags = OpenBags()
+        self.views = BagViews(self.system, BagFolder(folder), self.open_bags)
+        self._path = path
+        self._showing = contextlib.ExitStack()
+
+    def run(self, task: Callable[[], Awaitable[Any]]) -> None:
+        """Run a coroutine in an event loop while the bag is open."""
+
+        async def run() -> None:
+            begin_browser()
+            with self._showing:
+                self._showing.enter_context(
+                    self.open_bags.showing(BagPlayback(self.system, BagReader(self._path)))
+                )
+                await task()
+
+        asyncio.run(run())
+
+    def close_bag(self) -> None:
+        self._showing.close()
+
+
+@pytest.fixture
+def browser(tmp_path: Path) -> Browser:
+    return Browser(tmp_path)
+
+
+async def whole(view: AsyncIterator[Any]) -> list[Any]:
+    """Return everything that a view yields."""
+    return [each async for each in view]
+
+
+def test_a_further_export_waits_until_one_has_ended(browser: Browser) -> None:
+    async def check() -> None:
+        async with contextlib.AsyncExitStack() as stack:
+            running = [browser.views.bag_export(EXPORT) for _ in range(process_limits().page_exports)]
+            for each in running:
+                await stack.enter_async_context(contextlib.aclosing(each))  # type: ignore[type-var]
+                assert isinstance(await anext(each), bytes)
+            with pytest.raises(RequestRefused, match=r"try again when one has ended; the limit is 2"):
+                await whole(browser.views.bag_export(EXPORT))
+            await whole(running[0])
+            assert (await whole(browser.views.bag_export(EXPORT)))[-1] == {"done": True}
+
+    browser.run(check)
+
+
+class FullDisk(io.BytesIO):
+    """A file on a full disk."""
+
+    def write(self, _: Any) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_an_export_to_a_full_disk_is_refused(browser: Browser, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def check() -> None:
+        for _ in range(process_limits().page_exports + 1):  # a failed export does not count as running
+            with pytest.raises(RequestRefused, match=r"cannot export: .*No space left on device"):
+                await whole(browser.views.bag_export(EXPORT))
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", FullDisk)
+    browser.run(check)
+
+
+def test_views_that_wait_for_a_bag_to_close_do_not_exceed_the_limit_together(browser: Browser) -> None:
+    released = threading.Event()
+
+    async def check() -> None:
+        limit = process_limits().page_bags
+        opening = [browser.views.bag({"name": "run.bag"}) for _ in range(limit + 5)]
+        tasks = [asyncio.ensure_future(anext(each)) for each in opening]
+        await asyncio.sleep(0)  # each of them waits for the open bag
+        browser.close_bag()
+        results = await asyncio.gather(*tasks, return_exceptions=True)
+        assert results.count({"opening": 0.0}) == limit
+        refused = [str(each) for each in results if isinstance(each, RequestRefused)]
+        assert len(refused) == 5
+        assert all(f"too many bags are open; the limit is {limit}" in each for each in refused)
+        for each in opening:
+            await each.aclose()  # type: ignore[attr-defined]
+
+    for _ in range(COMPUTATIONS_AT_ONCE):  # so that no bag is opened meanwhile
+        browser.system.computations.start(released.wait)
+    try:
+        browser.run(check)
+    finally:
+        released.set()
+
+
+def test_an_expression_that_takes_too_long_ends_the_curve_of_a_bag(
+    browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def check() -> None:
+        slow = "/number=len([1 for a in range(1000) for b in range(1000) for c in range(1000)])"
+        with pytest.raises(RequestRefused, match=r"a sample takes .* s, and the limit is 0\.01 s"):
+            await whole(browser.views.bag_curve({"name": "run.bag", "field": slow}))
+
+    monkeypatch.setattr(bags, "COMPUTED_S", 0.01)  # so that the expression is slow on any machine
+    browser.run(check)

@@ -1,0 +1,97 @@
+"""Messages as values for JSON, and the percentage of a battery."""
+
+from __future__ import annotations
+
+import json
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import PoseArray
+from sensor_msgs.msg import BatteryState, Image, JointState
+from std_msgs.msg import Float64, Header, String
+
+from genpy import Time
+from pipros.basics.limits import process_limits
+from pipros.msg.dynamic import message_classes_from_text
+from pipros.web.bounded_list import bounded_list
+from pipros.web.messages.tree import LEAVES, message_tree
+from pipros.web.views.topics import percentage
+
+
+def test_fields_by_name() -> None:
+    tree = message_tree(JointState(Header(1, Time(5, 6), "base"), ["a"], [1.5], [], [float("nan")]))
+    assert tree == {
+        "header": {"seq": 1, "stamp": {"secs": 5, "nsecs": 6}, "frame_id": "base"},
+        "name": ["a"],
+        "position": [1.5],
+        "velocity": [],
+        "effort": ["nan"],
+    }
+
+
+def test_large_arrays_and_texts_are_shortened() -> None:
+    tree = message_tree(Image(data=b"\1\2" * 500_000))
+    assert tree["data"]["…"] == 1_000_000
+    assert tree["data"]["hex"].startswith("01 02 01")
+    assert message_tree(JointState(position=[0.5] * 1000))["position"] == {"…": 1000, "items": [0.5] * 40}
+    assert len(message_tree(String("x" * 100_000))["data"]) < 5000
+
+
+def test_a_message_of_many_parts_stays_small() -> None:
+    from geometry_msgs.msg import Pose
+
+    nested = {str(key): PoseArray(poses=[Pose()] * 40) for key in range(1000)}
+    assert len(json.dumps(message_tree(nested))) < LEAVES * 60
+
+
+def test_a_message_of_long_texts_stays_small() -> None:
+    texts = {f"{key}" + "k" * 10_000: ["x" * 4000] * 40 for key in range(1000)}
+    assert len(json.dumps(message_tree(texts))) < LEAVES * 60
+    assert message_tree(["x" * 4000] * 40 + [""])["…"] == 41
+
+
+def test_fields_that_are_named_like_those_of_a_time_are_not_one() -> None:
+    message = message_classes_from_text("a/T", "float64 secs\nfloat64 nsecs\n")["a/T"](math.inf, math.nan)
+    assert message_tree(message) == {"secs": "inf", "nsecs": "nan"}
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (Float64(float("inf")), '{"data": "inf"}'),
+        ({"a": float("-inf")}, '{"a": "-inf"}'),
+        ([float("nan")], '["nan"]'),
+    ],
+)
+def test_infinity_and_nan_are_texts_in_json(value: Any, shown: str) -> None:
+    assert json.dumps(message_tree(value), allow_nan=False) == shown
+
+
+@pytest.mark.parametrize(
+    ("message", "percent"),
+    [
+        (String("%25"), 25.0),
+        (String(" 80.5 %"), 80.5),
+        (String("100%"), 100.0),
+        (String("101%"), None),
+        (String("25"), None),
+        (String("%25%"), None),
+        (BatteryState(percentage=0.5), 50.0),
+        (BatteryState(percentage=float("nan")), None),
+        (BatteryState(percentage=-1.0), None),
+        (String("%7"), 7.0),
+        (Header(), None),
+        (SimpleNamespace(), None),
+    ],
+)
+def test_a_percentage_is_found(message: object, percent: float | None) -> None:
+    assert percentage(message) == percent
+
+
+def test_lists_that_nodes_make_long_are_cut_for_browsers() -> None:
+    most = process_limits().page_view_bytes
+    assert bounded_list(["/a", "/b"]) == ["/a", "/b"]
+    names = bounded_list((f"/{number}" + "x" * 1000 for number in range(100_000)), share=4)
+    assert 0 < sum(map(len, names)) <= most // 4
