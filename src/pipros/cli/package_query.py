@@ -143,11 +143,17 @@ class PackageQuery:
 
     def crawl_times(self) -> list[str]:
         """Return the folders that take the longest to search (`profile`)."""
+        from pipros.packages.installed_packages import is_installed_share
         from pipros.packages.system_packages import is_share_folder
         from pipros.workspace.crawl_times import crawl_times
 
         length = self.options.get("--length", "20")
         if not length.lstrip("-").isdecimal():
             raise QueryFailed(f"--length must be a number, got [{length}]")
-        folders = [folder for folder in self.index.folders if not is_share_folder(str(folder))]  # not crawled
+        folders = [
+            folder
+            for folder in self.index.folders
+            if not is_share_folder(str(folder))
+            and not is_installed_share(str(folder))  # they are not crawled
+        ]
         return crawl_times(folders, int(length), only_empty="--zombie-only" in self.options)

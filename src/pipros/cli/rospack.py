@@ -49,7 +49,7 @@ USAGE: rospack <command> [options] [package]
 _UNKNOWN = dict.fromkeys(("depends", "depends1", "depends-on", "depends-on1"), "no such package {}")
 
 _VALUE_OPTIONS = ("--target", "--attrib", "--top", "--length", "--lang")
-_FLAGS = ("-q", "--deps-only", "--zombie-only")
+_FLAGS = ("-q", "-v", "--deps-only", "--zombie-only")
 
 
 @command
@@ -83,7 +83,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _find(query: PackageQuery) -> list[str]:
-    return [str(query.index.find(query.name).path)]
+    name = query.name
+    if "-v" not in query.options:
+        return [str(query.index.find(name).path)]
+    from pipros.workspace.candidates import describe_candidates
+
+    return describe_candidates(query.index, name)
 
 
 def _list(query: PackageQuery) -> list[str]:

@@ -1,4 +1,4 @@
-"""Find the folders of ROS packages: on `ROS_PACKAGE_PATH`, shipped with pipros, or installed with Debian.
+"""Find the folders of ROS packages: on `ROS_PACKAGE_PATH`, from pip, shipped with pipros, or Debian's.
 
 This module runs at every failed import in the environment, so it imports almost nothing.
 """
@@ -28,10 +28,15 @@ class ImportablePackages:
     def find(self, name: str) -> str | None:
         """Return a package's folder, or None.
 
-        `ROS_PACKAGE_PATH` takes precedence over pipros's packages, and these over Debian's.
+        `ROS_PACKAGE_PATH` takes precedence over packages that pip installed, these over pipros's packages,
+        and these over Debian's.
         """
+        from pipros.packages import installed_packages
+
         path = os.environ.get("ROS_PACKAGE_PATH", "")
         found = self._on_path(path).get(name) if path else None
+        if found is None:
+            found = installed_packages.find(name)
         if found is None and name.isidentifier():
             shipped = os.path.join(SHARE, name)
             found = shipped if os.path.isdir(shipped) else None
@@ -49,29 +54,27 @@ class ImportablePackages:
 
         Args:
             package: the folder of the only package whose `setup.py` is read; None for all packages on
-                `ROS_PACKAGE_PATH`.
+                `ROS_PACKAGE_PATH` and those that pip installed as editable.
         """
+        from pipros.packages import installed_packages
+
         path = os.environ.get("ROS_PACKAGE_PATH", "")
-        if package is None and not path:
+        editable = list(installed_packages.editable_folders()) if package is None else []
+        if package is None and not path and not editable:
             return None
         if self._modules is None:
             from pipros.packages.setup_modules import SetupModules
 
             self._modules = SetupModules()
-        packages = self._on_path(path).by_name().values() if package is None else (package,)
-        return self._modules.find(name, packages)
+        on_path = self._on_path(path).by_name().values() if path and package is None else ()
+        return self._modules.find(name, (*on_path, *editable) if package is None else (package,))
 
     def find_in_workspace(self, name: str, package: str) -> str | None:
         """Return the path of a Python package or module `name` of the ROS package `package`, or None.
 
         Only packages on `ROS_PACKAGE_PATH` are considered. They are listed once for each value of it.
         """
-        path = os.environ.get("ROS_PACKAGE_PATH", "")
-        if not path:
-            return None
-        if self._names[0] != path:
-            self._names = path, frozenset(self._on_path(path).by_name())
-        folder = self.find(package) if package in self._names[1] else None
+        folder = self.find_hiding(package)
         if folder is None:
             return None
         modules = os.path.join(folder, "src", name)
@@ -79,12 +82,22 @@ class ImportablePackages:
             return modules
         return self.find_module(name, folder)
 
+    def find_hiding(self, package: str) -> str | None:
+        """Return the folder of a package on `ROS_PACKAGE_PATH`, or None. It hides those elsewhere."""
+        path = os.environ.get("ROS_PACKAGE_PATH", "")
+        if not path:
+            return None
+        if self._names[0] != path:
+            self._names = path, frozenset(self._on_path(path).by_name())
+        return self._on_path(path).get(package) if package in self._names[1] else None
+
     def _on_path(self, path: str) -> PackageFolders:
         if self._folders is None or path != self._path:
             from pipros.packages.package_folders import PackageFolders
-            from pipros.packages.system_packages import is_share_folder
+            from pipros.packages.system_packages import in_search_order
 
-            roots = [folder for folder in path.split(os.pathsep) if folder and not is_share_folder(folder)]
+            listed = in_search_order(filter(None, path.split(os.pathsep)), (), os.path.realpath(SHARE))
+            roots = listed[:-2]  # the last two are pipros's own and Debian's
             self._path, self._folders = path, PackageFolders(roots, cache_folder("packages"))
         return self._folders
 

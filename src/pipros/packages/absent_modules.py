@@ -44,6 +44,26 @@ class _Loader(Loader):
         """Required by `Loader`, but never called, because `create_module` always raises."""
 
 
+class _HiddenLoader(_Loader):
+    """Loader that raises ImportError for a module of a wheel that the workspace hides."""
+
+    def __init__(self, package: str, folder: str) -> None:
+        self._package = package
+        self._folder = folder
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+        raise ModuleNotFoundError(
+            f"No module named '{spec.name}': {self._folder} hides the installed package {self._package}, and "
+            "has no such module",
+            name=spec.name,
+        )
+
+
+def hidden_spec(name: str, package: str, folder: str) -> ModuleSpec:
+    """Return a spec whose import fails, because `folder` hides the installed package that has the module."""
+    return ModuleSpec(name, _HiddenLoader(package, folder))
+
+
 def absent_spec(name: str) -> ModuleSpec | None:
     """Return a spec whose import fails and suggests the replacement, or None for other modules."""
     return ModuleSpec(name, _Loader()) if name in _REASONS or name in _PACKAGES else None

@@ -2,7 +2,7 @@
 
 rospkg searches only the folders in `ROS_ROOT` and `ROS_PACKAGE_PATH`. Setting these variables whenever Python
 starts would affect child processes, too. Instead, the function with which rospkg lists these folders is
-replaced by one that adds a folder.
+replaced by one that adds folders: those of each package that pip installed, and pipros's own.
 
 pkg_resources, which is part of old versions of setuptools, reads the metadata files of distributions.
 `distributions.py` explains why pipros's packages do not have such files. The packages can therefore be found
@@ -49,13 +49,18 @@ def spec(name: str, path: Sequence[str] | None, complete: Complete | None = None
 
 
 def add_folder(module: Any, folder: str = SHARE) -> None:
-    """Append a folder to the list of folders in `rospkg.environment`."""
+    """Append packages that pip installed, and then a folder, to the folders in `rospkg.environment`."""
+    from pipros.packages import installed_packages
+
     original: Callable[[Mapping[str, str] | None], list[str]] = module.get_ros_paths
 
     def get_ros_paths(env: Mapping[str, str] | None = None) -> list[str]:
         """Return the folders in which rospkg searches for packages, with the shipped folder last."""
         paths = original(env)
-        return paths if folder in paths else [*paths, folder]
+        if paths[-1:] == [folder]:  # as the setup files of workspaces write it
+            paths = paths[:-1]
+        added = [*installed_packages.folders(), folder]
+        return [*paths, *(path for path in added if path not in paths)]
 
     module.get_ros_paths = get_ros_paths
 

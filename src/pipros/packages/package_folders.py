@@ -11,6 +11,7 @@ from binascii import crc32
 
 from pipros.basics.cache_files import CacheFolder
 from pipros.packages.crawl import PACKAGES, Crawl, CrawledPackage, crawl, dump, load, read_package
+from pipros.packages.installed_packages import find_in, folders_in, is_installed_share
 from pipros.packages.system_packages import is_share_folder, manifest_folder, manifest_folders
 
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
@@ -35,14 +36,12 @@ class PackageFolders:
     ) -> None:
         """Store the settings without reading the disk.
 
-        Packages of kinds other than `kinds` are ignored. The folder of Debian's packages may be a root.
+        Packages of kinds other than `kinds` are ignored. The folder of Debian's packages may be a root, and
+        so may be those of packages that pip installed.
         """
         cache = None if cache_folder is None else CacheFolder(os.path.abspath(cache_folder))
         self._kinds = kinds
-        self._roots = [
-            _SystemRoot(kinds) if is_share_folder(root) else _Root(os.path.abspath(root), cache, kinds)
-            for root in roots
-        ]
+        self._roots = [_root(root, cache, kinds) for root in roots]
 
     def get(self, name: str) -> str | None:
         """Return the package's folder, or None."""
@@ -67,6 +66,14 @@ class PackageFolders:
                     yield package.name, package.path
 
 
+def _root(folder: str, cache: CacheFolder | None, kinds: Sequence[str]) -> _SystemRoot | _Root:
+    if is_share_folder(folder):
+        return _SystemRoot(kinds)
+    if is_installed_share(folder):
+        return _InstalledRoot(folder, kinds)
+    return _Root(os.path.abspath(folder), cache, kinds)
+
+
 class _SystemRoot:
     """Debian's packages. The disk is read on each call: a package takes one manifest, all take 1 ms."""
 
@@ -76,14 +83,37 @@ class _SystemRoot:
         self._kinds = kinds
 
     def get(self, name: str) -> str | None:
-        package = read_package(manifest_folder(name)) if name.isprintable() else None
+        folder = self._folder(name) if name.isprintable() else None
+        package = None if folder is None else read_package(folder)
         if package is None or package.name != name or package.kind not in self._kinds:
             return None
         return package.path
 
     def packages(self) -> Sequence[CrawledPackage]:
-        found = map(read_package, manifest_folders())
+        found = map(read_package, self._folders())
         return [package for package in found if package is not None]
+
+    def _folder(self, name: str) -> str | None:
+        return manifest_folder(name)
+
+    def _folders(self) -> Iterator[str]:
+        return manifest_folders()
+
+
+class _InstalledRoot(_SystemRoot):
+    """The packages that pip installed in a share folder. The disk is read on each call, too."""
+
+    __slots__ = ("_share",)
+
+    def __init__(self, share: str, kinds: Sequence[str]) -> None:
+        super().__init__(kinds)
+        self._share = share
+
+    def _folder(self, name: str) -> str | None:
+        return find_in(self._share, name)
+
+    def _folders(self) -> Iterator[str]:
+        return folders_in(self._share)
 
 
 class _Root:

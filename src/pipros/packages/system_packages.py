@@ -16,7 +16,7 @@ from stat import S_ISREG
 
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
 SYSTEM_SHARE = "/usr/share"
 """Folder with a subfolder for each package that has a manifest."""
@@ -30,14 +30,22 @@ _LIBRARY_WITHIN_BYTES = 128 * 1024
 _ELF = b"\x7fELF"
 
 
-def in_search_order(folders: Iterable[str], shipped: str) -> list[str]:
-    """Return the folders to search for packages: those of `ROS_PACKAGE_PATH`, pipros's own, and Debian's.
+def in_search_order(folders: Iterable[str], installed: Iterable[str], shipped: str) -> list[str]:
+    """Return the folders to search for packages.
+
+    Those of `ROS_PACKAGE_PATH` are first, then those of packages that pip installed, pipros's own, and
+    Debian's.
 
     Args:
-        folders: the folders on `ROS_PACKAGE_PATH`. Debian's folder is moved to the end.
+        folders: the folders on `ROS_PACKAGE_PATH`. Debian's is moved to the end, and so is pipros's own if it
+            is the last, as the setup files of workspaces write it.
+        installed: the share folders of installed packages.
         shipped: the folder of the packages shipped with pipros.
     """
-    return [*(folder for folder in folders if not is_share_folder(folder)), shipped, SYSTEM_SHARE]
+    first = [folder for folder in folders if not is_share_folder(folder)]
+    if first and first[-1].rstrip("/") == shipped:
+        del first[-1]
+    return [*first, *installed, shipped, SYSTEM_SHARE]
 
 
 def is_share_folder(folder: str) -> bool:
@@ -130,7 +138,7 @@ def _start(path: str | os.PathLike[str], size: int) -> bytes:
         return b""
 
 
-def child_package_path(path: str, shipped: str) -> str:
+def child_package_path(path: str, shipped: str, installed: Sequence[str] = ()) -> str:
     """Return the `ROS_PACKAGE_PATH` for a compiled program, in which it finds Debian's packages.
 
     Genuine roscpp, pluginlib and nodelet read descriptions of plugins from the manifests. pipros's packages
@@ -139,10 +147,11 @@ def child_package_path(path: str, shipped: str) -> str:
     Args:
         path: the value that the program would inherit.
         shipped: the folder of the packages shipped with pipros.
+        installed: the folders of the packages that pip installed, which precede Debian's.
     """
     folders = [folder for folder in path.split(os.pathsep) if folder]
     own = os.path.realpath(shipped)
     place = next((at for at, folder in enumerate(folders) if os.path.realpath(folder) == own), len(folders))
-    if any(map(is_share_folder, folders[:place])):
-        return path
-    return os.pathsep.join([*folders[:place], SYSTEM_SHARE, *folders[place:]])
+    first = folders[:place]
+    added = [*installed, *([] if any(map(is_share_folder, first)) else [SYSTEM_SHARE])]
+    return os.pathsep.join([*first, *added, *folders[place:]]) if added else path

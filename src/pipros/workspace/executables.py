@@ -1,8 +1,9 @@
 """Find programs by package and name, for rosrun, roslaunch and rostest.
 
-Built programs (`devel/lib/<package>`) take precedence over those in the package's folder. A name such as
-`talker.py` matches at any depth; a name such as `scripts/talker.py` must match the end of the path. A program
-that a package lacks may be in Debian's package of the same name (`/usr/lib/<package>`).
+Built programs (`devel/lib/<package>`) and those that pip installed (`lib/<package>`) take precedence over
+those in the package's folder. A name such as `talker.py` matches at any depth; a name such as
+`scripts/talker.py` must match the end of the path. A program that a package lacks may be in Debian's package
+of the same name (`/usr/lib/<package>`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pipros.basics.errors import NotFound
-from pipros.packages import system_packages
+from pipros.packages import installed_packages, system_packages
 from pipros.workspace.index import Package, PackageIndex
 from pipros.workspace.overlays import BuiltWorkspace, built_workspaces
 
@@ -73,7 +74,7 @@ def find_executables(
     """
     if workspaces is None:
         workspaces = built_workspaces()
-    builds = [workspace.executables_of(package.name) for workspace in workspaces]
+    builds = _build_folders(package, workspaces)
     searched = [*[folder for folder in builds if folder.is_dir()][:1], package.path]
     runnable: dict[str, Path] = {}
     unusable: list[Path] = []
@@ -93,10 +94,17 @@ def list_executables(package: Package, workspaces: Sequence[BuiltWorkspace] | No
     """Return the sorted names of all programs in a package, for completion and suggestions."""
     if workspaces is None:
         workspaces = built_workspaces()
-    folders = [workspace.executables_of(package.name) for workspace in workspaces] + [package.path]
+    folders = [*_build_folders(package, workspaces), package.path]
     files = (Path(parent, name) for folder in folders for parent, name in _walk(folder))
     installed = map(os.path.basename, system_packages.programs(package.name))
     return sorted({path.name for path in files if _is_executable(path)} | set(installed))
+
+
+def _build_folders(package: Package, workspaces: Sequence[BuiltWorkspace]) -> list[Path]:
+    installed = installed_packages.programs_folder(str(package.path))
+    if installed is not None:
+        return [Path(installed)]
+    return [workspace.executables_of(package.name) for workspace in workspaces]
 
 
 def _named(folder: Path, name: str) -> Iterator[Path]:

@@ -1,4 +1,4 @@
-"""An index of the ROS packages on `ROS_PACKAGE_PATH`, shipped with pipros, and installed with Debian."""
+"""An index of the ROS packages on `ROS_PACKAGE_PATH`, installed by pip, shipped with pipros, and Debian's."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pipros.basics.env import Environment
 from pipros.basics.errors import NotFound
 from pipros.packages import SHARE
 from pipros.packages.crawl import DRY_MANIFEST, MANIFEST, PACKAGES, crawl
+from pipros.packages.installed_packages import is_installed_share, share_folders
 from pipros.packages.package_folders import PackageFolders
 from pipros.packages.system_packages import in_search_order, is_share_folder
 
@@ -65,7 +66,9 @@ class PackageIndex:
         folders = [
             folder
             for folder in self.folders
-            if folder != SHARED_PACKAGES and not is_share_folder(str(folder))
+            if folder != SHARED_PACKAGES
+            and not is_share_folder(str(folder))
+            and not is_installed_share(str(folder))
         ]
         missing = [str(folder) for folder in folders if not folder.exists()]
         if missing:
@@ -78,13 +81,16 @@ class PackageIndex:
     ) -> PackageIndex:
         """Return the index of the packages visible to a ROS process with this environment.
 
-        Packages on `ROS_PACKAGE_PATH` win over those shipped with pipros, and these over Debian's.
+        Packages on `ROS_PACKAGE_PATH` win over those that pip installed, these over those shipped with
+        pipros, and these over Debian's.
         """
         environment = environment or Environment.from_os()
         return cls(
             [
                 Path(folder)
-                for folder in in_search_order(map(str, environment.package_path), str(SHARED_PACKAGES))
+                for folder in in_search_order(
+                    map(str, environment.package_path), share_folders(), str(SHARED_PACKAGES)
+                )
             ],
             cache_folder=environment.ros_home / "pipros" / "packages",
             kinds=kinds,
@@ -117,6 +123,10 @@ class PackageIndex:
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and self.get(name) is not None
+
+    def candidates(self, name: str) -> list[Package]:
+        """Return all packages called `name`. The first is the one that is used; it hides the others."""
+        return [Package(name, Path(folder)) for found, folder in self._found.occurrences() if found == name]
 
     def containing(self, path: Path) -> Package | None:
         """Return the package whose folder is or contains `path`, or None if there is none."""

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from pipros.basics.env import DISTRIBUTION
 from pipros.packages import SHARE
+from pipros.packages.installed_packages import folders as installed_folders
 from pipros.packages.system_packages import child_package_path, is_compiled, manifest_folders
 from pipros.workspace.script_interpreter import ScriptInterpreter, interpreter_of
 
@@ -43,11 +44,12 @@ def environment_of(program: Path, variables: Mapping[str, str]) -> dict[str, str
     """Return `program_environment` for one program.
 
     A compiled program is linked with genuine roscpp. If Debian's packages are installed, it finds them on
-    `ROS_PACKAGE_PATH`, with the descriptions of their plugins.
+    `ROS_PACKAGE_PATH`, with the descriptions of their plugins, and also the packages that pip installed.
     """
     environment = program_environment(variables)
     if is_compiled(program) and next(manifest_folders(), None):
-        environment["ROS_PACKAGE_PATH"] = child_package_path(environment.get("ROS_PACKAGE_PATH", ""), SHARE)
+        path = environment.get("ROS_PACKAGE_PATH", "")
+        environment["ROS_PACKAGE_PATH"] = child_package_path(path, SHARE, list(installed_folders()))
     return environment
 
 

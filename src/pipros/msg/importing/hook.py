@@ -5,7 +5,8 @@ no other finder knows a module of that name. `InterfaceFinder` is first, and fin
 `my_pkg.srv`. Without it, a folder `my_pkg/msg` with definitions below the working directory would be taken
 for a Python namespace package. Real Python packages, such as those that catkin generates in a devel space,
 take precedence, with one exception: `WorkspaceFinder`, which is second, finds a Python package of the
-workspace before a distribution with its name that pip installed, such as `xacro`.
+workspace before a distribution with its name that pip installed, such as `xacro`, or before the module of an
+older wheel of the same ROS package.
 
 `modules.py` creates the modules when the first type is needed. Every interpreter start imports this module,
 so it imports very little.
@@ -57,7 +58,7 @@ def install() -> None:
     if not any(isinstance(finder, InterfaceFinder) for finder in sys.meta_path):
         packages = _Packages()
         sys.meta_path.insert(0, InterfaceFinder(packages.find, packages.cache_folder))
-        sys.meta_path.insert(1, WorkspaceFinder(packages.find_in_workspace))
+        sys.meta_path.insert(1, WorkspaceFinder(packages.find_in_workspace, packages.find_hiding))
         sys.meta_path.append(PackageFinder(packages.find, packages.find_module))
 
 
@@ -81,6 +82,9 @@ class _Packages:
 
     def find_in_workspace(self, name: str, package: str) -> str | None:
         return self._get().find_in_workspace(name, package)
+
+    def find_hiding(self, package: str) -> str | None:
+        return self._get().find_hiding(package)
 
     def _get(self) -> ImportablePackages:
         if self._importable is None:
@@ -148,11 +152,7 @@ class PackageFinder:
             from pipros.packages.absent_modules import absent_spec
 
             return absent_spec(name)
-        from importlib.machinery import ModuleSpec
-
-        spec = ModuleSpec(name, None, is_package=True)
-        spec.submodule_search_locations = [os.path.join(folder, "src", name)]
-        return spec
+        return _empty_package_spec(name, folder)
 
     def _spec_in_hidden_package(self, name: str) -> ModuleSpec | None:
         """Return the spec of a module whose package Python has mistaken for a namespace package.
@@ -186,14 +186,25 @@ class WorkspaceFinder:
     As every import of an installed module passes here, the packages are searched for only if a folder of the
     workspace has the module's name. The folders are listed once for each value of `ROS_PACKAGE_PATH`.
 
+    A package of the workspace also hides a wheel of the same package as a whole: modules that only the wheel
+    has cannot be imported.
+
     Args:
         find_in_workspace: function that takes the names of a module and of a ROS package, and returns the
             path of the module in that package if it is in the workspace, or None.
+        find_hiding: function that takes the name of a ROS package, and returns its folder if it is in the
+            workspace and hides the package that pip installed, or None.
     """
 
-    def __init__(self, find_in_workspace: Callable[[str, str], str | None]) -> None:
+    def __init__(
+        self,
+        find_in_workspace: Callable[[str, str], str | None],
+        find_hiding: Callable[[str], str | None] = lambda _package: None,
+    ) -> None:
         self._find_in_workspace = find_in_workspace
+        self._find_hiding = find_hiding
         self._folders: tuple[str, frozenset[str]] = "", frozenset()
+        self._wheels: dict[str, str] = {}
 
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
@@ -206,6 +217,9 @@ class WorkspaceFinder:
         if self._folders[0] != path:
             roots = (root for root in path.split(os.pathsep) if root)
             self._folders = path, frozenset(found for root in roots for found in _folder_names(root, _LEVELS))
+            self._wheels = _modules_of_wheels()
+        if name in self._wheels:
+            return self._instead_of_wheel(name, self._wheels[name])
         package = PACKAGE_OF_MODULE.get(name, name)
         if package not in self._folders[1]:
             return None
@@ -216,6 +230,35 @@ class WorkspaceFinder:
             return None
         found = self._find_in_workspace(name, package)
         return None if found is None else _spec_of(name, found)
+
+    def _instead_of_wheel(self, name: str, package: str) -> ModuleSpec | None:
+        """Return the spec of a module that a wheel of `package` has, if the workspace has `package`, too."""
+        folder = self._find_hiding(package)
+        if folder is None:
+            return None
+        from importlib.machinery import PathFinder
+
+        regular = PathFinder.find_spec(name)
+        if regular is not None and regular.origin and not _is_in_site_folder(regular.origin):
+            return None  # the workspace is built, and its modules come first on `sys.path`
+        found = self._find_in_workspace(name, package)
+        if found is not None:
+            return _spec_of(name, found)
+        if name == package:
+            return _empty_package_spec(name, folder)
+        from pipros.packages.absent_modules import hidden_spec
+
+        return hidden_spec(name, package, folder)
+
+
+def _modules_of_wheels() -> dict[str, str]:
+    """Return the ROS package of each module that a wheel of a package installed."""
+    marks = (os.path.join(entry, up, "share", "pipros") for entry in sys.path for up in ("", "../../.."))
+    if not any(map(os.path.isdir, marks)):
+        return {}
+    from pipros.packages.installed_packages import modules
+
+    return modules()
 
 
 def _folder_names(folder: str, levels: int) -> Iterator[str]:
@@ -234,16 +277,35 @@ def _folder_names(folder: str, levels: int) -> Iterator[str]:
 
 def _is_of_another_distribution(name: str, file: str) -> bool:
     """Return whether a module's file was installed by pip or apt, and is not one of pipros's."""
-    import site
-
-    folder = os.path.dirname(file)
-    root = os.path.dirname(folder) if os.path.basename(file).startswith("__init__.") else folder
-    if root not in (*site.getsitepackages(), site.getusersitepackages()):
+    if not _is_in_site_folder(file):
         return False
     from pipros.packages import SHARE
 
+    folder = os.path.dirname(file)
     is_ours = os.path.isfile(os.path.join(folder, "py.typed")) and os.path.isdir(os.path.join(SHARE, name))
     return not is_ours
+
+
+def _is_in_site_folder(file: str) -> bool:
+    """Return whether a module's file is in a folder to which pip or apt installs modules."""
+    import site
+
+    from pipros.packages.installed_packages import share_folders
+
+    folder = os.path.dirname(file)
+    root = os.path.dirname(folder) if os.path.basename(file).startswith("__init__.") else folder
+    return root in (*site.getsitepackages(), site.getusersitepackages()) or (
+        os.path.join(root, "share") in share_folders()
+    )
+
+
+def _empty_package_spec(name: str, folder: str) -> ModuleSpec:
+    """Return the spec of a Python package with only messages, services and `.cfg` modules."""
+    from importlib.machinery import ModuleSpec
+
+    spec = ModuleSpec(name, None, is_package=True)
+    spec.submodule_search_locations = [os.path.join(folder, "src", name)]
+    return spec
 
 
 def _spec_of(name: str, path: str) -> ModuleSpec:
