@@ -15,20 +15,25 @@ import tracemalloc
 from typing import Any
 
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.effects import Disconnect
 from pipros.bridges.rosbridge.protocol import ClientProtocol, Settings
 from pipros.bridges.shares import ServerShares
 from tests.fuzz import mutation
 from tests.unit.bridges.foxglove.test_session import Conversation
 
-LIMITS = Limits()._replace(
-    bridge_message_bytes=20_000,
-    bridge_reader_bytes=5_000,
-    bridge_parsed_bytes=200_000,
-    bridge_kept_bytes=50_000,
-    bridge_client_bytes=400_000,
-    bridge_queue_bytes=100_000,
-    bridge_total_bytes=1_000_000,
+LIMITS = Limits(
+    tables=(
+        BridgeLimits(
+            bridge_message_bytes=20_000,
+            bridge_reader_bytes=5_000,
+            bridge_parsed_bytes=200_000,
+            bridge_kept_bytes=50_000,
+            bridge_client_bytes=400_000,
+            bridge_queue_bytes=100_000,
+            bridge_total_bytes=1_000_000,
+        ),
+    )
 )
 REPETITIONS = 100
 SLACK_BYTES = 300_000

@@ -15,6 +15,7 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.basics.names import InvalidName, canonicalize, is_legal
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.effects import AnswerCall, CallService, Publish, Reply
 from pipros.bridges.rosbridge.encoding import Encoder, Encoding, operation_frame
 from pipros.bridges.rosbridge.filling import Filler
@@ -23,7 +24,7 @@ from pipros.bridges.shared_topics import TopicMessage
 from pipros.msg import load_message_class
 from tests.fuzz import mutation
 
-LIMITS = Limits()._replace(bridge_message_bytes=100_000, bridge_subscriptions=20)
+LIMITS = Limits(tables=(BridgeLimits(bridge_message_bytes=100_000, bridge_subscriptions=20),))
 TYPES = (
     *("sensor_msgs/Imu", "sensor_msgs/Image", "tf2_msgs/TFMessage", "std_msgs/String", "std_msgs/Time"),
     *("std_msgs/Float32MultiArray", "diagnostic_msgs/DiagnosticArray", "std_msgs/UInt64", "std_msgs/Bool"),

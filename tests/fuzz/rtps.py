@@ -13,6 +13,7 @@ import tracemalloc
 import zlib
 
 from pipros.basics.limits import Limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import (
     EndpointData,
     ParticipantData,
@@ -51,11 +52,15 @@ from tests.fuzz import mutation
 TOPIC, TYPE = "rt/a", "T"
 LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=5)
 LIMITS = Limits(
-    ros2_discovery_bytes=200_000,
-    ros2_peer_bytes=100_000,
-    ros2_sample_bytes=500_000,
-    ros2_incomplete_bytes=500_000,
-    ros2_incomplete_total_bytes=1_000_000,
+    tables=(
+        Ros2Limits(
+            ros2_discovery_bytes=200_000,
+            ros2_peer_bytes=100_000,
+            ros2_sample_bytes=500_000,
+            ros2_incomplete_bytes=500_000,
+            ros2_incomplete_total_bytes=1_000_000,
+        ),
+    )
 )
 MEMORY_BYTES = 8_000_000
 RUN_ONCE_IN = 20

@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 
 from pipros.basics.limits import Limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import (
     EndpointData,
     ParticipantData,
@@ -34,7 +35,7 @@ from pipros.ros2.rtps.qos import Qos
 from tests.fuzz import mutation
 from tests.fuzz.rtps import read_input, write_input
 
-LIMITS = Limits(ros2_discovery_bytes=60_000, ros2_peer_bytes=20_000)
+LIMITS = Limits(tables=(Ros2Limits(ros2_discovery_bytes=60_000, ros2_peer_bytes=20_000),))
 ANSWER_BYTES = 400_000
 MOST_WORK = 400
 """Of a single step; ACKNACKs with 256 numbers cost most."""

@@ -20,6 +20,7 @@ from pipros.ros2.action_messages import Ros2Status
 from pipros.ros2.action_to_ros1 import ActionToRos1
 from pipros.ros2.action_to_ros2 import ActionToRos2
 from pipros.ros2.engine import CallFailed
+from pipros.ros2.limits import Ros2Limits
 from tests.support.ros2_gateways import PAIRS
 from tests.support.waiting import wait_until
 
@@ -28,7 +29,7 @@ GoalID: Any = load_message_class("actionlib_msgs/GoalID")
 GoalStatus: Any = load_message_class("actionlib_msgs/GoalStatus")
 Goal: Any = load_message_class("actionlib_tutorials/FibonacciGoal")
 Result: Any = load_message_class("actionlib_tutorials/FibonacciResult")
-FEW = Limits(goals=2, fleet_calls=1, ros2_history_bytes=150)
+FEW = Limits(goals=2, tables=(Ros2Limits(ros2_calls=1, ros2_history_bytes=150),))
 NAMES = {messages.id_in_ros2(each): each for each in ("first", "second", "marker")}
 
 

@@ -20,6 +20,7 @@ from pipros.ros2.engine import (
     Sample,
     TopicQos,
 )
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.zenoh.engine import ZenohEngine
 from tests.support.ports import ClaimedPort
 from tests.support.processes import Processes
@@ -212,7 +213,13 @@ def test_remembered_endpoints_are_limited(
 ) -> None:
     for number in range(20):
         peer.declare("MP", f"/topic{number}", "std_msgs::msg::dds_::String_", STRING)
-    engine = ZenohEngine(0, "/gateway", [router.address], timeout_s=60, limits=Limits(ros2_graph_bytes=4000))
+    engine = ZenohEngine(
+        0,
+        "/gateway",
+        [router.address],
+        timeout_s=60,
+        limits=Limits(tables=(Ros2Limits(ros2_graph_bytes=4000),)),
+    )
 
     wait_until(lambda: "ros2_graph_bytes" in caplog.text, what="the warning")
 

@@ -19,6 +19,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.protocol import Settings
 from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
@@ -393,7 +394,7 @@ def test_clients_log_in_with_auth(node: Node) -> None:
 
 
 def test_a_client_that_never_reads_costs_the_others_nothing(make_node: MakeNode) -> None:
-    limits = Limits()._replace(bridge_queue_bytes=200_000)
+    limits = Limits(tables=(BridgeLimits(bridge_queue_bytes=200_000),))
     bridge, robot = make_node("bridge", limits=limits), make_node("robot")
     image: Any = load_message_class("sensor_msgs/CompressedImage")
     publisher = robot.advertise("/image", image)
@@ -573,14 +574,18 @@ def test_tcp_connections_that_begin_as_a_web_request_end_before_anything_is_read
 
 
 def test_a_client_that_sends_too_much_is_read_more_slowly(make_node: MakeNode) -> None:
-    limits = Limits()._replace(bridge_client_rate=5)
+    limits = Limits(tables=(BridgeLimits(bridge_client_rate=5),))
     server = WebSocketServer(make_node("bridge", limits=limits), ServerOptions(port=0))
     url = f"ws://127.0.0.1:{server.start()}"
     try:
         with RosbridgeClient(url) as flooding, RosbridgeClient(url) as other:
             for _ in range(500):
                 flooding.send("set_level", level="none")
-            wait_until(lambda: server.door.clients()[0].received.messages > limits.bridge_client_rate)
+            wait_until(
+                lambda: (
+                    server.door.clients()[0].received.messages > limits.of(BridgeLimits).bridge_client_rate
+                )
+            )
             other.send("unknown")
             assert other.wait_for("status")["level"] == "error"
             assert server.door.clients()[0].received.messages < 500
@@ -589,7 +594,7 @@ def test_a_client_that_sends_too_much_is_read_more_slowly(make_node: MakeNode) -
 
 
 def test_idle_tcp_clients_make_room_for_others(make_node: MakeNode) -> None:
-    limits = Limits()._replace(bridge_clients=2)
+    limits = Limits(tables=(BridgeLimits(bridge_clients=2),))
     bridge, robot = make_node("bridge", limits=limits), make_node("robot")
     publisher = robot.advertise("/state", STRING, latch=True)
     publisher.publish(STRING("x"))

@@ -9,6 +9,7 @@ import pytest
 
 from pipros.basics.errors import InvalidName, LimitExceeded, PiprosError
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.shared_topics import SharedTopics, TopicMessage, WrongType
 from pipros.master.master import Master
 from pipros.msg import load_message_class
@@ -129,7 +130,7 @@ def test_the_type_of_a_silent_topic_is_known_by_the_master(topics: SharedTopics,
 
 
 def test_the_number_of_topics_is_limited(make_node: MakeNode) -> None:
-    topics = SharedTopics(make_node("bridge", limits=Limits(bridge_topics=1)))
+    topics = SharedTopics(make_node("bridge", limits=Limits(tables=(BridgeLimits(bridge_topics=1),))))
     ignore: Callable[[TopicMessage], object] = list[TopicMessage]().append
     topics.take("/a", None, ignore)
     topics.take("/a", None, ignore)

@@ -24,6 +24,7 @@ from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
 from pipros.bridges.client import Client
 from pipros.bridges.door import Door
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import Frame, text_frame
 from pipros.server.secret import Secret
 from tests.support.waiting import wait_until
@@ -108,7 +109,11 @@ def test_messages_of_any_size_arrive_in_order() -> None:
 def test_control_frames_wait_for_the_end_of_a_large_message(is_encrypted: bool) -> None:
     async def body() -> None:
         handler = Echo()
-        door = Door({PROTOCOL: handler}, Admission(), limits=Limits(bridge_queue_bytes=100_000_000))
+        door = Door(
+            {PROTOCOL: handler},
+            Admission(),
+            limits=Limits(tables=(BridgeLimits(bridge_queue_bytes=100_000_000),)),
+        )
         tls = None
         if is_encrypted:
             tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
@@ -232,7 +237,7 @@ def test_unknown_subprotocols_are_refused(offered: Any) -> None:
 def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected() -> None:
     async def body() -> None:
         handler = Echo()
-        limits = Limits(bridge_stall_s=1.0, bridge_queue_bytes=1_000_000)
+        limits = Limits(tables=(BridgeLimits(bridge_stall_s=1.0, bridge_queue_bytes=1_000_000),))
         async with opened(limits=limits, handler=handler) as door, connected(door) as stuck:
             await condition(lambda: handler.sessions)
             first = handler.sessions[0]
@@ -259,7 +264,7 @@ def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected(
 def test_writing_to_a_client_that_has_vanished_logs_nothing(caplog: pytest.LogCaptureFixture) -> None:
     async def body() -> None:
         handler = Echo()
-        limits = Limits(bridge_queue_bytes=100_000_000)
+        limits = Limits(tables=(BridgeLimits(bridge_queue_bytes=100_000_000),))
         async with opened(limits=limits, handler=handler) as door, connected(door) as client:
             await condition(lambda: handler.sessions)
             client.transport.get_extra_info("socket").shutdown(socket.SHUT_RDWR)
@@ -273,7 +278,7 @@ def test_writing_to_a_client_that_has_vanished_logs_nothing(caplog: pytest.LogCa
 def test_a_client_that_does_not_read_its_answers_is_disconnected() -> None:
     async def body() -> None:
         handler = Echo()
-        limits = Limits(bridge_queue_bytes=100_000)
+        limits = Limits(tables=(BridgeLimits(bridge_queue_bytes=100_000),))
         async with opened(limits=limits, handler=handler) as door, connected(door) as client:
             await condition(lambda: handler.sessions)
             client.transport.pause_reading()
@@ -287,7 +292,10 @@ def test_a_client_that_does_not_read_its_answers_is_disconnected() -> None:
 
 def test_a_message_that_is_too_large_ends_the_connection() -> None:
     async def body() -> None:
-        async with opened(limits=Limits(bridge_message_bytes=100_000)) as door, connected(door) as client:
+        async with (
+            opened(limits=Limits(tables=(BridgeLimits(bridge_message_bytes=100_000),))) as door,
+            connected(door) as client,
+        ):
             await client.send("x" * 200_000)
             with pytest.raises(ConnectionClosed) as closed:
                 await client.recv()
@@ -320,7 +328,10 @@ def test_a_compressed_frame_ends_the_connection() -> None:
 
 def test_too_many_clients_are_refused() -> None:
     async def body() -> None:
-        async with opened(limits=Limits(bridge_clients=1)) as door, connected(door) as first:
+        async with (
+            opened(limits=Limits(tables=(BridgeLimits(bridge_clients=1),))) as door,
+            connected(door) as first,
+        ):
             await first.send("hello")
             await first.recv()
             async with connected(door) as second:
@@ -347,7 +358,7 @@ def test_a_defect_ends_the_client_that_met_it_only(caplog: pytest.LogCaptureFixt
 
 def test_half_open_connections_leave_room_for_others() -> None:
     async def body() -> None:
-        limits = Limits(bridge_clients=5, handshakes=5)
+        limits = Limits(handshakes=5, tables=(BridgeLimits(bridge_clients=5),))
         async with opened(limits=limits) as door:
             with contextlib.ExitStack() as stack:
                 for _ in range(50):
@@ -449,7 +460,7 @@ async def sent_until_cut(reader: asyncio.StreamReader, writer: asyncio.StreamWri
 @pytest.mark.parametrize("frame", [masked(CONTINUATION, b""), masked(CONTINUATION, b"x" * 1000)])
 def test_a_message_without_end_is_cut_before_it_fills_the_memory(frame: bytes) -> None:
     async def body() -> None:
-        limits = Limits(bridge_message_bytes=1_000_000)
+        limits = Limits(tables=(BridgeLimits(bridge_message_bytes=1_000_000),))
         async with opened(limits=limits) as door:
             shares = door.shares
             reader, writer = await raw(door)
@@ -466,10 +477,14 @@ def test_a_message_without_end_is_cut_before_it_fills_the_memory(frame: bytes) -
 def test_incomplete_messages_of_all_clients_share_the_memory_and_return_it() -> None:
     async def body() -> None:
         limits = Limits(
-            bridge_message_bytes=1_000_000,
-            bridge_client_bytes=1_000_000,
-            bridge_queue_bytes=1_000_000,
-            bridge_total_bytes=8_000_000,
+            tables=(
+                BridgeLimits(
+                    bridge_message_bytes=1_000_000,
+                    bridge_client_bytes=1_000_000,
+                    bridge_queue_bytes=1_000_000,
+                    bridge_total_bytes=8_000_000,
+                ),
+            )
         )
         async with opened(limits=limits) as door, connected(door) as other:
             clients = [await raw(door) for _ in range(20)]
@@ -529,7 +544,7 @@ def test_a_client_that_uses_nothing_makes_room_for_another() -> None:
     async def body() -> None:
         handler = Echo()
         async with (
-            opened(limits=Limits(bridge_clients=2), handler=handler) as door,
+            opened(limits=Limits(tables=(BridgeLimits(bridge_clients=2),)), handler=handler) as door,
             connected(door) as first,
             connected(door) as second,
         ):

@@ -16,6 +16,7 @@ import pytest
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits
 from pipros.bridges.call_turns import CallTurns
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.effects import Disconnect, Publish, Reply
 from pipros.bridges.rosbridge.protocol import ClientProtocol, Settings
 from pipros.bridges.shares import ServerShares, TopicShares
@@ -65,7 +66,7 @@ def test_long_ids_are_refused(op: str) -> None:
 def test_a_client_that_makes_the_server_keep_too_much_is_told_once_and_then_disconnected(
     operation: dict[str, Any],
 ) -> None:
-    limits = Limits()._replace(bridge_kept_bytes=20_000)
+    limits = Limits(tables=(BridgeLimits(bridge_kept_bytes=20_000),))
     shares = ServerShares(limits).client()
     protocol = ClientProtocol(Settings(), str, limits, shares=shares)
     errors: list[str] = []
@@ -108,7 +109,7 @@ def test_what_a_client_no_longer_uses_is_no_longer_counted() -> None:
 
 
 def test_a_message_with_too_many_values_is_refused_before_it_is_parsed() -> None:
-    peer = Peer(limits=Limits()._replace(bridge_parsed_bytes=1_000_000))
+    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_parsed_bytes=1_000_000),)))
     for values in ("[" + "[]," * 20_000 + "1]", "[" + "1," * 40_000 + "1]", '{"a":{}}' * 9_000):
         text = f'{{"op": "publish", "topic": "/a", "msg": {{"data": {values}}}}}'
         [reply] = peer.sends(text)[:1]
@@ -118,7 +119,7 @@ def test_a_message_with_too_many_values_is_refused_before_it_is_parsed() -> None
 
 
 def test_a_bson_document_with_too_many_values_is_refused_before_it_is_parsed() -> None:
-    peer = Peer(Settings(is_bson=True), limits=Limits()._replace(bridge_parsed_bytes=1_000_000))
+    peer = Peer(Settings(is_bson=True), limits=Limits(tables=(BridgeLimits(bridge_parsed_bytes=1_000_000),)))
     for values in ([[]] * 5_000, [{"a": {}}] * 3_000, [None] * 20_000):
         [reply] = peer.sends(bson.encode({"op": "publish", "topic": "/a", "msg": {"data": values}}))
         assert "bridge_parsed_bytes" in reply.operation["msg"]

@@ -16,6 +16,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidMessage
 
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.protocol import Settings
 from pipros.bridges.rosbridge.server import ServerOptions
@@ -32,7 +33,9 @@ from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 from tests.support.waiting import wait_until
 
 STRING: Any = load_message_class("std_msgs/String")
-LIMITS = Limits()._replace(bridge_message_bytes=10_000, bridge_topics=20, bridge_queue_bytes=100_000)
+LIMITS = Limits(
+    tables=(BridgeLimits(bridge_message_bytes=10_000, bridge_topics=20, bridge_queue_bytes=100_000),)
+)
 
 
 @pytest.fixture
@@ -274,7 +277,9 @@ def test_a_tcp_message_must_end_in_time(make_node: MakeNode) -> None:
 def test_udp_addresses_that_say_nothing_sensible_leave_room_for_clients(
     make_node: MakeNode, robot: Node
 ) -> None:
-    server = UdpServer(make_node("bridge", limits=Limits()._replace(bridge_clients=5)), ServerOptions(port=0))
+    server = UdpServer(
+        make_node("bridge", limits=Limits(tables=(BridgeLimits(bridge_clients=5),))), ServerOptions(port=0)
+    )
     address = "127.0.0.1", server.start()
     try:
         with ExitStack() as sockets_of_attacker:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import Outbox
 from pipros.bridges.rosbridge.session import Bridge
 from pipros.bridges.rosbridge.text_input import BadInput, json_object
@@ -26,7 +27,7 @@ class RosbridgeProtocol(Protocol):
         super().__init__(client_id)
         bridge = shared_bridge()
         self._sending = threading.Lock()
-        self._outbox = Outbox(bridge.limits.bridge_queue_bytes, self._send_all)
+        self._outbox = Outbox(bridge.limits.of(BridgeLimits).bridge_queue_bytes, self._send_all)
         self._session = bridge.connect(self._outbox)
 
     def incoming(self, message_string: str | bytes = "") -> None:

@@ -1,12 +1,14 @@
-"""All limits on the resources that peers, files and names can use, with their defaults.
+"""The limits on the resources that peers, files and names can use, with their defaults.
 
 `PIPROS_LIMITS` changes them for a process: `PIPROS_LIMITS="frame_bytes=1000000,handshakes=64"`. Programs
 may pass a `Limits` to `Node` and `Master`. docs/reliability.md describes what happens at each limit.
+
+Each room (`pipros.basics.rooms`) has a NamedTuple of its own limits, whose values a `Limits` carries.
 """
 
 import os
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 from pipros.basics.errors import PiprosError
 
@@ -14,6 +16,8 @@ VARIABLE = "PIPROS_LIMITS"
 
 _KIB = 1024
 _MIB = 1024 * _KIB
+
+_Table = TypeVar("_Table")
 
 
 class InvalidLimits(PiprosError, ValueError):
@@ -102,59 +106,8 @@ class Limits(NamedTuple):
         edit_method_characters: the constants of one dynamic_reconfigure enum.
         bus_answer_bytes: a node's report on its connections, for tools that show the graph.
         launch_answer_bytes: a response from roslaunch to the page, with its nodes or one node's output.
-        page_message_bytes: a message that a page decodes.
-        page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
-            parameters; also the messages of one topic that are kept after a jump in a bag.
-        page_layout_bytes: a panel layout, stored by a browser or in a file.
-        page_topics: topics that all browsers connected to a page watch together.
-        page_bags: bags that all browsers connected to a page have opened together.
-        page_record_spare_bytes: free disk space below which a page's recording ends.
-        page_export_bytes: the messages that a browser exports from a bag.
-        page_exports: concurrent exports by all browsers connected to a page; each needs a temporary file.
-        scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
-        bridge_clients: clients of all rosbridge and Foxglove servers in a process.
-        bridge_topics: topics that all these clients receive together.
-        bridge_subscriptions: subscriptions of one client; also the topics and services that it advertises.
-        bridge_queue_bytes: the messages and responses queued for one client.
-        bridge_message_bytes: a message from a client.
-        bridge_reader_bytes: a message from a client that may not change the system.
-        bridge_parsed_bytes: the approximate memory for a client's parsed message; for a client that may not
-            change the system, a quarter of it.
-        bridge_asset_bytes: an asset that a Foxglove client fetches; also half of all that are being sent.
-        bridge_kept_bytes: the names and ids that one client makes a server keep.
-        bridge_client_bytes: everything that a server holds for one client: incomplete, parsed and queued
-            messages, names and ids. If larger, the sum of `bridge_queue_bytes` and three messages.
-        bridge_total_bytes: the same for all clients of a server, beyond 256 KiB for each. A client gets at
-            most half of what the others leave.
-        zenoh_message_bytes: a message from ROS 2 through Zenoh, and all static transforms of ROS 2.
-        bridge_stall_s: the time for which a client may leave a full connection unread.
-        bridge_client_rate: messages per second that a client may send; faster clients are slowed down.
-        bridge_client_rate_bytes: bytes per second that a client may send; faster clients are slowed down.
-        ros2_discovery_bytes: all stored announcements of ROS 2 participants and endpoints.
-        ros2_peer_bytes: the announcements of one participant.
-        ros2_graph_bytes: the endpoints of other processes that a gateway to ROS 2 remembers.
-        ros2_sample_bytes: a message from ROS 2.
-        ros2_incomplete_bytes: fragments and early messages of one participant, until they are complete.
-        ros2_incomplete_total_bytes: fragments and early messages of all participants together.
-        ros2_history_bytes: the messages that one writer keeps for ROS 2 readers.
-        ros2_backlog_bytes: datagrams from ROS 2 that a participant has read but not yet handled.
-        ros2_inbox_bytes: ROS 2 messages that are queued for one callback, or requests queued for one service.
-        fleet_file_bytes: a fleet member's YAML file.
-        fleet_members: other members of a fleet that a member shows.
-        fleet_topics: topics and services of these members, in total.
-        fleet_directory_bytes: a member's directory of the topics and services that it offers.
-        fleet_message_bytes: a message, a request or a reply on a fleet link, compressed or decompressed.
-        fleet_queue_bytes: messages waiting to be sent over a fleet link.
-        fleet_latched_bytes: latched messages that a member keeps for others.
-        fleet_definition_bytes: the other members' message definitions that a member keeps, or that a router
-            keeps for its history.
-        fleet_history_files: files in a router's history, for all members together.
-        fleet_calls: calls from other members that a member handles at a time.
         message_values: values in a new message.
         empty_elements: values in one message, beyond eight for each of its bytes.
-        turtles: turtles in one turtlesim.
-        simulated_robots: robots in one simulation.
-        teleports: teleports queued for one turtle until the next tick.
         transform_chains_bytes: the approximate size of the paths between frames that one tf buffer remembers.
         transform_bytes: the approximate size of the frames and transforms in one tf buffer.
         yaml_values: values in a YAML text. Aliases and merged mappings count each time they are used.
@@ -165,6 +118,7 @@ class Limits(NamedTuple):
         expression_size: characters of a string, or elements of a nested list, that an expression builds.
         expression_work: the sizes of all values that an expression builds, plus a charge for steps that take
             longer than their results' sizes suggest.
+        tables: limits of rooms that differ from their defaults; see `of`.
     """
 
     header_bytes: int = 1 * _MIB
@@ -228,54 +182,8 @@ class Limits(NamedTuple):
     edit_method_characters: int = 100_000
     bus_answer_bytes: int = 8 * _MIB
     launch_answer_bytes: int = 4 * _MIB
-    page_message_bytes: int = 128 * _MIB
-    page_view_bytes: int = 8 * _MIB
-    page_layout_bytes: int = 65_536
-    page_topics: int = 500
-    page_bags: int = 20
-    page_record_spare_bytes: int = 1024 * _MIB
-    page_export_bytes: int = 512 * _MIB
-    page_exports: int = 2
-    scene_resource_bytes: int = 100 * _MIB
-    bridge_clients: int = 250
-    bridge_topics: int = 1000
-    bridge_subscriptions: int = 2000
-    bridge_queue_bytes: int = 16 * _MIB
-    bridge_message_bytes: int = 10 * _MIB
-    bridge_reader_bytes: int = 1 * _MIB
-    bridge_parsed_bytes: int = 32 * _MIB
-    bridge_asset_bytes: int = 48 * _MIB
-    bridge_kept_bytes: int = 4 * _MIB
-    bridge_client_bytes: int = 48 * _MIB
-    bridge_total_bytes: int = 160 * _MIB
-    zenoh_message_bytes: int = 64 * _MIB
-    bridge_stall_s: float = 10.0
-    bridge_client_rate: int = 10_000
-    bridge_client_rate_bytes: int = 256 * _MIB
-    ros2_discovery_bytes: int = 32 * _MIB
-    ros2_peer_bytes: int = 4 * _MIB
-    ros2_sample_bytes: int = 128 * _MIB
-    ros2_incomplete_bytes: int = 256 * _MIB
-    ros2_incomplete_total_bytes: int = 512 * _MIB
-    ros2_history_bytes: int = 256 * _MIB
-    ros2_backlog_bytes: int = 64 * _MIB
-    ros2_inbox_bytes: int = 256 * _MIB
-    ros2_graph_bytes: int = 16 * _MIB
-    fleet_file_bytes: int = 256 * _KIB
-    fleet_members: int = 1000
-    fleet_topics: int = 5000
-    fleet_directory_bytes: int = 4 * _MIB
-    fleet_message_bytes: int = 64 * _MIB
-    fleet_queue_bytes: int = 32 * _MIB
-    fleet_latched_bytes: int = 64 * _MIB
-    fleet_definition_bytes: int = 64 * _MIB
-    fleet_history_files: int = 10_000
-    fleet_calls: int = 64
     message_values: int = 4 * 1024 * 1024
     empty_elements: int = 65_536
-    turtles: int = 100
-    simulated_robots: int = 100
-    teleports: int = 1000
     transform_chains_bytes: int = 4 * _MIB
     transform_bytes: int = 1024 * _MIB
     yaml_values: int = 1_000_000
@@ -285,10 +193,22 @@ class Limits(NamedTuple):
     expression_characters: int = 4_000
     expression_size: int = 100_000
     expression_work: int = 2_000_000
+    tables: tuple[Any, ...] = ()
+
+    def of(self, table: type[_Table]) -> _Table:
+        """Return the limits of a room: those in `tables`, or its defaults."""
+        return next((each for each in self.tables if type(each) is table), None) or table()
+
+    def with_table(self, table: Any) -> "Limits":
+        """Return a copy with the limits of a room."""
+        others = (each for each in self.tables if type(each) is not type(table))
+        return self._replace(tables=(*others, table))
 
     @classmethod
     def parse(cls, text: str) -> "Limits":
         """Read `name=value` pairs, separated by commas; all other limits keep their defaults.
+
+        The names are those of this class and of all installed rooms.
 
         Raises:
             InvalidLimits: a name is unknown, or a value is not a number greater than zero. 0 is allowed if it
@@ -298,23 +218,45 @@ class Limits(NamedTuple):
             >>> Limits.parse("frame_bytes=1000, stall_s=0.5").stall_s
             0.5
         """
-        known = cls._field_defaults
-        changed: dict[str, float] = {}
+        limits: Any = cls()
         for pair in filter(None, map(str.strip, text.split(","))):
             name, _, value = (part.strip() for part in pair.partition("="))
-            if name not in known:
-                raise InvalidLimits(f"{VARIABLE}: unknown limit [{name}]; the limits are {', '.join(known)}")
-            default = known[name]
-            kind = int if isinstance(default, int) else float
-            try:
-                changed[name] = kind(value)
-                is_valid = changed[name] > 0 or changed[name] == default
-            except ValueError:
-                is_valid = False
-            if not is_valid:
-                wanted = "a whole number" if kind is int else "a number"
-                raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} greater than zero, got [{value}]")
-        return cls(**changed)  # type: ignore[arg-type]  # each has its field's type
+            if name in names_in(cls):
+                limits = limits._replace(**{name: _number(name, value, cls)})
+                continue
+            table = next((each for each in room_tables() if name in names_in(each)), None)
+            if table is None:
+                known = ", ".join(name for each in (cls, *room_tables()) for name in names_in(each))
+                raise InvalidLimits(f"{VARIABLE}: unknown limit [{name}]; the limits are {known}")
+            changed = limits.of(table)._replace(**{name: _number(name, value, table)})
+            limits = limits.with_table(changed)
+        return cast("Limits", limits)
+
+
+def names_in(table: Any) -> list[str]:
+    """Return the names of the limits in `Limits` or the table of a room."""
+    return [name for name in table._fields if name != "tables"]
+
+
+def room_tables() -> list[Any]:
+    """Return the classes with the limits of all installed rooms."""
+    from pipros.basics.rooms import loaded, rooms
+
+    return [loaded(room.limits) for room in rooms() if room.limits]
+
+
+def _number(name: str, text: str, table: Any) -> float:
+    default = table._field_defaults[name]
+    kind = int if isinstance(default, int) else float
+    try:
+        value = kind(text)
+        is_valid = value > 0 or value == default
+    except ValueError:
+        is_valid = False
+    if not is_valid:
+        wanted = "a whole number" if kind is int else "a number"
+        raise InvalidLimits(f"{VARIABLE}: {name} must be {wanted} greater than zero, got [{text}]")
+    return value
 
 
 def limit_text(name: str, value: float) -> str:

@@ -23,6 +23,7 @@ from websockets.frames import CloseCode
 from websockets.protocol import State
 
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import Frame, Outbox, Traffic
 from pipros.bridges.shares import ClientShares
 from pipros.net import sockets
@@ -230,12 +231,14 @@ class Client:
         self.address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
         self.agent = connection.request.headers.get("User-Agent", "") if connection.request else ""
         self.shares = shares
-        self.outbox = Outbox(limits.bridge_queue_bytes, lambda: wakeups.wake(self._flush), shares.queue)
+        self.outbox = Outbox(
+            limits.of(BridgeLimits).bridge_queue_bytes, lambda: wakeups.wake(self._flush), shares.queue
+        )
         self.received = Traffic()
         self.host = host
         self.active_s = time.monotonic()
         self._connection = connection
-        self._stall_s = limits.bridge_stall_s
+        self._stall_s = limits.of(BridgeLimits).bridge_stall_s
         self._loop = asyncio.get_running_loop()
         self._frames: deque[Frame] = deque()  # remaining frames of the current message
         self._watch: asyncio.TimerHandle | None = None

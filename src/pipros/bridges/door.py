@@ -29,6 +29,7 @@ from websockets.typing import Subprotocol
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.bridges.admission import Admission
 from pipros.bridges.client import BridgeConnection, Client, Wakeups
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import Traffic
 from pipros.bridges.pace import Pace
 from pipros.bridges.shares import ServerShares
@@ -139,7 +140,7 @@ class Door:
         self._has_control = has_control
         entrance = Entrance(
             self._limits,
-            most=self._limits.bridge_clients + self._limits.handshakes,
+            most=self._limits.of(BridgeLimits).bridge_clients + self._limits.handshakes,
             log=logger,
             share=DESCRIPTORS_SHARE,
         )
@@ -179,7 +180,7 @@ class Door:
             port,
             attend=self._attend,
             answer=self._answer,
-            max_bytes=self._limits.bridge_message_bytes,
+            max_bytes=self._limits.of(BridgeLimits).bridge_message_bytes,
             tls=tls,
             connection_class=BridgeConnection,
             select_subprotocol=self._select,
@@ -277,8 +278,10 @@ class Door:
         handler = self._handlers[name]
         if not connection.is_known and not await self._logs_in(connection, handler):
             return
-        if len(self._clients) >= self._limits.bridge_clients and not await self._end_idle(connection):
-            too_many = limit_text("bridge_clients", self._limits.bridge_clients)
+        if len(self._clients) >= self._limits.of(BridgeLimits).bridge_clients and not await self._end_idle(
+            connection
+        ):
+            too_many = limit_text("bridge_clients", self._limits.of(BridgeLimits).bridge_clients)
             await connection.close(CloseCode.TRY_AGAIN_LATER, f"too many clients; {too_many}")
             return
         if connection.shares is None:  # closed while it was being admitted
@@ -323,7 +326,7 @@ class Door:
         if not unused:
             return False
         await unused[0].replace()
-        return len(self._clients) < self._limits.bridge_clients
+        return len(self._clients) < self._limits.of(BridgeLimits).bridge_clients
 
     async def _logs_in(self, connection: BridgeConnection, handler: Handler) -> bool:
         """Wait for the first message.

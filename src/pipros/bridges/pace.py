@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 
 BURST_S: Final = 1.0
 """A client may send in one burst as much as the limits allow for this time."""
@@ -22,8 +23,8 @@ class Pace:
 
     def __init__(self, limits: Limits, clock: Callable[[], float] = time.monotonic) -> None:
         """Create the rate limits for a new client. `clock` returns the time in seconds."""
-        self._message_s = 1 / limits.bridge_client_rate
-        self._byte_s = 1 / limits.bridge_client_rate_bytes
+        self._message_s = 1 / limits.of(BridgeLimits).bridge_client_rate
+        self._byte_s = 1 / limits.of(BridgeLimits).bridge_client_rate_bytes
         self._clock = clock
         self._due_by_messages_s = self._due_by_bytes_s = clock() - BURST_S
 

@@ -19,6 +19,7 @@ from pipros.basics import names
 from pipros.basics.errors import InvalidName, PiprosError
 from pipros.basics.printable import printable
 from pipros.basics.turns import Turns
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosapi import MASTER_DEADLINE_S
 from pipros.bridges.shares import TopicShares
 from pipros.net.master_client import MasterClient
@@ -91,7 +92,7 @@ class SharedTopics:
         self._master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
         self._reports_types = reports_types
         self._lock = threading.Lock()
-        self._topics = TopicShares(node.limits.bridge_topics)
+        self._topics = TopicShares(node.limits.of(BridgeLimits).bridge_topics)
         self._reported: dict[str, str] = {}  # the types registered at the master
         self._newest: dict[str, tuple[AnyMsg, TopicMessage]] = {}
         self._changes: Turns[Hashable, tuple[bool, Taken]] = Turns()
@@ -118,7 +119,7 @@ class SharedTopics:
 
         Raises:
             InvalidName: `topic` is not a legal name.
-            LimitExceeded: the client has its share of `Limits.bridge_topics`.
+            LimitExceeded: the client has its share of `BridgeLimits.bridge_topics`.
         """
         name = legal_topic(self._node, topic)
         taken = Taken(self, name, kind, on_message, on_error, user)

@@ -12,6 +12,7 @@ from typing import Final
 from pipros.basics.budget import Budget
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits, limit_text
+from pipros.bridges.limits import BridgeLimits
 
 PART: Final = 0.5
 """Largest part of what other clients leave that one client gets."""
@@ -100,9 +101,11 @@ class ServerShares:
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
-        largest = limits.bridge_queue_bytes + 3 * limits.bridge_message_bytes
-        self.client_bytes = max(limits.bridge_client_bytes, largest)
-        self.memory = Budget(max(limits.bridge_total_bytes, 2 * largest))
+        largest = (
+            limits.of(BridgeLimits).bridge_queue_bytes + 3 * limits.of(BridgeLimits).bridge_message_bytes
+        )
+        self.client_bytes = max(limits.of(BridgeLimits).bridge_client_bytes, largest)
+        self.memory = Budget(max(limits.of(BridgeLimits).bridge_total_bytes, 2 * largest))
 
     def client(self, *, is_reader: bool = False) -> ClientShares:
         """Return the shares of a new client."""
@@ -125,17 +128,23 @@ class ClientShares:
     def __init__(self, server: ServerShares, *, is_reader: bool) -> None:
         limits = server.limits
         self.is_reader = is_reader
-        self.message_bytes = limits.bridge_message_bytes
+        self.message_bytes = limits.of(BridgeLimits).bridge_message_bytes
         if is_reader:
-            self.message_bytes = min(limits.bridge_reader_bytes, limits.bridge_message_bytes)
-        parsed = limits.bridge_parsed_bytes // 4 if is_reader else limits.bridge_parsed_bytes
+            self.message_bytes = min(
+                limits.of(BridgeLimits).bridge_reader_bytes, limits.of(BridgeLimits).bridge_message_bytes
+            )
+        parsed = (
+            limits.of(BridgeLimits).bridge_parsed_bytes // 4
+            if is_reader
+            else limits.of(BridgeLimits).bridge_parsed_bytes
+        )
         self.memory = Budget(server.client_bytes, server.memory, part=PART, own=OWN_BYTES)
         self.input = Budget(2 * self.message_bytes + 4 * READ_AHEAD_BYTES, self.memory)
-        self.kept = Budget(limits.bridge_kept_bytes, self.memory)
+        self.kept = Budget(limits.of(BridgeLimits).bridge_kept_bytes, self.memory)
         self.parsed = Budget(parsed, self.memory)
         self.calls = Budget(parsed, self.memory)
-        self.queue = Budget(limits.bridge_queue_bytes, self.memory)
-        self._kept_limit = limits.bridge_kept_bytes
+        self.queue = Budget(limits.of(BridgeLimits).bridge_queue_bytes, self.memory)
+        self._kept_limit = limits.of(BridgeLimits).bridge_kept_bytes
 
     def keep(self, size_bytes: int) -> None:
         """Count what a request makes the server keep.

@@ -66,6 +66,7 @@ def door_options(tool: str, options: Any) -> DoorOptions:
 def client_limits(options: Any) -> Limits:
     """Return the process-wide limits, overridden by the limits given as options."""
     from pipros.basics.limits import process_limits
+    from pipros.bridges.limits import BridgeLimits
 
     given = {
         "--client-messages": ("bridge_client_rate", options.client_messages),
@@ -74,4 +75,6 @@ def client_limits(options: Any) -> Limits:
     for option, (_, value) in given.items():
         if value is not None and value <= 0:
             raise CommandError(f"{option} must be > 0, got {value}")
-    return process_limits()._replace(**{limit: value for limit, value in given.values() if value is not None})
+    limits = process_limits()
+    changed = {limit: value for limit, value in given.values() if value is not None}
+    return limits.with_table(limits.of(BridgeLimits)._replace(**changed))

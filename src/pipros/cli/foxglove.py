@@ -66,13 +66,14 @@ def _node_main(argv: Sequence[str]) -> int:
     from pipros.basics.limits import process_limits
     from pipros.bridges.foxglove.handler import CAPABILITIES, Rules
     from pipros.bridges.foxglove.serve import compiled, serve_foxglove
+    from pipros.bridges.limits import BridgeLimits
     from pipros.bridges.serve import DoorOptions
     from pipros.node import Node
 
     given = _PrivateParameters(Node("foxglove_bridge", argv=argv))
-    limits = process_limits()._replace(
-        bridge_queue_bytes=max(1, given.number("send_buffer_limit", BUFFER_BYTES))
-    )
+    limits = process_limits()
+    queue_bytes = max(1, given.number("send_buffer_limit", BUFFER_BYTES))
+    limits = limits.with_table(limits.of(BridgeLimits)._replace(bridge_queue_bytes=queue_bytes))
     has_tls = bool(given.get("tls", False))
     options = DoorOptions(
         "foxglove_bridge",

@@ -20,6 +20,7 @@ from pipros.fleet import keys
 from pipros.fleet.calls import LocalCalls
 from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import FleetFile, matches_any
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import LocalGraph
 from pipros.fleet.local_looks import LocalLooks
 from pipros.fleet.members import TOKENS_PER_MEMBER, Token
@@ -98,9 +99,9 @@ class Agent:
         self._on_failure = on_failure
         self._look_s = look_s
         self._warn = WarningsOnce(self._log)
-        self._events = Events(4 * node.limits.fleet_members)
+        self._events = Events(4 * node.limits.of(FleetLimits).fleet_members)
         self._workers = Workers("requests of a fleet agent", 8)
-        self._presence = Presence(self.member, self.instance, node.limits.fleet_members, self)
+        self._presence = Presence(self.member, self.instance, node.limits.of(FleetLimits).fleet_members, self)
         self._calls = LocalCalls(node, file, self._log)
         self._looks = LocalLooks(node, self.member, file)
         wake = self._events.wake

@@ -13,6 +13,7 @@ from pipros.basics.printable import printable
 from pipros.fleet import keys
 from pipros.fleet.directory import Entry, read_json
 from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.limits import FleetLimits
 from pipros.libraries.topic_tools.raw import raw_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -65,7 +66,7 @@ class RemoteService:
         self._key = keys.service(member, me, entry.name)
         self._is_closed = False
         self._class = raw_service_class(entry.type, entry.md5sum)
-        self._slots = threading.BoundedSemaphore(node.limits.fleet_calls)
+        self._slots = threading.BoundedSemaphore(node.limits.of(FleetLimits).fleet_calls)
         self._server: ServiceServer = node.serve(f"/{member}{entry.name}", self._class, self._call)
 
     def close(self) -> None:
@@ -121,13 +122,13 @@ class LocalCalls:
         self._open = OpenCalls()
         self._running = 0
         self._lock = threading.Lock()
-        self._workers = Workers("calls of other members", node.limits.fleet_calls)
+        self._workers = Workers("calls of other members", node.limits.of(FleetLimits).fleet_calls)
         self.services: Mapping[str, Entry] = {}
 
     def take(self, asked: Asked) -> None:
         """Handle a request in a separate thread, or refuse it immediately if too many calls are running."""
         with self._lock:
-            has_room = self._running < self._node.limits.fleet_calls
+            has_room = self._running < self._node.limits.of(FleetLimits).fleet_calls
             self._running += has_room
         if not has_room:
             self.refused += 1

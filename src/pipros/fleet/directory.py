@@ -11,6 +11,7 @@ from pipros.basics.errors import LimitExceeded, ProtocolError
 from pipros.basics.limits import limit_text, process_limits
 from pipros.basics.names import is_legal
 from pipros.basics.printable import printable
+from pipros.fleet.limits import FleetLimits
 
 _MD5: Final = re.compile(r"[0-9a-f]{32}")
 _LONGEST_S: Final = 86_400.0
@@ -86,10 +87,13 @@ def from_json(content: bytes, member: str, limit_bytes: int | None = None) -> Di
     """Decode a member's directory. Entries with invalid names, types or md5 sums are omitted.
 
     Raises:
-        LimitExceeded: the directory is larger than `limit_bytes`, by default `Limits.fleet_directory_bytes`.
+        LimitExceeded: the directory is larger than `limit_bytes`, by default
+            `FleetLimits.fleet_directory_bytes`.
         ProtocolError: the directory is malformed, or belongs to another member.
     """
-    limit_bytes = process_limits().fleet_directory_bytes if limit_bytes is None else limit_bytes
+    limit_bytes = (
+        process_limits().of(FleetLimits).fleet_directory_bytes if limit_bytes is None else limit_bytes
+    )
     if len(content) > limit_bytes:
         raise LimitExceeded(
             f"the directory of [{member}] has {len(content)} bytes; "
@@ -130,7 +134,9 @@ def wishes_to_json(wishes: Wishes) -> bytes:
 
 def wishes_from_json(content: bytes, limit_bytes: int | None = None) -> Wishes | None:
     """Decode wishes. Return None if they are malformed or too large."""
-    limit_bytes = process_limits().fleet_directory_bytes if limit_bytes is None else limit_bytes
+    limit_bytes = (
+        process_limits().of(FleetLimits).fleet_directory_bytes if limit_bytes is None else limit_bytes
+    )
     match read_json(content) if len(content) <= limit_bytes else None:
         case {"instance": str(instance), "revision": int(revision), "topics": list(topics)}:
             return Wishes(instance, revision, frozenset(name for name in topics if isinstance(name, str)))

@@ -44,6 +44,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import process_limits
 from pipros.basics.printable import printable
+from pipros.fleet.limits import FleetLimits
 from pipros.safe import yaml
 
 
@@ -192,10 +193,10 @@ def read_fleet_file(path: str | Path) -> FleetFile:
     """Read and parse a fleet file.
 
     Raises:
-        BadFleetFile: the file cannot be read, is larger than `Limits.fleet_file_bytes`, or is invalid.
+        BadFleetFile: the file cannot be read, is larger than `FleetLimits.fleet_file_bytes`, or is invalid.
     """
     try:
-        return parse_fleet_file(read_file(path, process_limits().fleet_file_bytes), str(path))
+        return parse_fleet_file(read_file(path, process_limits().of(FleetLimits).fleet_file_bytes), str(path))
     except OSError as error:
         raise BadFleetFile(f"cannot read {path}: {error.strerror or error}") from None
 

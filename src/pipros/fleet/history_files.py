@@ -22,6 +22,7 @@ from pipros.bag.mcap_files import McapReader, mcap_library, recover
 from pipros.bag.record_files import FileOptions, RecordFiles
 from pipros.bag.rewrite import replaced_file
 from pipros.basics.limits import Limits, process_limits
+from pipros.fleet.limits import FleetLimits
 
 FILE_BYTES: Final = 8 * 1024 * 1024
 """Size at which a new file is started. Larger messages are not recorded."""
@@ -141,7 +142,10 @@ class HistoryFiles:
         """
         with self._lock:
             self._unchecked_bytes += len(data)
-            if self._unchecked_bytes >= FILE_BYTES or self._count > self._limits.fleet_history_files:
+            if (
+                self._unchecked_bytes >= FILE_BYTES
+                or self._count > self._limits.of(FleetLimits).fleet_history_files
+            ):
                 self._unchecked_bytes = 0
                 self._remove_oldest()
             files = self._files.get(member)
@@ -225,9 +229,11 @@ class HistoryFiles:
                 found.append(_Stored(path, status.st_size, status.st_mtime_ns))
         found.sort(key=lambda each: each.modified_ns, reverse=True)
         kept = self._thinned(found, lambda each: each.bytes, self._limit_bytes - self._spare_bytes)
-        if len(kept) > self._limits.fleet_history_files:
+        if len(kept) > self._limits.of(FleetLimits).fleet_history_files:
             # delete more than necessary, because listing all files is slow
-            kept = self._thinned(kept, lambda _: 1, self._limits.fleet_history_files * 9 // 10)
+            kept = self._thinned(
+                kept, lambda _: 1, self._limits.of(FleetLimits).fleet_history_files * 9 // 10
+            )
         self._count = len(kept)
 
     def _thinned(

@@ -9,6 +9,7 @@ from pipros.fleet import keys
 from pipros.fleet.directory import Directory, Wishes, to_json, wishes_from_json
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.frames import frame_change
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import LocalGraph, outcome_topics
 from pipros.fleet.members import Token
 from pipros.fleet.sinks import Sink
@@ -68,7 +69,7 @@ class Offers:
     def take_wishes(self, member: str, payload: bytes) -> None:
         """Update the topics that a member wants. Malformed and outdated wishes are ignored."""
         token, before = self._present().get(member), self._wishes.get(member)
-        wishes = wishes_from_json(payload, self._node.limits.fleet_directory_bytes)
+        wishes = wishes_from_json(payload, self._node.limits.of(FleetLimits).fleet_directory_bytes)
         if wishes is None or token is None or wishes.instance != token.instance or member == self._member:
             return
         if before is None or before.instance != wishes.instance or before.revision < wishes.revision:

@@ -26,6 +26,7 @@ from pipros.fleet.directory import Directory, Entry, Wishes, from_json, to_json,
 from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import matches_any
 from pipros.fleet.history_files import FILE_BYTES, HistoryFiles
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.members import Members
 from pipros.fleet.messages import Received, decompressed, unpack
 from pipros.fleet.shown_member import read_definition
@@ -107,14 +108,14 @@ class Recorder:
         self._patterns = topics
         self._limits = limits or process_limits()
         self._warn = WarningsOnce(log)
-        self._events = Events(4 * self._limits.fleet_members)
+        self._events = Events(4 * self._limits.of(FleetLimits).fleet_members)
         self._workers = Workers("requests of a recorder", 4)
-        self._members = Members(self._limits.fleet_members)
+        self._members = Members(self._limits.of(FleetLimits).fleet_members)
         self._directories: dict[str, Directory] = {}
         self._topics: dict[tuple[str, str], _Topic] = {}
         self._wishes: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
-        self._room = Budget(self._limits.fleet_definition_bytes)
+        self._room = Budget(self._limits.of(FleetLimits).fleet_definition_bytes)
         self._latched_bytes: Counter[str] = Counter()
         self._waiting: deque[tuple[str, bytes, bytes, bool]] = deque()
         self._waiting_bytes = 0
@@ -159,7 +160,7 @@ class Recorder:
 
     def _on_message(self, key: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
         with self._lock:
-            if self._waiting_bytes + len(payload) > self._limits.fleet_queue_bytes:
+            if self._waiting_bytes + len(payload) > self._limits.of(FleetLimits).fleet_queue_bytes:
                 self._drop()
                 return
             self._waiting.append((key, payload, attachment, is_replay))
@@ -190,7 +191,10 @@ class Recorder:
                     question.answer(json.dumps(rows).encode())
                 case (_, "history", [member, name]):
                     content = self._files.read(keys.member_name(member), name)
-                    if content is not None and len(content) <= self._limits.fleet_message_bytes:
+                    if (
+                        content is not None
+                        and len(content) <= self._limits.of(FleetLimits).fleet_message_bytes
+                    ):
                         question.answer(content)
         except (PiprosError, OSError) as error:
             question.refuse(str(error))
@@ -236,7 +240,9 @@ class Recorder:
                 topic.taken_bytes = len(definition)
             else:
                 definition = b""
-                limit = limit_text("fleet_definition_bytes", self._limits.fleet_definition_bytes)
+                limit = limit_text(
+                    "fleet_definition_bytes", self._limits.of(FleetLimits).fleet_definition_bytes
+                )
                 self._warn(f"there are too many definitions of members; {limit}")
             topic.definition = definition
 
@@ -268,7 +274,9 @@ class Recorder:
         token = self._members.update(key, is_present=is_present)
         found = keys.read_live(key)
         if is_present and found is not None and not self._members.of(found[0]):
-            self._warn(f"too many members; {limit_text('fleet_members', self._limits.fleet_members)}")
+            self._warn(
+                f"too many members; {limit_text('fleet_members', self._limits.of(FleetLimits).fleet_members)}"
+            )
         if token is None or token.version != keys.VERSION:
             return
         if token.member == ROUTER:
@@ -306,7 +314,7 @@ class Recorder:
         token = self._members.present().get(member)
         if token is None:
             return
-        directory = from_json(payload, member, self._limits.fleet_directory_bytes)
+        directory = from_json(payload, member, self._limits.of(FleetLimits).fleet_directory_bytes)
         before = self._directories.get(member)
         if directory.instance != token.instance:
             return
@@ -331,8 +339,9 @@ class Recorder:
         if directory is None or entry is None:
             return None
         if topic is None or topic.entry != entry or topic.instance != directory.instance:
-            if topic is None and len(self._topics) >= self._limits.fleet_topics:
-                self._warn(f"too many topics; {limit_text('fleet_topics', self._limits.fleet_topics)}")
+            if topic is None and len(self._topics) >= self._limits.of(FleetLimits).fleet_topics:
+                most = self._limits.of(FleetLimits).fleet_topics
+                self._warn(f"too many topics; {limit_text('fleet_topics', most)}")
                 return None
             latched = topic.latched if topic is not None else {}
             if topic is not None:
@@ -385,7 +394,7 @@ class Recorder:
         added = size - topic.latched.get(source, 0)
         if (
             self._latched_bytes[topic.member] + added > _LATCHED_BYTES
-            or self._latched_bytes.total() + added > self._limits.fleet_latched_bytes
+            or self._latched_bytes.total() + added > self._limits.of(FleetLimits).fleet_latched_bytes
         ):
             return False
         self._latched_bytes[topic.member] += added

@@ -15,6 +15,7 @@ from pipros.fleet import keys
 from pipros.fleet.calls import RemoteService
 from pipros.fleet.directory import Directory, Entry, read_json
 from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import outcome_topics
 from pipros.fleet.sinks import Sink
 from pipros.fleet.sources import Sender, Source
@@ -243,7 +244,9 @@ class ShownMember:
                     self._taken_bytes[key] = size_bytes
                 else:
                     text = ""
-                    limit = limit_text("fleet_definition_bytes", limits.fleet_definition_bytes)
+                    limit = limit_text(
+                        "fleet_definition_bytes", limits.of(FleetLimits).fleet_definition_bytes
+                    )
                     self._warn(f"there are too many definitions of other members; {limit}")
                 self._definitions[key] = text
         self._wake()

@@ -11,6 +11,7 @@ from pipros.basics.limits import limit_text
 from pipros.basics.shares import fair_shares
 from pipros.fleet import keys
 from pipros.fleet.directory import Wishes, from_json, wishes_to_json
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import occupied
 from pipros.fleet.members import Token
 from pipros.fleet.shown_member import ShownMember
@@ -49,7 +50,7 @@ class ShownMembers:
         self._workers = workers
         self._warn = warn
         self._wake = wake
-        self._room = Budget(node.limits.fleet_definition_bytes)
+        self._room = Budget(node.limits.of(FleetLimits).fleet_definition_bytes)
         self._wishes_sent: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
 
@@ -61,7 +62,7 @@ class ShownMembers:
         """
         member = token.member
         try:
-            directory = from_json(payload, member, self._node.limits.fleet_directory_bytes)
+            directory = from_json(payload, member, self._node.limits.of(FleetLimits).fleet_directory_bytes)
         except PiprosError as error:
             self._warn(str(error))
             return
@@ -105,7 +106,7 @@ class ShownMembers:
 
     def settle(self) -> None:
         """Update the local master to match the members' directories."""
-        limit = self._node.limits.fleet_topics
+        limit = self._node.limits.of(FleetLimits).fleet_topics
         sizes = {name: shown.directory.size for name, shown in self.members.items()}
         shares = fair_shares(sizes, limit)
         for name, shown in sorted(self.members.items(), key=lambda each: shares[each[0]] >= sizes[each[0]]):

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from pipros.basics.errors import PiprosError, ProtocolError
 from pipros.fleet.directory import Entry
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.messages import Attachment, Received, decompressed, unpack
 from pipros.fleet.outbox import QUEUE
 from pipros.fleet.sources import MARK
@@ -83,7 +84,7 @@ class Sink:
                 raise ProtocolError(
                     f"[{self.entry.type}] has md5sum {found.md5sum} at the sender, {self.entry.md5sum} here"
                 )
-            limit = self._node.limits.fleet_message_bytes
+            limit = self._node.limits.of(FleetLimits).fleet_message_bytes
             body = decompressed(payload, limit) if found.is_compressed else payload
         except PiprosError as error:
             received.malformed += 1

@@ -12,6 +12,7 @@ from pipros.basics.limits import Limits
 from pipros.fleet.directory import Entry
 from pipros.fleet.fleet_file import Priority, Rule
 from pipros.fleet.frames import FrameChange
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import is_agent
 from pipros.fleet.messages import Attachment, compressed, pack
 from pipros.fleet.outbox import Outbox
@@ -79,7 +80,7 @@ class Sender:
         self._link = link
         self.instance = instance
         self.limits = limits
-        self.outbox: Outbox[Outgoing] = Outbox(limits.fleet_queue_bytes, bandwidth_kbit)
+        self.outbox: Outbox[Outgoing] = Outbox(limits.of(FleetLimits).fleet_queue_bytes, bandwidth_kbit)
         self.latched_bytes = 0
         self._sequences: dict[str, int] = {}
         self._changed = threading.Condition()
@@ -260,7 +261,10 @@ class Source:
     def _keep(self, publisher: int, kept: Kept) -> None:
         before = self._latched.pop(publisher, None)
         self._sender.latched_bytes -= len(before.body) if before is not None else 0
-        if self._sender.latched_bytes + len(kept.body) <= self._sender.limits.fleet_latched_bytes:
+        if (
+            self._sender.latched_bytes + len(kept.body)
+            <= self._sender.limits.of(FleetLimits).fleet_latched_bytes
+        ):
             self._latched[publisher] = kept
             self._sender.latched_bytes += len(kept.body)
 

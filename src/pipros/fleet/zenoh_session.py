@@ -21,6 +21,7 @@ from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits, process_limits
 from pipros.basics.printable import printable
 from pipros.fleet.fleet_file import Priority
+from pipros.fleet.limits import FleetLimits
 from pipros.net.connect import Connector
 from pipros.net.rpc_client import reason_of
 
@@ -470,7 +471,7 @@ def _config(mode: str, settings: Mapping[str, object], limits: Limits) -> zenoh.
         "transport/unicast/qos/enabled": True,
         "transport/link/tx/lease": LEASE_MS,
         "transport/link/tx/keep_alive": 4,
-        "transport/link/rx/max_message_size": limits.fleet_message_bytes + _OVERHEAD_BYTES,
+        "transport/link/rx/max_message_size": limits.of(FleetLimits).fleet_message_bytes + _OVERHEAD_BYTES,
     }
     for key, value in {**everywhere, **settings}.items():
         config.insert_json5(key, json.dumps(value))

@@ -36,6 +36,7 @@ from pipros.ros2.bridged_services import CALL_S
 from pipros.ros2.bridged_topics import MARK
 from pipros.ros2.counts import Counts
 from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, TopicQos
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import action_names
 
 KEPT_S: Final = 60.0
@@ -283,7 +284,10 @@ class ActionToRos1:
 
     def _limit_results(self) -> None:
         """Remove the oldest goals with results until the remaining results are within the limit."""
-        excess = sum(goal.result_bytes for goal in self._goals) - self._node.limits.ros2_history_bytes
+        excess = (
+            sum(goal.result_bytes for goal in self._goals)
+            - self._node.limits.of(Ros2Limits).ros2_history_bytes
+        )
         for goal in self._goals:
             if excess <= 0:
                 return

@@ -35,6 +35,7 @@ from pipros.ros2.bridged_services import CALL_S
 from pipros.ros2.bridged_topics import MARK
 from pipros.ros2.counts import Counts
 from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, Sample, TopicQos
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import action_names
 
 STATUS_S: Final = 0.2
@@ -72,7 +73,7 @@ class _Goal:
 class ActionToRos2:
     """Offers a ROS 2 action in ROS 1, so that ROS 1 nodes can send goals to it. Thread-safe.
 
-    A thread waits for the result of each goal. Goals beyond `Limits.fleet_calls` are queued. Cancellations
+    A thread waits for the result of each goal. Goals beyond `Ros2Limits.ros2_calls` are queued. Cancellations
     are queued, too; those beyond `Limits.goals` are dropped.
 
     Attributes:
@@ -99,7 +100,7 @@ class ActionToRos2:
         self._others: list[tuple[GoalInfo, Ros2Status]] = []
         self._publish_at_s = 0.0
         self._is_closed = threading.Event()
-        self._executing = Workers("ROS 2 goals", node.limits.fleet_calls)
+        self._executing = Workers("ROS 2 goals", node.limits.of(Ros2Limits).ros2_calls)
         self._cancelled_early: GoalTable[float] = GoalTable(
             node.limits.goals, node.limits.name_characters, lambda _: True
         )

@@ -12,6 +12,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.node.service_server import HandlerError
 from pipros.ros2.counts import Counts
 from pipros.ros2.engine import Ros2Engine
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.type_pairs import ServicePair
 
 CALL_S: Final = 5.0
@@ -73,7 +74,7 @@ class Ros2Service:
         self._name = name
         self._plan = pair.plan
         self._class = raw_service_class(pair.plan.ros1_type, pair.md5sum)
-        self._slots = threading.BoundedSemaphore(node.limits.fleet_calls)
+        self._slots = threading.BoundedSemaphore(node.limits.of(Ros2Limits).ros2_calls)
         self._caller = engine.caller(name, pair.plan.ros2_type, pair.type_hash, pair.parts)
         try:
             self._server = node.serve(name, self._class, self._call)

@@ -30,6 +30,7 @@ from pipros.ros2.engine import (
     Subscription,
     TopicQos,
 )
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.qos_choice import QosOverride, offered_qos, requested_qos
 from pipros.ros2.rules import StaticRule
 from pipros.ros2.type_pairs import TypePair
@@ -355,7 +356,7 @@ class ToRos1:
     def _keep(self, publisher: bytes, message: Any, size: int) -> None:
         with self._lock:
             self._forget(publisher)
-            has_room = self._latched_bytes + size <= self._node.limits.ros2_history_bytes
+            has_room = self._latched_bytes + size <= self._node.limits.of(Ros2Limits).ros2_history_bytes
             if has_room and len(self._latched) < _KEPT:
                 self._latched_bytes += size
                 self._latched[publisher] = message, size
@@ -395,4 +396,4 @@ def _merge(node: Node, route: Route) -> StaticTransforms | None:
     is_static = STATIC_TRANSFORMS in (route.ros1, route.ros2)
     if not is_static or route.pair.plan.ros1_type != "tf2_msgs/TFMessage":
         return None
-    return StaticTransforms(node.limits.zenoh_message_bytes)
+    return StaticTransforms(node.limits.of(Ros2Limits).zenoh_message_bytes)

@@ -29,6 +29,7 @@ from pipros.ros2.bridged_topics import ToRos1, ToRos2, route_of
 from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 from pipros.ros2.interfaces.action_types import action_of_service
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import action_names, checked_name
 from pipros.ros2.ros1_graph import Ros1Graph, Ros1Looker, Ros1Topic, is_part_of_action
 from pipros.ros2.ros2_graph import Ros2Graph, callable_server
@@ -90,7 +91,7 @@ class Gateway:
         self._pairs = pairs
         self._is_local = is_local
         self._look_s = look_s
-        self._limit = node.limits.bridge_topics
+        self._limit = node.limits.of(Ros2Limits).ros2_topics
         self._graph: Ros1Graph | None = None
         self._known: Mapping[bytes, Endpoint] = {}
         self._unknown: set[bytes] = set()
@@ -310,7 +311,7 @@ class Gateway:
                     continue
                 if len(self._open) >= self._limit:
                     raise PiprosError(
-                        f"too many topics, services and actions; {limit_text('bridge_topics', self._limit)}"
+                        f"too many topics, services and actions; {limit_text('ros2_topics', self._limit)}"
                     )
                 self._open[key] = version, make()
 

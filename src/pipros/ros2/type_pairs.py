@@ -25,6 +25,7 @@ from pipros.ros2.distribution import Distribution
 from pipros.ros2.engine import NO_HASHES, PartHashes
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
 from pipros.ros2.interfaces.type_hash import ActionHashes
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rules import StaticRule
 
 
@@ -76,7 +77,7 @@ class TypePairs:
         self._installed = installed_definitions()
         self._learned: dict[str, MessageSpec] = {}
         self._learned_bytes = 0
-        self._limit_bytes = limits.bridge_queue_bytes
+        self._limit_bytes = limits.of(Ros2Limits).ros2_definition_bytes
         ros1 = Ros1Definitions(self._message, self._installed.service)
         self._catalog = Catalog(distribution, ros1, folders)
         self._plans = Plans(self._catalog, ros1, rules)
@@ -199,7 +200,7 @@ class TypePairs:
             return
         if self._learned_bytes + len(definition.text) > self._limit_bytes:
             raise LimitExceeded(
-                f"too many received definitions; {limit_text('bridge_queue_bytes', self._limit_bytes)}"
+                f"too many received definitions; {limit_text('ros2_definition_bytes', self._limit_bytes)}"
             )
         specs = specs_from_text(definition.type, definition.text)
         self._learned_bytes += len(definition.text)

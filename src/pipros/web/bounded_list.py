@@ -6,17 +6,18 @@ from collections.abc import Iterable
 from typing import TypeVar
 
 from pipros.basics.limits import process_limits
+from pipros.web.limits import PageLimits
 
 T = TypeVar("T")
 
 
 def bounded_list(rows: Iterable[T], share: int = 1) -> list[T]:
-    """Return the first rows, up to a total text size of `Limits.page_view_bytes` divided by `share`.
+    """Return the first rows, up to a total text size of `PageLimits.page_view_bytes` divided by `share`.
 
     >>> bounded_list(["/a", "/b"])
     ['/a', '/b']
     """
-    room = process_limits().page_view_bytes // share
+    room = process_limits().of(PageLimits).page_view_bytes // share
     found: list[T] = []
     for row in rows:
         room -= len(str(row))

@@ -18,6 +18,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.file_names import is_device
 from pipros.basics.limits import limit_text, process_limits
 from pipros.packages import cache_folder
+from pipros.web.limits import PageLimits
 
 MOST_LAYOUTS: Final = 100
 _VERSION: Final = 1
@@ -184,7 +185,7 @@ def _json(content: bytes, name: str) -> dict[str, Any]:
 
 
 def _check_size(content: bytes) -> None:
-    most = process_limits().page_layout_bytes
+    most = process_limits().of(PageLimits).page_layout_bytes
     if len(content) > most:
         raise BadLayout(f"the layout has {len(content)} bytes; {limit_text('page_layout_bytes', most)}")
 

@@ -17,6 +17,7 @@ from pipros.graph.samples import BandwidthWindow, RateWindow
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.subscriber import Subscriber
+from pipros.web.limits import PageLimits
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -61,7 +62,7 @@ class TopicWatch:
     ) -> None:
         """Create empty statistics. `clock` returns the time (s) used to measure rates."""
         self.topic = topic
-        self._most_bytes = (limits or process_limits()).page_message_bytes
+        self._most_bytes = (limits or process_limits()).of(PageLimits).page_message_bytes
         self.queue_size = queue_size
         self.users = 0
         self.newest: Newest | None = None
@@ -184,12 +185,12 @@ class TopicWatches:
             queue_size: maximum number of queued messages. Only the first context of a topic sets it.
 
         Raises:
-            LimitExceeded: `Limits.page_topics` topics are already watched.
+            LimitExceeded: `PageLimits.page_topics` topics are already watched.
         """
         with self._lock:
             watch = self._watches.get(topic)
             if watch is None:
-                most = self._limits.page_topics
+                most = self._limits.of(PageLimits).page_topics
                 if len(self._watches) >= most:
                     raise LimitExceeded(f"too many topics are watched; {limit_text('page_topics', most)}")
                 watch = self._watches[topic] = self._new_watch(topic, queue_size)

@@ -1,13 +1,26 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
+from typing import NamedTuple
 
 import pytest
 
-from pipros.basics.limits import InvalidLimits, Limits
+from pipros.basics.limits import InvalidLimits, Limits, names_in, room_tables
+from pipros.basics.rooms import Room
 from tests.support.environments import REPOSITORY
+
+
+class BathLimits(NamedTuple):
+    """Limits of a room that exists only here."""
+
+    baths: int = 2
+    beds_bytes: int = 4096
+
+
+ROOM = Room("bath", "for tests", limits=f"{__name__}:BathLimits")
 
 
 def test_unnamed_limits_keep_their_defaults() -> None:
@@ -50,14 +63,83 @@ def test_the_process_reads_its_limits_from_the_environment() -> None:
     assert (done.stdout, done.stderr) == ("1000\n", "")
 
 
-def test_the_table_in_the_documents_has_every_limit() -> None:
+def test_limits_of_rooms_are_read_and_carried(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pipros.basics.rooms.rooms", lambda: iter([ROOM]))
+
+    limits = Limits.parse("baths=7, handshakes=8, beds_bytes=9")
+
+    assert limits == Limits(handshakes=8, tables=(BathLimits(baths=7, beds_bytes=9),))
+    assert limits.of(BathLimits) == (7, 9)
+    assert limits.with_table(BathLimits(baths=3)).of(BathLimits) == (3, 4096)
+    assert Limits().of(BathLimits) == (2, 4096)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("baths=x", "baths must be a whole number greater than zero, got [x]"),
+        ("doors=1", "unknown limit [doors]; the limits are header_bytes, frame_bytes"),
+    ],
+)
+def test_a_wrong_limit_of_a_room_is_explained(
+    text: str, complaint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pipros.basics.rooms.rooms", lambda: iter([ROOM]))
+
+    with pytest.raises(InvalidLimits, match=r"^PIPROS_LIMITS: ") as raised:
+        Limits.parse(text)
+
+    assert complaint in str(raised.value)
+    assert ("expression_work, baths, beds_bytes" in str(raised.value)) is text.startswith("doors")
+
+
+def test_rooms_are_only_imported_for_their_limits() -> None:
+    script = (
+        "import sys; from pipros.basics.limits import process_limits; process_limits(); "
+        "print('pipros.basics.rooms' in sys.modules)"
+    )
+    found = [
+        subprocess.run(
+            [sys.executable, "-c", script],
+            env={**os.environ, "PIPROS_LIMITS": text},
+            capture_output=True,
+            text=True,
+        ).stdout
+        for text in ("", "frame_bytes=1000")
+    ]
+
+    assert found == ["False\n", "False\n"]
+
+
+def test_the_tables_in_the_documents_have_every_limit() -> None:
     rows = {
         cells[1].strip("` "): cells[2].strip()
         for line in (REPOSITORY / "docs" / "reliability.md").read_text().splitlines()
         if len(cells := line.split("|")) == 5 and cells[1].strip().startswith("`")
     }
 
-    assert rows == {name: _as_written(name, value) for name, value in Limits._field_defaults.items()}
+    defaults = {
+        name: table._field_defaults[name] for table in (Limits, *room_tables()) for name in names_in(table)
+    }
+    assert rows == {name: _as_written(name, value) for name, value in defaults.items()}
+
+
+def test_the_documents_have_a_section_for_the_limits_of_each_room() -> None:
+    text = (REPOSITORY / "docs" / "reliability.md").read_text()
+    for table in room_tables():
+        section = text.partition(f"`{table.__module__}.{table.__name__}`:\n")[2].partition("\n#")[0]
+        assert re.findall(r"(?m)^\| `(\w+)`", section) == names_in(table)
+
+
+def test_no_name_is_in_two_tables() -> None:
+    names = [name for table in (Limits, *room_tables()) for name in names_in(table)]
+    assert len(names) == len(set(names)) > 100
+
+
+def test_every_limit_is_described() -> None:
+    for table in (Limits, *room_tables()):
+        described = re.findall(r"(?m)^        (\w+): ", str(table.__doc__))
+        assert sorted(described) == sorted(table._fields)
 
 
 def _as_written(name: str, value: float) -> str:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.pace import BURST_S, Pace
 
-LIMITS = Limits(bridge_client_rate=10, bridge_client_rate_bytes=1000)
+LIMITS = Limits(tables=(BridgeLimits(bridge_client_rate=10, bridge_client_rate_bytes=1000),))
 
 
 class Clock:

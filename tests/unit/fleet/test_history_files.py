@@ -23,6 +23,7 @@ from pipros.fleet.history_files import (
     is_file_name,
     read_rows,
 )
+from pipros.fleet.limits import FleetLimits
 from pipros.msg import load_message_class
 from pipros.web.bags.folder import BagFolder
 
@@ -182,7 +183,7 @@ def test_files_of_a_killed_router_count_toward_the_limit(tmp_path: Path) -> None
 
 
 def test_the_member_with_the_most_files_loses_its_oldest_ones(tmp_path: Path) -> None:
-    limits = process_limits()._replace(fleet_history_files=10)
+    limits = process_limits().with_table(FleetLimits(fleet_history_files=10))
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES, limits=limits)
     files.write("robot1", connection("/robot1/odom"), 0, body("few"))
     for number in range(30):

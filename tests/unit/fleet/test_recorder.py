@@ -19,6 +19,7 @@ from pipros.basics.limits import process_limits
 from pipros.fleet import keys
 from pipros.fleet.directory import Directory, Entry, to_json
 from pipros.fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFile, HistoryFiles
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.messages import Attachment, pack
 from pipros.fleet.recorder import Recorder
 from pipros.fleet.zenoh_session import Answer
@@ -147,7 +148,9 @@ def files(tmp_path: Path) -> Files:
 
 @pytest.fixture
 def recorder(link: FakeLink, files: Files) -> Iterator[Recorder]:
-    limits = process_limits()._replace(fleet_members=2, fleet_topics=6, fleet_definition_bytes=5000)
+    limits = process_limits().with_table(
+        FleetLimits(fleet_members=2, fleet_topics=6, fleet_definition_bytes=5000)
+    )
     log = logging.getLogger("test")
     found = Recorder(link, files, "11" * 8, ["/**"], log=log, limits=limits)  # type: ignore[arg-type]
     found.start()

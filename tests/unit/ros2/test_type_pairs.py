@@ -14,6 +14,7 @@ from pipros.ros2.action_messages import Ros2Status
 from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import BUILTIN_RULES, ActionRule, MappingRules, MessageRule
 from pipros.ros2.distribution import Distribution
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rules import Direction, StaticRule
 from pipros.ros2.type_pairs import TypePairs, WrongHash
 
@@ -54,7 +55,9 @@ def test_received_definitions_are_used_for_types_that_are_not_installed() -> Non
 
 
 def test_received_definitions_have_a_limit() -> None:
-    pairs = TypePairs(Distribution.JAZZY, BUILTIN_RULES, LIMITS._replace(bridge_queue_bytes=10))
+    pairs = TypePairs(
+        Distribution.JAZZY, BUILTIN_RULES, LIMITS.with_table(Ros2Limits(ros2_definition_bytes=10))
+    )
 
     with pytest.raises(LimitExceeded, match="too many received definitions"):
         pairs.of_ros1(POSE)

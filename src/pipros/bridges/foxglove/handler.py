@@ -23,6 +23,7 @@ from pipros.bridges.foxglove.publishing import ENCODINGS
 from pipros.bridges.foxglove.sent_assets import Asset, SentAssets
 from pipros.bridges.foxglove.session import TIME_KEY, ClientSession
 from pipros.bridges.foxglove.shared_answer import SharedAnswer
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.shared_topics import SharedTopics, TopicMessage
 from pipros.graph.definitions import Definitions
 from pipros.graph.system_state import SystemState
@@ -78,9 +79,9 @@ class FoxgloveHandler:
         self.catalog = Catalog()
         self.state: SystemState = EMPTY
         self.has_control = rules.has_control
-        self.threads = DaemonPool("foxglove client", node.limits.bridge_clients)
+        self.threads = DaemonPool("foxglove client", node.limits.of(BridgeLimits).bridge_clients)
         self.call_turns = CallTurns("foxglove call", CALLS_AT_ONCE)
-        self._assets = SentAssets(node.limits.bridge_asset_bytes)
+        self._assets = SentAssets(node.limits.of(BridgeLimits).bridge_asset_bytes)
         self._parameters = SharedAnswer(self._query_parameters)
         self._loop = loop
         self._sessions: dict[ClientSession, Client] = {}
@@ -168,7 +169,9 @@ class FoxgloveHandler:
 
     def read_asset(self, uri: str) -> Asset:
         """Return an asset. Blocks; raises `AssetRefused`."""
-        return read_asset(uri, self._folders_of, self.node.limits.bridge_asset_bytes, self._assets.read)
+        return read_asset(
+            uri, self._folders_of, self.node.limits.of(BridgeLimits).bridge_asset_bytes, self._assets.read
+        )
 
     def _folders_of(self, package: str) -> Sequence[Path]:
         found = self._packages.get(package)

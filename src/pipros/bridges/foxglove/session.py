@@ -40,6 +40,7 @@ from pipros.bridges.foxglove.requests import (
     read_request,
 )
 from pipros.bridges.foxglove.sent_assets import Asset
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import Frame, Outbox
 from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
 from pipros.bridges.shares import ClientShares, ExceedsShare
@@ -130,7 +131,7 @@ class ClientSession:
         self._tasks: set[asyncio.Task[None]] = set()
         self._call_turns = bridge.call_turns.user()
         self._open_assets = 0
-        self._limit = bridge.node.limits.bridge_subscriptions
+        self._limit = bridge.node.limits.of(BridgeLimits).bridge_subscriptions
         client.outbox.open(TIME_KEY, 1)
 
     async def receive(self, data: str | bytes) -> None:
@@ -353,7 +354,7 @@ class ClientSession:
         found = self._bridge.parameters()
         wanted = selected(found, map(self._bridge.node.resolve, names)) if names else found
         frame = frames.parameter_values([to_client(*pair) for pair in wanted.items()], request)
-        limit = self._bridge.node.limits.bridge_queue_bytes
+        limit = self._bridge.node.limits.of(BridgeLimits).bridge_queue_bytes
         if frame.size > limit:
             raise LimitExceeded(
                 f"the parameters have {frame.size} bytes; {limit_text('bridge_queue_bytes', limit)}; "

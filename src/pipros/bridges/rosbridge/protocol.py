@@ -23,6 +23,7 @@ from typing import Any
 from pipros.basics.errors import InvalidName, PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.basics.printable import printable
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosapi import QUESTIONS
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.bson_size import parsed_bson_bytes
@@ -147,7 +148,7 @@ class ClientProtocol:
         self._settings = settings
         self._resolve = resolve
         self._clock_s = clock_s
-        self._most_names = limits.bridge_subscriptions
+        self._most_names = limits.of(BridgeLimits).bridge_subscriptions
         self.is_authenticated = settings.authenticator is None
         self.parsed_bytes = 0
         self._level = Level.ERROR

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import limit_text
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.filling import Filler
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -44,7 +45,7 @@ class SharedPublishers:
         self._type_of = type_of
         self._call_later = call_later
         self._unregister_s = unregister_s
-        self._limit = node.limits.bridge_topics
+        self._limit = node.limits.of(BridgeLimits).bridge_topics
         self._shared: dict[str, _SharedPublisher] = {}
         self._lock = threading.Lock()
 

@@ -15,6 +15,7 @@ from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
 from pipros.bridges.client import Client
 from pipros.bridges.door import PING_S, PONG_S, Door
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.protocol import Settings
 from pipros.bridges.rosbridge.session import Bridge, ClientSession, Timing
@@ -51,7 +52,7 @@ class RosbridgeHandler:
         self._bridge = bridge
         self._authenticator = authenticator
         self._on_change = on_change
-        self._threads = DaemonPool("rosbridge client", bridge.limits.bridge_clients)
+        self._threads = DaemonPool("rosbridge client", bridge.limits.of(BridgeLimits).bridge_clients)
 
     def open(self, client: Client) -> DoorSession:
         """Start a session for a client."""
@@ -150,7 +151,9 @@ class BridgeRuntime:
         self._is_closed = False
         self.limits: Limits = node.limits
         if options.message_bytes is not None:
-            self.limits = self.limits._replace(bridge_message_bytes=options.message_bytes)
+            self.limits = self.limits.with_table(
+                self.limits.of(BridgeLimits)._replace(bridge_message_bytes=options.message_bytes)
+            )
         self._workers = Workers("rosbridge timers")
         self.bridge = Bridge(node, self.call_later, options.settings, options.timing, self.limits)
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 from pipros.basics.printable import printable
 from pipros.bridges.client import Wakeups
 from pipros.bridges.door import DESCRIPTORS_SHARE
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import Outbox
 from pipros.bridges.pace import Pace
 from pipros.bridges.rosbridge.server import BridgeRuntime, ClientTopics, ServerOptions
@@ -48,10 +49,10 @@ class StreamServer:
         self._limits = self._runtime.limits
         self.shares = ServerShares(self._limits)
         room = sockets.connections_that_fit(DESCRIPTORS_SHARE) - ENTERING
-        self._most_clients = min(self._limits.bridge_clients, room)
+        self._most_clients = min(self._limits.of(BridgeLimits).bridge_clients, room)
         self._topics = ClientTopics(node)
         self._clients: dict[Any, tuple[str, float]] = {}
-        self._threads = DaemonPool("rosbridge client", self._limits.bridge_clients)
+        self._threads = DaemonPool("rosbridge client", self._limits.of(BridgeLimits).bridge_clients)
         self._wakeups: Wakeups
 
     def start(self) -> int:
@@ -83,7 +84,7 @@ class StreamServer:
             return None
         self._clients[key] = f"{host}:0", time.time()
         self._topics.report(list(self._clients.values()))
-        limit_bytes = self._limits.bridge_queue_bytes
+        limit_bytes = self._limits.of(BridgeLimits).bridge_queue_bytes
         outbox = Outbox(limit_bytes, lambda: self._wakeups.wake(wake), shares.queue)
         return self.bridge.connect(outbox, shares)
 
@@ -193,7 +194,7 @@ class TcpServer(StreamServer):
             if _HTTP.match(head):
                 self._report_stranger(head)
                 return
-            if not _SMALLEST_DOCUMENT <= size <= self._limits.bridge_message_bytes:
+            if not _SMALLEST_DOCUMENT <= size <= self._limits.of(BridgeLimits).bridge_message_bytes:
                 return
             rest = await source.read_all(size - _LENGTH_BYTES)
             if not rest:
@@ -225,7 +226,7 @@ class TcpServer(StreamServer):
                     continue
                 for frame in frames:
                     writer.writelines(frame.parts)
-                await asyncio.wait_for(writer.drain(), self._limits.bridge_stall_s)
+                await asyncio.wait_for(writer.drain(), self._limits.of(BridgeLimits).bridge_stall_s)
         except (OSError, asyncio.TimeoutError):
             pass
         writer.transport.abort()

@@ -18,6 +18,7 @@ from typing import Final
 
 from pipros.basics.errors import NotFound
 from pipros.basics.limits import Limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import (
     EndpointData,
     read_endpoint,
@@ -107,12 +108,12 @@ class Engine:
         self._discovery_readers: list[Reader] = []
         for writer, reader in _DISCOVERY:
             self._connections.writers[writer] = Writer(
-                self.prefix, writer, _DISCOVERY_QOS, limits.ros2_discovery_bytes, self._outbox
+                self.prefix, writer, _DISCOVERY_QOS, limits.of(Ros2Limits).ros2_discovery_bytes, self._outbox
             )
             end = Reader(
                 self.prefix,
                 reader,
-                limits.ros2_peer_bytes,
+                limits.of(Ros2Limits).ros2_peer_bytes,
                 self._outbox,
                 self._on_endpoint,
                 settings.request_bytes,
@@ -134,7 +135,9 @@ class Engine:
         """Announce a writer; return its entity ID. `topic` and `type_name` are DDS names."""
         self._entities += 1
         entity = user_entity(self._entities, is_writer=True)
-        writer = Writer(self.prefix, entity, qos, self._limits.ros2_history_bytes, self._outbox)
+        writer = Writer(
+            self.prefix, entity, qos, self._limits.of(Ros2Limits).ros2_history_bytes, self._outbox
+        )
         self._add(EndpointData(self.prefix + entity, topic, type_name, qos, user_data), writer, now)
         return entity
 
@@ -145,7 +148,7 @@ class Engine:
         reader = Reader(
             self.prefix,
             entity,
-            self._limits.ros2_sample_bytes,
+            self._limits.of(Ros2Limits).ros2_sample_bytes,
             self._outbox,
             lambda sample: self._on_sample(entity, sample),
             self.settings.request_bytes,

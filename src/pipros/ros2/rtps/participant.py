@@ -21,6 +21,7 @@ from typing import Final, Generic, TypeVar
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import get_within_slice
 from pipros.basics.limits import Limits, process_limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.engine import Engine
@@ -91,7 +92,9 @@ class Participant:
         self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
-        self._intake = Intake(self._engine, Backlog(self._limits.ros2_backlog_bytes), self._sockets.receiving)
+        self._intake = Intake(
+            self._engine, Backlog(self._limits.of(Ros2Limits).ros2_backlog_bytes), self._sockets.receiving
+        )
         self._wake_from, self._wake_to = socket.socketpair()
         self._wake_from.setblocking(False)
         self._wake_to.setblocking(False)
@@ -137,7 +140,7 @@ class Participant:
                 ones are dropped.
             is_direct: run the callback in the thread that reads the sockets; it must not block.
         """
-        reader = TopicReader(self, callback, qos.depth, self._limits.ros2_inbox_bytes)
+        reader = TopicReader(self, callback, qos.depth, self._limits.of(Ros2Limits).ros2_inbox_bytes)
         with self._lock:
             entity = self._open_engine().add_reader(topic, type_name, qos, time.monotonic(), user_data)
             reader.entity = entity

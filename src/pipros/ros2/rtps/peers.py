@@ -8,6 +8,7 @@ from typing import Final
 
 from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.parameters import Address
 
@@ -107,8 +108,8 @@ class Peers:
         """`hosts`: addresses of this machine and of static peers, to which data may be sent."""
         self._limits = limits
         self._hosts = hosts
-        self._kept = Budget(limits.ros2_discovery_bytes)
-        self._incomplete = Budget(limits.ros2_incomplete_total_bytes)
+        self._kept = Budget(limits.of(Ros2Limits).ros2_discovery_bytes)
+        self._incomplete = Budget(limits.of(Ros2Limits).ros2_incomplete_total_bytes)
         self._peers: dict[bytes, Peer] = {}
 
     def __iter__(self) -> Iterator[Peer]:
@@ -128,8 +129,8 @@ class Peers:
 
     def add(self, data: ParticipantData, payload: bytes | memoryview, host: str, now: float) -> Peer | None:
         """Add and return a peer; return None if the limit is reached, or it announces no usable address."""
-        kept = Budget(self._limits.ros2_peer_bytes, self._kept, part=_PART)
-        incomplete = Budget(self._limits.ros2_incomplete_bytes, self._incomplete, part=_PART)
+        kept = Budget(self._limits.of(Ros2Limits).ros2_peer_bytes, self._kept, part=_PART)
+        incomplete = Budget(self._limits.of(Ros2Limits).ros2_incomplete_bytes, self._incomplete, part=_PART)
         peer = Peer(data, host, now, now, kept, incomplete, hosts=self._hosts)
         if not peer.renew(data, payload):
             return None

@@ -18,6 +18,7 @@ from pipros.basics.interruptible_wait import get_within_slice
 from pipros.basics.limits import process_limits
 from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.identity import guid_text
 from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
@@ -93,7 +94,7 @@ class Server:
         self._service = service
         self._handler = handler
         self._workers = Workers("ros2 service", _WORKERS)
-        self._queued = Budget(process_limits().ros2_inbox_bytes)
+        self._queued = Budget(process_limits().of(Ros2Limits).ros2_inbox_bytes)
         self._clients: dict[bytes, Budget] = {}
         self._turns: Turns[bytes, Sample] = Turns()
         self._lock = threading.Lock()

@@ -67,7 +67,7 @@ class TopicWriter:
         A writer with depth 0 blocks for up to `timeout_s` while its reliable readers do not keep up.
 
         Raises:
-            LimitExceeded: the message is larger than `Limits.ros2_history_bytes`.
+            LimitExceeded: the message is larger than `Ros2Limits.ros2_history_bytes`.
             TimeoutError: the readers did not make room in time.
             PiprosError: the writer or its participant is closed.
         """

@@ -159,7 +159,7 @@ class Writer:
         """Send a sample, and keep it for requests and late readers; return its sequence number.
 
         Raises:
-            LimitExceeded: the sample is larger than `Limits.ros2_history_bytes`.
+            LimitExceeded: the sample is larger than `Ros2Limits.ros2_history_bytes`.
         """
         if len(payload) + _OVERHEAD_BYTES > self.history_bytes:
             text = limit_text("ros2_history_bytes", self.history_bytes)

@@ -27,6 +27,7 @@ from pipros.ros2.engine import (
     Subscription,
     TopicQos,
 )
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import zenoh_key
 from pipros.ros2.zenoh.endpoints import Client, Publisher, Server, Subscriber, received
 from pipros.ros2.zenoh.tokens import (
@@ -94,7 +95,7 @@ class ZenohEngine:
         self._known: dict[str, Endpoint] = {}
         self._known_bytes = 0
         limits = limits or process_limits()
-        self._graph_limit_bytes = limits.ros2_graph_bytes
+        self._graph_limit_bytes = limits.of(Ros2Limits).ros2_graph_bytes
         self._is_closed = False
         self._threads: list[threading.Thread] = []
         try:
@@ -245,7 +246,7 @@ def _config(zenoh: Any, routers: Sequence[str], timeout_s: float, limits: Limits
         "scouting/gossip/enabled": False,
         "timestamping/enabled": True,
         "transport/shared_memory/enabled": False,
-        "transport/link/rx/max_message_size": limits.zenoh_message_bytes,
+        "transport/link/rx/max_message_size": limits.of(Ros2Limits).zenoh_message_bytes,
     }
     for key, value in values.items():
         config.insert_json5(key, json.dumps(value))

@@ -11,6 +11,7 @@ from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
 from pipros.node.start_params import is_on
+from pipros.simulation.limits import SimulationLimits
 from pipros.simulation.robots.errors import InvalidSettings
 from pipros.simulation.robots.robot_endpoints import Interface, RobotEndpoints, serve
 from pipros.simulation.robots.simulation import STEP_S, Simulation
@@ -48,7 +49,7 @@ class RobotsNode:
         Raises:
             InvalidSettings: there are too many robots, or `speed` is not 1 without simulated time.
         """
-        limit = node.limits.simulated_robots
+        limit = node.limits.of(SimulationLimits).simulated_robots
         if len(simulation.robots) > limit:
             raise InvalidSettings(f"too many robots: {limit_text('simulated_robots', limit)}")
         self._has_clock = is_on(node, "/use_sim_time")

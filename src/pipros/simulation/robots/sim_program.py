@@ -16,6 +16,7 @@ from pipros.libraries.maps.map_file import read_map
 from pipros.node import Node
 from pipros.node.roscpp_program import roscpp_program
 from pipros.node.start_params import is_on
+from pipros.simulation.limits import SimulationLimits
 from pipros.simulation.private_parameters import private_value
 from pipros.simulation.robots.battery import BatterySettings
 from pipros.simulation.robots.drive import Pose
@@ -84,7 +85,7 @@ def _from_parameters(node: Node) -> RobotsNode:
         scan_frame=str(get("scan_frame", usual.scan_frame)),
     )
     world = World.from_grid(read_map(str(get("map", "") or BUILT_IN_MAP)))
-    robots = robots_of(get("robots", 1), robot, node.limits.simulated_robots)
+    robots = robots_of(get("robots", 1), robot, node.limits.of(SimulationLimits).simulated_robots)
     return RobotsNode(node, Simulation(world, robots, seed=int(seed)), names=names, speed=speed)
 
 

@@ -16,6 +16,7 @@ from pipros.basics.limits import limit_text
 from pipros.msg import load_message_class, load_service_class
 from pipros.node import Node
 from pipros.node.service_server import CallFailed
+from pipros.simulation.limits import SimulationLimits
 from pipros.simulation.turtlesim.picture import Color
 from pipros.simulation.turtlesim.turtle import TICK_S, Command, Pen, Teleport, Turtle
 from pipros.simulation.turtlesim.world import BACKGROUND, Rejected, World
@@ -33,7 +34,7 @@ class TurtleEndpoints:
         """Register the topics and services with the master. Names are relative to the node's namespace."""
         self._turtle = turtle
         self._log = log
-        self._limit = node.limits.teleports
+        self._limit = node.limits.of(SimulationLimits).teleports
         self._node = node
         self._has_warned = False
         self._pose_class: Any = load_message_class("turtlesim/Pose")
@@ -122,7 +123,10 @@ class Turtlesim:
                 node.params.set(f"~background_{channel}", value)
         log.info("Starting turtlesim with node name %s", node.name)
         self.world = World(
-            log, background=self._background(), namespace=node.namespace, limit=node.limits.turtles
+            log,
+            background=self._background(),
+            namespace=node.namespace,
+            limit=node.limits.of(SimulationLimits).turtles,
         )
         for turtle in self.world.turtles.values():
             self._endpoints[turtle] = TurtleEndpoints(node, turtle, log)

@@ -30,6 +30,7 @@ from pipros.graph.system_state import SystemState
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
+from pipros.web.limits import PageLimits
 from pipros.web.topic_watch import TopicWatch, TopicWatches
 from pipros.web.watched_system import LOOK_INTERVAL_S, WatchedSystem
 
@@ -61,7 +62,7 @@ LEAD_OF_TYPE_S: Final[Mapping[str, float]] = dict.fromkeys(
 LEADING_MESSAGES: Final = 2000
 """Maximum number of messages per topic from before the moment.
 
-Their total size is limited to `Limits.page_view_bytes`.
+Their total size is limited to `PageLimits.page_view_bytes`.
 """
 LOG_TOPICS: Final = ("/rosout_agg", "/rosout")
 CLOCK_TOPIC: Final = "/clock"
@@ -305,7 +306,7 @@ class BagPlayback:
         found: deque[StoredMessage] = deque()
         if lead_s != 0.0:
             begin_ns = self.begin_ns if lead_s is None else moment_ns - round(lead_s * NS_PER_S)
-            room = process_limits().page_view_bytes
+            room = process_limits().of(PageLimits).page_view_bytes
             for message in self._reader.stored_messages(connections, max(begin_ns, 0), moment_ns):
                 if is_over():
                     break

@@ -22,6 +22,7 @@ from pipros.basics.file_names import is_device
 from pipros.basics.limits import limit_text, process_limits
 from pipros.node import Node
 from pipros.web.bags.folder import BagFolder
+from pipros.web.limits import PageLimits
 
 ENDINGS: Final = (".bag", ".mcap")
 ENDING_S: Final = 5.0
@@ -137,12 +138,14 @@ class BagRecording:
         """
         path, spare = self._path(plan.name), self.spare_bytes()
         if spare <= 0:
-            limit = limit_text("page_record_spare_bytes", process_limits().page_record_spare_bytes)
+            limit = limit_text(
+                "page_record_spare_bytes", process_limits().of(PageLimits).page_record_spare_bytes
+            )
             raise RecordingRefused(f"too little space is free in {self._folder.path}; {limit}")
         options = RecordOptions(
             topics=plan.topics,
             all=not plan.topics,
-            min_space_bytes=process_limits().page_record_spare_bytes,
+            min_space_bytes=process_limits().of(PageLimits).page_record_spare_bytes,
             ends_without_space=True,
             files=FileOptions(
                 name=str(path),
@@ -169,7 +172,10 @@ class BagRecording:
 
     def spare_bytes(self) -> int:
         """Return by how many bytes the free disk space exceeds `page_record_spare_bytes`; may be negative."""
-        return shutil.disk_usage(self._folder.path).free - process_limits().page_record_spare_bytes
+        return (
+            shutil.disk_usage(self._folder.path).free
+            - process_limits().of(PageLimits).page_record_spare_bytes
+        )
 
     def _path(self, name: str) -> Path:
         name = name or time.strftime("%Y-%m-%d-%H-%M-%S")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pipros.basics.limits import limit_text, process_limits
+from pipros.web.limits import PageLimits
 from pipros.web.scene.rviz_file import RvizFileError, read_rviz, write_rviz
 
 
@@ -36,7 +37,7 @@ class SceneFile:
             RvizFileError: the file is not an rviz configuration.
             OSError: the file cannot be read.
         """
-        most = process_limits().page_view_bytes
+        most = process_limits().of(PageLimits).page_view_bytes
         with path.open("rb") as file:
             content = file.read(most + 1)
         if len(content) > most:

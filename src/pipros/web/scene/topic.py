@@ -13,6 +13,7 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import process_limits
 from pipros.node.any_msg import AnyMsg
+from pipros.web.limits import PageLimits
 from pipros.web.messages.layout import message_layout
 
 LONGEST_QUEUE: Final = 10_000
@@ -42,7 +43,7 @@ class SceneTopic:
         self._queues: list[PendingMessages] = []
         self._latched: dict[str, tuple[AnyMsg, float]] = {}
         self._recent = PendingMessages(LONGEST_QUEUE)
-        self._most_bytes = process_limits().page_message_bytes
+        self._most_bytes = process_limits().of(PageLimits).page_message_bytes
 
     def add(self, message: AnyMsg, wall_s: float) -> None:
         """Pass a message to all browsers."""
@@ -90,7 +91,7 @@ class PendingMessages:
         self._lock = threading.Lock()
         self._messages: deque[tuple[AnyMsg, float]] = deque()
         self._limit = limit
-        self._most_bytes = process_limits().page_view_bytes
+        self._most_bytes = process_limits().of(PageLimits).page_view_bytes
         self._size_bytes = 0
         self._lost = 0
 

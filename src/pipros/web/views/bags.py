@@ -31,6 +31,7 @@ from pipros.web.bags.tracks import BINS, tracks
 from pipros.web.bounded_list import bounded_list
 from pipros.web.curve_samples import find_field, mark_of, sample_of
 from pipros.web.image_pixels import packed
+from pipros.web.limits import PageLimits
 from pipros.web.views.plot import COMPUTED_S, axis_of, field_text
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
@@ -96,7 +97,7 @@ class BagViews:
             await asyncio.sleep(STATE_INTERVAL_S)
         else:
             raise RequestRefused("this browser has already opened a bag")
-        limit = process_limits().page_bags
+        limit = process_limits().of(PageLimits).page_bags
         if self._opening + len(self._open_bags) >= limit:
             raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
         opening = _Opening()
@@ -214,7 +215,7 @@ class BagViews:
         range_ns = tuple(round(_number(arguments, key) * NS_PER_S) for key in ("begin", "end"))
         wanted = {topic_name({"name": each}) for each in topics}
         layout, work = self._playback().layout, self._system.computations.run
-        limit = process_limits().page_exports
+        limit = process_limits().of(PageLimits).page_exports
         if self._exports >= limit:
             what = "too many exports are running; try again when one has ended"
             raise RequestRefused(f"{what}; {limit_text('page_exports', limit)}")
@@ -297,7 +298,7 @@ def _export(
 ) -> None:
     try:
         with _reader(path, layout) as reader:
-            export(reader, topics, range_ns, form, file, process_limits().page_export_bytes)
+            export(reader, topics, range_ns, form, file, process_limits().of(PageLimits).page_export_bytes)
     except PiprosError as error:
         raise RequestRefused(str(error)) from None
 
@@ -307,7 +308,7 @@ def _thumbnail(path: Path, layout: BagLayout | None, topic: str, moment_ns: int)
     with _reader(path, layout) as reader:
         connections = [each for each in reader.connections_of(topic) if each.type in IMAGE_TYPES]
         found = newest_before(reader, connections, moment_ns)
-        if found is None or len(found.data) > process_limits().page_message_bytes:
+        if found is None or len(found.data) > process_limits().of(PageLimits).page_message_bytes:
             return None
         try:
             kind = load_message_class(found.connection.type)

@@ -20,6 +20,7 @@ from pipros.net.this_machine import is_this_machine
 from pipros.node.any_msg import AnyMsg
 from pipros.node.open_calls import OpenCalls
 from pipros.server.view_server import RequestRefused
+from pipros.web.limits import PageLimits
 from pipros.web.log_history import Entry, log_history
 from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.service_calls import TOOL_CALL_S
@@ -87,7 +88,7 @@ class ConsoleViews:
     @contextlib.contextmanager
     def _open(self) -> Iterator[tuple[Log, KnownTopic]]:
         with self._system.topics.watch(LOG_TOPIC, queue_size=QUEUE) as watch:
-            log = Log(process_limits().page_view_bytes)
+            log = Log(process_limits().of(PageLimits).page_view_bytes)
             topic = KnownTopic(watch, "rosgraph_msgs/Log", log.add)
             with topic.listening():
                 yield log, topic

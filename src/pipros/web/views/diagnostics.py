@@ -14,6 +14,7 @@ from typing import Any
 
 from pipros.basics.limits import limit_text, process_limits
 from pipros.node.any_msg import AnyMsg
+from pipros.web.limits import PageLimits
 from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic
 from pipros.web.shared import Shared
 from pipros.web.watched_system import WatchedSystem
@@ -159,7 +160,7 @@ class DiagnosticViews:
     @contextlib.contextmanager
     def _open(self, name: str) -> Iterator[tuple[Statuses, KnownTopic]]:
         with self._system.topics.watch(name) as watch:
-            statuses = Statuses(process_limits().page_view_bytes)
+            statuses = Statuses(process_limits().of(PageLimits).page_view_bytes)
             topic = KnownTopic(watch, "diagnostic_msgs/DiagnosticArray", statuses.add)
             with topic.listening():
                 yield statuses, topic

@@ -21,6 +21,7 @@ from pipros.libraries.transforms.pose import roll_pitch_yaw
 from pipros.msg.time import NS_PER_S
 from pipros.node.any_msg import AnyMsg
 from pipros.server.view_server import RequestRefused
+from pipros.web.limits import PageLimits
 from pipros.web.messages.known_topic import LONGEST_NAME, KnownTopic, Take
 from pipros.web.shared import Shared
 from pipros.web.views.graph import scene_values
@@ -65,7 +66,9 @@ class FrameTree:
 
     def __init__(self) -> None:
         limits = process_limits()
-        self.buffer = TransformBuffer(limits=limits._replace(transform_bytes=limits.page_view_bytes))
+        self.buffer = TransformBuffer(
+            limits=limits._replace(transform_bytes=limits.of(PageLimits).page_view_bytes)
+        )
         self._frames: dict[str, Frame] = {}
         self._lock = threading.Lock()
         self._clock_s: float | None = None

@@ -12,6 +12,7 @@ from pipros.basics.limits import process_limits
 from pipros.graph import params
 from pipros.safe.yaml import load
 from pipros.server.view_server import RequestRefused
+from pipros.web.limits import PageLimits
 from pipros.web.messages.tree import message_tree
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
@@ -42,7 +43,7 @@ class ParamViews:
     def _read(self) -> Mapping[str, Any]:
         found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))
         shown = {}
-        room = process_limits().page_view_bytes
+        room = process_limits().of(PageLimits).page_view_bytes
         for name in sorted(found)[:MOST_PARAMETERS]:
             # As strings, because JavaScript does not distinguish 0.0 (double) from 0 (int).
             shown[name] = json.dumps(message_tree(found[name]), ensure_ascii=False)

@@ -31,6 +31,7 @@ from pipros.node.publisher import Publisher
 from pipros.packages.assets import NAMES, PREFIX, read_asset
 from pipros.server.daemon_pool import DaemonPool
 from pipros.server.view_server import RequestRefused
+from pipros.web.limits import PageLimits
 from pipros.web.scene.cloud_columns import cloud_columns, point_columns
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.topic import LONGEST_QUEUE, SceneTopic, add_senders, batch, sender_of
@@ -210,7 +211,7 @@ class SceneViews:
             raise RequestRefused(str(error)) from None
 
     def _read(self, uri: str) -> bytes:
-        most = process_limits().scene_resource_bytes
+        most = process_limits().of(PageLimits).scene_resource_bytes
         if uri.startswith(FILE):
             return read_named_file(uri, frozenset().union(*self._files.values()), most)
         if uri.startswith(PREFIX):
@@ -255,7 +256,7 @@ class SceneViews:
 
     def _shared(self, name: str) -> Shared[SceneTopic]:
         if name not in self._topics:
-            if len(self._topics) >= process_limits().page_topics:
+            if len(self._topics) >= process_limits().of(PageLimits).page_topics:
                 self._topics.clear()  # topics that browsers are showing stay open for those browsers
             self._topics[name] = Shared(lambda: self._open(name))
         return self._topics[name]
@@ -269,7 +270,7 @@ class SceneViews:
 
     def _shared_clouds(self, name: str) -> Shared[CloudTopic]:
         if name not in self._clouds:
-            if len(self._clouds) >= process_limits().page_topics:
+            if len(self._clouds) >= process_limits().of(PageLimits).page_topics:
                 self._clouds.clear()
             self._clouds[name] = Shared(lambda: self._open_clouds(name))
         return self._clouds[name]

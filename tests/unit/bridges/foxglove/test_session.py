@@ -15,6 +15,7 @@ from pipros.bridges.foxglove.catalog import Catalog
 from pipros.bridges.foxglove.parameter_watch import DELETED
 from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.foxglove.session import ClientSession
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import Frame, Outbox
 from pipros.bridges.shared_topics import TopicMessage
 from pipros.bridges.shares import ServerShares
@@ -196,7 +197,7 @@ def test_messages_of_another_definition_correct_the_channel() -> None:
 
 def test_wrong_subscriptions_are_reported() -> None:
     async def body() -> None:
-        talk = Conversation(limits=Limits(bridge_subscriptions=2))
+        talk = Conversation(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=2),)))
         twice = [{"id": 1, "channelId": 1}] * 2
         assert "already exists" in text_of(await talk.say("subscribe", subscriptions=twice))
         assert "channel 9 does not exist" in text_of(

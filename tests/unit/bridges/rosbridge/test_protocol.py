@@ -13,6 +13,7 @@ import pytest
 
 from pipros.basics.errors import InvalidName
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.effects import (
     Advertise,
@@ -213,7 +214,7 @@ def test_deep_json_is_refused() -> None:
 
 
 def test_an_endless_object_is_dropped() -> None:
-    peer = Peer(limits=Limits()._replace(bridge_message_bytes=1000))
+    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_message_bytes=1000),)))
     assert peer.sends('{"a": "') == []
     answers = [effect for _ in range(3) for effect in peer.sends("x" * 600)]
     assert "a JSON object is too long; the limit is 1000" in answers[0].operation["msg"]
@@ -240,7 +241,7 @@ def test_fragments_are_joined_in_any_order_even_twice() -> None:
 
 
 def test_endless_fragments_are_dropped() -> None:
-    peer = Peer(limits=Limits()._replace(bridge_message_bytes=10_000))
+    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_message_bytes=10_000),)))
     answers: list[Any] = []
     for number in range(1000):
         operation = {"op": "fragment", "id": number, "data": "", "num": 0, "total": 2}
@@ -302,7 +303,7 @@ def test_globs_allow_what_matches_and_everything_without_patterns() -> None:
 
 
 def test_the_names_of_a_client_are_limited() -> None:
-    peer = Peer(limits=Limits()._replace(bridge_subscriptions=2))
+    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=2),)))
     answers = [peer.sends(f'{{"op": "subscribe", "topic": "/t{number}"}}') for number in range(3)]
     assert [type(effects[0]) for effects in answers] == [TakeTopic, TakeTopic, Reply]
     ids = [peer.sends(f'{{"op": "subscribe", "topic": "/t0", "id": {number}}}') for number in range(3)]

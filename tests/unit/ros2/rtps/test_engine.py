@@ -6,6 +6,7 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, PARTICIPANT_WRITER
 from pipros.ros2.rtps.qos import Durability, Policy, Qos, Reliability
 from pipros.ros2.rtps.submessages import AckNack, Submessage, read_datagram
@@ -214,7 +215,7 @@ def test_remote_endpoints_can_be_looked_up() -> None:
 def test_endpoints_beyond_the_limit_are_ignored_and_reported_once() -> None:
     network = SimulatedNetwork()
     flooder = network.host()
-    victim = network.host(Limits(ros2_peer_bytes=100_000))
+    victim = network.host(Limits(tables=(Ros2Limits(ros2_peer_bytes=100_000),)))
     for number in range(200):
         flooder.engine.add_writer(f"rt/flood{number}", STRING, Qos(), network.now)
     network.run(3.0)
@@ -226,7 +227,7 @@ def test_endpoints_beyond_the_limit_are_ignored_and_reported_once() -> None:
 def test_endpoints_that_come_and_go_do_not_use_up_the_limit() -> None:
     network = SimulatedNetwork()
     busy = network.host()
-    other = network.host(Limits(ros2_peer_bytes=50_000))
+    other = network.host(Limits(tables=(Ros2Limits(ros2_peer_bytes=50_000),)))
     for number in range(300):
         entity = busy.engine.add_writer(f"rt/topic{number}", STRING, Qos(), network.now)
         network.run(0.02)
@@ -290,7 +291,7 @@ def test_a_removed_writer_refuses_samples() -> None:
 
 def test_a_writer_of_unlimited_depth_has_room_again_after_acknowledgments() -> None:
     network = SimulatedNetwork()
-    talker, listener = network.host(Limits(ros2_history_bytes=10_000)), network.host()
+    talker, listener = network.host(Limits(tables=(Ros2Limits(ros2_history_bytes=10_000),))), network.host()
     endless = Qos(depth=0)
     entity = talker.engine.add_writer("rt/chatter", STRING, endless, network.now)
     reader = listener.engine.add_reader("rt/chatter", STRING, endless, network.now)

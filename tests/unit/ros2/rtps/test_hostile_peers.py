@@ -8,6 +8,7 @@ import tracemalloc
 import pytest
 
 from pipros.basics.limits import Limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import (
     EndpointData,
     ParticipantData,
@@ -55,7 +56,7 @@ def announcement(number: int, user_data: bytes = b"", host: str = HOST) -> bytes
 
 def test_a_flood_of_participants_is_bounded() -> None:
     network = SimulatedNetwork()
-    victim = network.host(Limits(ros2_discovery_bytes=100_000))
+    victim = network.host(Limits(tables=(Ros2Limits(ros2_discovery_bytes=100_000),)))
     for number in range(5000):
         victim.engine.receive(announcement(number), HOST, network.now)
         victim.engine.take_outgoing()
@@ -69,7 +70,7 @@ def test_a_flood_of_participants_is_bounded() -> None:
 
 def test_a_flood_of_fragments_stays_within_its_bytes() -> None:
     """Each fragment begins a sample of 100 MB, whose other fragments never arrive."""
-    limits = Limits(ros2_incomplete_bytes=500_000)
+    limits = Limits(tables=(Ros2Limits(ros2_incomplete_bytes=500_000),))
     network, victim, _, peer, writer = connected(limits)
     reader_id = b"\0\0\0\0"
     piece = bytes(1000)
@@ -89,7 +90,7 @@ def test_a_flood_of_fragments_stays_within_its_bytes() -> None:
 
 
 def test_others_receive_while_a_peer_floods() -> None:
-    limits = Limits(ros2_incomplete_bytes=1_000_000)
+    limits = Limits(tables=(Ros2Limits(ros2_incomplete_bytes=1_000_000),))
     network, victim, reader, peer, writer = connected(limits)
     honest = network.host()
     other = honest.engine.add_writer("rt/a", STRING, DEEP, network.now)
@@ -105,7 +106,7 @@ def test_others_receive_while_a_peer_floods() -> None:
 
 
 def test_a_sample_beyond_the_limit_is_dropped_and_counted() -> None:
-    network, victim, reader, peer, writer = connected(Limits(ros2_sample_bytes=100_000))
+    network, victim, reader, peer, writer = connected(Limits(tables=(Ros2Limits(ros2_sample_bytes=100_000),)))
     peer.engine.write(writer, bytes(200_000), network.now)
     peer.engine.write(writer, b"next", network.now)
     network.run_until(lambda: bool(victim.payloads(reader)))
@@ -174,7 +175,9 @@ def test_small_fragments_do_not_keep_their_large_datagrams() -> None:
 
 def test_a_last_fragment_promises_no_memory() -> None:
     """Only the last fragments of samples of 128 MB arrive."""
-    network, victim, _, peer, writer = connected(Limits(ros2_incomplete_bytes=2_000_000))
+    network, victim, _, peer, writer = connected(
+        Limits(tables=(Ros2Limits(ros2_incomplete_bytes=2_000_000),))
+    )
     head = datagram_head(peer.engine.prefix, victim.engine.prefix)
     tracemalloc.start()
     try:
@@ -189,7 +192,7 @@ def test_a_last_fragment_promises_no_memory() -> None:
 
 
 def test_a_reader_that_never_answers_costs_no_more_than_the_history() -> None:
-    limits = Limits(ros2_history_bytes=100_000)
+    limits = Limits(tables=(Ros2Limits(ros2_history_bytes=100_000),))
     network = SimulatedNetwork()
     victim, mute = network.host(limits), network.host()
     writer = victim.engine.add_writer("rt/a", STRING, DEEP, network.now)
@@ -207,7 +210,7 @@ def test_a_reader_that_never_answers_costs_no_more_than_the_history() -> None:
 
 def test_announcements_that_grow_later_are_counted() -> None:
     network = SimulatedNetwork()
-    victim = network.host(Limits(ros2_discovery_bytes=1_000_000))
+    victim = network.host(Limits(tables=(Ros2Limits(ros2_discovery_bytes=1_000_000),)))
     tracemalloc.start()
     try:
         for user_data in (b"", bytes(50_000)):
@@ -226,7 +229,7 @@ def test_announcements_that_grow_later_are_counted() -> None:
 
 def test_values_that_nothing_reads_are_not_kept() -> None:
     """Each sample arrives early, with 15,000 empty parameters in its inline QoS."""
-    network, victim, _, peer, writer = connected(Limits(ros2_incomplete_bytes=200_000))
+    network, victim, _, peer, writer = connected(Limits(tables=(Ros2Limits(ros2_incomplete_bytes=200_000),)))
     inline = b"".join(struct.pack("<HH", 0x100 + number, 0) for number in range(15_000)) + SENTINEL
     head = datagram_head(peer.engine.prefix, victim.engine.prefix)
     tracemalloc.start()

@@ -12,6 +12,7 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded, NotFound, PiprosError
 from pipros.basics.limits import Limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.events import Event, PeerChanged
 from pipros.ros2.rtps.graph_info import (
@@ -164,7 +165,7 @@ def test_a_closed_writer_and_a_closed_reader_say_so(discovery: Discovery) -> Non
 
 
 def test_a_message_beyond_the_limit_is_refused(discovery: Discovery) -> None:
-    with Participant(discovery, limits=Limits(ros2_history_bytes=1000)) as participant:
+    with Participant(discovery, limits=Limits(tables=(Ros2Limits(ros2_history_bytes=1000),))) as participant:
         writer = participant.add_writer("rt/a", TYPE, QOS)
         with pytest.raises(LimitExceeded, match="ros2_history_bytes"):
             writer.write(bytes(2000))
@@ -174,7 +175,7 @@ def test_a_writer_of_unlimited_depth_waits_for_its_readers(discovery: Discovery)
     """Its history has room for eight samples; no sample is displaced before all readers have it."""
     received: list[bytes] = []
     with (
-        Participant(discovery, limits=Limits(ros2_history_bytes=10_000)) as participant,
+        Participant(discovery, limits=Limits(tables=(Ros2Limits(ros2_history_bytes=10_000),))) as participant,
         Participant(discovery) as peer,
     ):
         peer.add_reader("rt/a", TYPE, Qos(depth=0), lambda sample: received.append(sample.payload))

@@ -9,6 +9,7 @@ import pytest
 
 from pipros.basics.errors import NotFound
 from pipros.basics.limits import Limits
+from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Qos
@@ -180,7 +181,7 @@ def test_calls_that_timed_out_do_not_affect_later_ones(pair: tuple[Participant, 
 def test_small_requests_that_are_queued_count_more_than_their_bytes(
     pair: tuple[Participant, Participant], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    limits = Limits(ros2_inbox_bytes=4000)  # half of it for one client
+    limits = Limits(tables=(Ros2Limits(ros2_inbox_bytes=4000),))  # half of it for one client
     monkeypatch.setattr("pipros.ros2.rtps.services.process_limits", lambda: limits)
     may_reply = threading.Event()
 

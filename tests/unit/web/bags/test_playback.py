@@ -15,6 +15,7 @@ from pipros.graph.client import GraphClient
 from pipros.msg.time import NS_PER_S
 from pipros.node import Node
 from pipros.web.bags.playback import BagPlayback
+from pipros.web.limits import PageLimits
 from pipros.web.watched_system import WatchedSystem
 from tests.support.waiting import wait_until
 
@@ -46,7 +47,7 @@ def live() -> WatchedSystem:
 def test_a_jump_keeps_the_newest_messages_within_the_limit(
     live: WatchedSystem, tmp_path: Path, share: float, kept: list[int]
 ) -> None:
-    size = int(process_limits().page_view_bytes * share)
+    size = int(process_limits().of(PageLimits).page_view_bytes * share)
     playback = BagPlayback(live, BagReader(write_bag(tmp_path / "a.bag", MARKERS, [size] * 6)))
     playback.jump(1005 * NS_PER_S)
     with playback.system.topics.watch(TOPIC) as watch:

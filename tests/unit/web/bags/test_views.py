@@ -25,6 +25,7 @@ from pipros.server.view_server import RequestRefused
 from pipros.web.bags.folder import BagFolder
 from pipros.web.bags.open_bags import OpenBags
 from pipros.web.bags.playback import BagPlayback
+from pipros.web.limits import PageLimits
 from pipros.web.views import bags
 from pipros.web.views.bags import BagViews
 from pipros.web.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
@@ -75,7 +76,9 @@ async def whole(view: AsyncIterator[Any]) -> list[Any]:
 def test_a_further_export_waits_until_one_has_ended(browser: Browser) -> None:
     async def check() -> None:
         async with contextlib.AsyncExitStack() as stack:
-            running = [browser.views.bag_export(EXPORT) for _ in range(process_limits().page_exports)]
+            running = [
+                browser.views.bag_export(EXPORT) for _ in range(process_limits().of(PageLimits).page_exports)
+            ]
             for each in running:
                 await stack.enter_async_context(contextlib.aclosing(each))  # type: ignore[type-var]
                 assert isinstance(await anext(each), bytes)
@@ -96,7 +99,7 @@ class FullDisk(io.BytesIO):
 
 def test_an_export_to_a_full_disk_is_refused(browser: Browser, monkeypatch: pytest.MonkeyPatch) -> None:
     async def check() -> None:
-        for _ in range(process_limits().page_exports + 1):  # a failed export does not count as running
+        for _ in range(process_limits().of(PageLimits).page_exports + 1):
             with pytest.raises(RequestRefused, match=r"cannot export: .*No space left on device"):
                 await whole(browser.views.bag_export(EXPORT))
 
@@ -108,7 +111,7 @@ def test_views_that_wait_for_a_bag_to_close_do_not_exceed_the_limit_together(bro
     released = threading.Event()
 
     async def check() -> None:
-        limit = process_limits().page_bags
+        limit = process_limits().of(PageLimits).page_bags
         opening = [browser.views.bag({"name": "run.bag"}) for _ in range(limit + 5)]
         tasks = [asyncio.ensure_future(anext(each)) for each in opening]
         await asyncio.sleep(0)  # each of them waits for the open bag

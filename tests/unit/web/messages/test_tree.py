@@ -16,6 +16,7 @@ from genpy import Time
 from pipros.basics.limits import process_limits
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.web.bounded_list import bounded_list
+from pipros.web.limits import PageLimits
 from pipros.web.messages.tree import LEAVES, message_tree
 from pipros.web.views.topics import percentage
 
@@ -91,7 +92,7 @@ def test_a_percentage_is_found(message: object, percent: float | None) -> None:
 
 
 def test_lists_that_nodes_make_long_are_cut_for_browsers() -> None:
-    most = process_limits().page_view_bytes
+    most = process_limits().of(PageLimits).page_view_bytes
     assert bounded_list(["/a", "/b"]) == ["/a", "/b"]
     names = bounded_list((f"/{number}" + "x" * 1000 for number in range(100_000)), share=4)
     assert 0 < sum(map(len, names)) <= most // 4

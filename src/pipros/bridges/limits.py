@@ -1,0 +1,44 @@
+"""The limits of the servers for rosbridge and Foxglove."""
+
+from typing import NamedTuple
+
+_MIB = 1024 * 1024
+
+
+class BridgeLimits(NamedTuple):
+    """The limits of the servers for rosbridge and Foxglove: `limits.of(BridgeLimits)` for a `Limits`.
+
+    Attributes:
+        bridge_clients: clients of all rosbridge and Foxglove servers in a process.
+        bridge_topics: topics that all these clients receive together.
+        bridge_subscriptions: subscriptions of one client; also the topics and services that it advertises.
+        bridge_queue_bytes: the messages and responses queued for one client.
+        bridge_message_bytes: a message from a client.
+        bridge_reader_bytes: a message from a client that may not change the system.
+        bridge_parsed_bytes: the approximate memory for a client's parsed message; for a client that may not
+            change the system, a quarter of it.
+        bridge_asset_bytes: an asset that a Foxglove client fetches; also half of all that are being sent.
+        bridge_kept_bytes: the names and ids that one client makes a server keep.
+        bridge_client_bytes: everything that a server holds for one client: incomplete, parsed and queued
+            messages, names and ids. If larger, the sum of `bridge_queue_bytes` and three messages.
+        bridge_total_bytes: the same for all clients of a server, beyond 256 KiB for each. A client gets at
+            most half of what the others leave.
+        bridge_stall_s: the time for which a client may leave a full connection unread.
+        bridge_client_rate: messages per second that a client may send; faster clients are slowed down.
+        bridge_client_rate_bytes: bytes per second that a client may send; faster clients are slowed down.
+    """
+
+    bridge_clients: int = 250
+    bridge_topics: int = 1000
+    bridge_subscriptions: int = 2000
+    bridge_queue_bytes: int = 16 * _MIB
+    bridge_message_bytes: int = 10 * _MIB
+    bridge_reader_bytes: int = 1 * _MIB
+    bridge_parsed_bytes: int = 32 * _MIB
+    bridge_asset_bytes: int = 48 * _MIB
+    bridge_kept_bytes: int = 4 * _MIB
+    bridge_client_bytes: int = 48 * _MIB
+    bridge_total_bytes: int = 160 * _MIB
+    bridge_stall_s: float = 10.0
+    bridge_client_rate: int = 10_000
+    bridge_client_rate_bytes: int = 256 * _MIB

@@ -1,0 +1,32 @@
+"""The limits of the page."""
+
+from typing import NamedTuple
+
+_MIB = 1024 * 1024
+
+
+class PageLimits(NamedTuple):
+    """The limits of the page: `limits.of(PageLimits)` for a `Limits`.
+
+    Attributes:
+        page_message_bytes: a message that a page decodes.
+        page_view_bytes: data that a page keeps for one of its tabs, such as log entries, diagnostics or
+            parameters; also the messages of one topic that are kept after a jump in a bag.
+        page_layout_bytes: a panel layout, stored by a browser or in a file.
+        page_topics: topics that all browsers connected to a page watch together.
+        page_bags: bags that all browsers connected to a page have opened together.
+        page_record_spare_bytes: free disk space below which a page's recording ends.
+        page_export_bytes: the messages that a browser exports from a bag.
+        page_exports: concurrent exports by all browsers connected to a page; each needs a temporary file.
+        scene_resource_bytes: a mesh or a texture that the page's scene reads from a package.
+    """
+
+    page_message_bytes: int = 128 * _MIB
+    page_view_bytes: int = 8 * _MIB
+    page_layout_bytes: int = 65_536
+    page_topics: int = 500
+    page_bags: int = 20
+    page_record_spare_bytes: int = 1024 * _MIB
+    page_export_bytes: int = 512 * _MIB
+    page_exports: int = 2
+    scene_resource_bytes: int = 100 * _MIB
