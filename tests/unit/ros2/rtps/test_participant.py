@@ -16,6 +16,7 @@ from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.events import Event, PeerChanged
 from pipros.ros2.rtps.graph_info import (
+    READER_QOS,
     TOPIC,
     TYPE_NAME,
     WRITER_QOS,
@@ -26,7 +27,7 @@ from pipros.ros2.rtps.graph_info import (
     write_info,
 )
 from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
-from pipros.ros2.rtps.nodes import Nodes
+from pipros.ros2.rtps.nodes import MAX_INFO_BYTES, Nodes
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Durability, Qos
 from pipros.ros2.rtps.reader import Sample
@@ -268,6 +269,24 @@ def test_nothing_is_published_in_a_domain_with_both_sizes(pair: tuple[Participan
 
     wait_until(lambda: careful.knowledge is Knowledge.MIXED)
     wait_until(lambda: info_writers(pair[1]) == [])
+
+
+def test_lists_of_nodes_beyond_the_limit_are_ignored(pair: tuple[Participant, Participant]) -> None:
+    nodes = Nodes(pair[0], GidBytes.HUMBLE)
+    received: list[int] = []
+    pair[0].add_reader(TOPIC, TYPE_NAME, READER_QOS, lambda sample: received.append(len(sample.payload)))
+    other = pair[1].add_writer(TOPIC, TYPE_NAME, WRITER_QOS)
+    assert other.wait_for_readers(2, timeout_s=LIMIT_S)
+    guid = pair[1].prefix + PARTICIPANT_ENTITY
+    large = write_info(ParticipantInfo(guid, (NODE,) * 10_000), GidBytes.IRON_AND_LATER)
+    assert len(large) > MAX_INFO_BYTES
+    other.write(large)
+    wait_until(lambda: received == [len(large)])
+    assert other.wait_for_acknowledgments(LIMIT_S)
+
+    other.write(write_info(ParticipantInfo(guid, (NODE,)), GidBytes.HUMBLE))
+    wait_until(lambda: nodes.others() == [ParticipantInfo(guid, (NODE,))])
+    assert nodes.knowledge is Knowledge.KNOWN
 
 
 def test_the_example_in_the_documentation_runs(discovery: Discovery, processes: Processes) -> None:

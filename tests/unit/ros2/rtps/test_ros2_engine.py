@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import socket
 from collections.abc import Iterator
+from queue import SimpleQueue
 
 import pytest
 
+from pipros.basics.limits import Limits
 from pipros.ros2.engine import (
     CallFailed,
     Durability,
@@ -19,8 +22,13 @@ from pipros.ros2.engine import (
     Sample,
     TopicQos,
 )
-from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.limits import Ros2Limits
+from pipros.ros2.rtps.announcements import ParticipantData, write_participant
+from pipros.ros2.rtps.domain import Discovery, discovery_port
+from pipros.ros2.rtps.encoding import data_head, datagram_head
 from pipros.ros2.rtps.graph_info import GidBytes
+from pipros.ros2.rtps.identity import PARTICIPANT_READER, PARTICIPANT_WRITER
+from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.ros2_engine import RtpsEngine
@@ -157,3 +165,120 @@ def test_a_closed_engine_refuses_endpoints(engines: tuple[Ros2Engine, Ros2Engine
     engines[0].close()
     with pytest.raises(EngineError, match="closed"):
         engines[0].announce("/a", KIND, "", TopicQos())
+
+
+def test_endpoints_may_be_closed_again_and_after_their_engine(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
+    one, other = engines
+    wait_until(lambda: one.has_peers, what="the other engine")
+    first, second = (other.announce(name, KIND, "", TopicQos()) for name in ("/a", "/b"))
+    wait_for_endpoint(one, EndpointKind.PUBLISHER, "/b")
+    for _ in range(2):
+        first.close()
+
+    wait_until(lambda: [each.name for each in one.endpoints()] == ["/b"], what="the end of /a")
+    other.close()
+    second.close()
+    wait_until(lambda: not one.has_peers, what="the end of the other engine")
+
+
+@pytest.fixture
+def engine_and_stranger() -> Iterator[tuple[RtpsEngine, Participant]]:
+    """An engine, and a participant that is not an engine for ROS 2."""
+    limits = Limits(tables=(Ros2Limits(ros2_peer_bytes=20_000, ros2_history_bytes=10_000),))
+    with free_domain() as domain, contextlib.ExitStack() as stack:
+        engine = RtpsEngine(Discovery(domain), "/a", gid_bytes=GidBytes.IRON_AND_LATER, limits=limits)
+        stack.callback(engine.close)
+        yield engine, stack.enter_context(Participant(Discovery(domain)))
+
+
+def test_endpoints_with_other_types_than_those_of_ros_2_are_left_out(
+    engine_and_stranger: tuple[RtpsEngine, Participant],
+) -> None:
+    engine, stranger = engine_and_stranger
+    stranger.add_writer("rt/shapes", "ShapeType", Qos())
+    stranger.add_writer("rt/chatter", "std_msgs::msg::dds_::String_", Qos())
+
+    wait_until(engine.endpoints, what="the publisher")
+    assert [(each.name, each.type) for each in engine.endpoints()] == [("/chatter", KIND)]
+
+
+def test_mismatches_are_logged_once_and_only_topics_are_problems(
+    engine_and_stranger: tuple[RtpsEngine, Participant], caplog: pytest.LogCaptureFixture
+) -> None:
+    engine, stranger = engine_and_stranger
+    engine.serve("/add", ADD_KIND, "", bytes)
+    engine.subscribe("/chatter", KIND, "", TopicQos(), print)
+    stranger.add_writer("rq/addRequest", "std_srvs::srv::dds_::Empty_Request_", Qos())
+    stranger.add_writer("rt/chatter", "ShapeType", Qos())
+
+    wait_until(engine.problems, what="the problem")
+    assert [(each.name, each.reason) for each in engine.problems()] == [("/chatter", "its type is ShapeType")]
+    wait_until(lambda: engine.endpoints() and len(caplog.messages) == 2, what=lambda: str(caplog.messages))
+    stranger.add_writer("rt/chatter", "std_msgs::msg::dds_::Int32_", Qos())
+    wait_until(lambda: engine.endpoints() and len(caplog.messages) == 3, what=lambda: str(caplog.messages))
+    assert sorted(caplog.messages) == [
+        "rq/addRequest: a peer does not match: its type is std_srvs/srv/Empty_Request",
+        "rt/chatter: a peer does not match: its type is ShapeType",
+        "rt/chatter: a peer does not match: its type is std_msgs/msg/Int32",
+    ]
+
+
+def test_participants_that_announce_too_much_are_logged(
+    engine_and_stranger: tuple[RtpsEngine, Participant], caplog: pytest.LogCaptureFixture
+) -> None:
+    for number in range(50):
+        engine_and_stranger[1].add_writer(f"rt/{number}", "ShapeType", Qos())
+
+    expected = ["a ROS 2 participant has announced too much; the rest is ignored"]
+    wait_until(lambda: caplog.messages == expected, what=lambda: str(caplog.messages))
+
+
+def test_participants_with_addresses_of_other_networks_are_logged(caplog: pytest.LogCaptureFixture) -> None:
+    elsewhere = ParticipantData(b"a stranger..", discovery=(Address("203.0.113.9", 9),), lease_s=100.0)
+    payload = write_participant(elsewhere)
+    head = data_head(PARTICIPANT_READER, PARTICIPANT_WRITER, 1, len(payload))
+    with (
+        free_domain() as domain,
+        contextlib.closing(RtpsEngine(Discovery(domain), "/a")) as engine,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sending,
+    ):
+        for _ in range(2):
+            sending.sendto(
+                datagram_head(elsewhere.prefix) + head + payload, ("127.0.0.1", discovery_port(domain, 0))
+            )
+
+        wait_until(lambda: caplog.messages, what="the warning")
+        assert not engine.has_peers
+    (warning,) = caplog.messages
+    assert warning == (
+        "a ROS 2 participant at 127.0.0.1 is ignored, as its addresses are of other networks; "
+        "name them in ROS_STATIC_PEERS to allow them"
+    )
+
+
+def test_publishing_fails_while_a_subscriber_does_not_keep_up(
+    engine_and_stranger: tuple[RtpsEngine, Participant],
+) -> None:
+    engine, stranger = engine_and_stranger
+    going_on: SimpleQueue[None] = SimpleQueue()
+    # A direct callback runs in the thread that confirms samples.
+    stranger.add_reader(
+        "rt/a",
+        "std_msgs::msg::dds_::String_",
+        Qos(depth=0),
+        lambda _: going_on.get(timeout=60),
+        is_direct=True,
+    )
+    publisher = engine.announce("/a", KIND, "", TopicQos(depth=0))
+    wait_until(lambda: publisher.subscriber_count == 1, what="the subscriber")
+
+    def publish_more_than_fits() -> None:
+        for _ in range(10):
+            publisher.publish(CDR + bytes(5996))
+
+    try:
+        with pytest.raises(EngineError, match="readers did not make room for 6000 bytes"):
+            publish_more_than_fits()
+    finally:
+        for _ in range(10):
+            going_on.put(None)
