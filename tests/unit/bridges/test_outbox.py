@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from pipros.bridges.outbox import Frame, Outbox, Traffic, text_frame
+from pipros.basics.budget import Budget
+from pipros.bridges.outbox import UNCOUNTED_BYTES, Frame, Outbox, Traffic, text_frame
+
+MIB = 1 << 20
 
 
 class Client:
@@ -129,3 +132,77 @@ def test_a_closed_outbox_accepts_nothing() -> None:
 
     assert client.taken() == []
     assert client.outbox.waiting_bytes == 0
+
+
+def test_only_responses_count_as_answers() -> None:
+    client = Client()
+    client.put("a", b"1")
+    assert not client.outbox.has_answers
+
+    client.outbox.answer(text_frame("2"))
+    assert client.outbox.has_answers
+    client.taken()
+    assert not client.outbox.has_answers
+
+
+def budgeted(budget: Budget, limit_bytes: int = 10 * MIB) -> Outbox:
+    outbox = Outbox(limit_bytes, lambda: None, budget)
+    outbox.open("a")
+    return outbox
+
+
+def test_a_long_queue_uses_the_budget_until_it_is_sent() -> None:
+    budget = Budget(MIB)
+    outbox = budgeted(budget)
+    outbox.put("a", Frame((bytes(UNCOUNTED_BYTES),)))
+    assert budget.used == 0  # small queues are not counted
+
+    outbox.put("a", Frame((bytes(100_000),)))
+    assert 100_000 <= budget.used <= MIB
+
+    outbox.pop()
+    outbox.pop()
+    assert budget.used == 0
+
+
+def test_a_queue_that_becomes_much_shorter_returns_most_of_its_room() -> None:
+    budget = Budget(10 * MIB)
+    outbox = budgeted(budget)
+    for size in (MIB, MIB, 100_000):
+        outbox.put("a", Frame((bytes(size),)))
+    assert budget.used >= 2 * MIB
+
+    outbox.pop()
+    outbox.pop()
+    assert 100_000 - UNCOUNTED_BYTES <= budget.used < 2 * MIB
+
+
+def test_the_last_bytes_of_a_budget_are_used() -> None:
+    budget = Budget(50_000)
+    outbox = budgeted(budget)
+    for size in (UNCOUNTED_BYTES, 50_000):
+        outbox.put("a", Frame((bytes(size),)))
+
+    assert (budget.used, outbox.total.lost) == (50_000, 0)
+
+
+def test_without_budget_the_oldest_messages_are_dropped_before_the_limit() -> None:
+    budget = Budget(50_000)
+    outbox = budgeted(budget)
+    for size in (UNCOUNTED_BYTES, 50_001):
+        outbox.put("a", Frame((bytes(size),)))
+
+    assert outbox.total.lost == 1
+    assert outbox.waiting_bytes == 50_001
+
+
+def test_clients_share_a_budget_and_a_closed_one_returns_its_part() -> None:
+    budget = Budget(MIB)
+    first, second = budgeted(budget), budgeted(budget)
+    first.answer(Frame((bytes(MIB),)))
+    second.answer(Frame((b"small",)))
+    second.answer(Frame((bytes(MIB),)))
+    assert second.is_overrun
+
+    first.close()
+    assert budget.used == 0

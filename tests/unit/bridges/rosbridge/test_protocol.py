@@ -31,6 +31,7 @@ from pipros.bridges.rosbridge.effects import (
 from pipros.bridges.rosbridge.encoding import Encoding
 from pipros.bridges.rosbridge.globs import Globs
 from pipros.bridges.rosbridge.protocol import ClientProtocol, Settings
+from pipros.bridges.shares import ClientShares, ServerShares
 
 
 def resolve(name: str) -> str:
@@ -42,9 +43,14 @@ def resolve(name: str) -> str:
 class Peer:
     """A client whose operations are written as JSON."""
 
-    def __init__(self, settings: Settings | None = None, limits: Limits | None = None) -> None:
+    def __init__(
+        self,
+        settings: Settings | None = None,
+        limits: Limits | None = None,
+        shares: ClientShares | None = None,
+    ) -> None:
         self.now_s = 0.0
-        self.protocol = ClientProtocol(settings or Settings(), resolve, limits, lambda: self.now_s)
+        self.protocol = ClientProtocol(settings or Settings(), resolve, limits, lambda: self.now_s, shares)
 
     def sends(self, data: str | bytes) -> list[Any]:
         return list(self.protocol.receive(data))
@@ -393,3 +399,121 @@ def test_old_conventions_of_clients_are_accepted() -> None:
         '{"op": "subscribe", "topic": "/a", "type": "/std_msgs//String", "throttle_rate": -1}'
     )
     assert (take.kind, take.delivery.throttle_s) == ("std_msgs/String", 0)
+
+
+def test_a_message_with_too_many_values_is_refused_before_it_is_parsed() -> None:
+    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_parsed_bytes=100_000),)))
+    values = "[" + ",".join(["{}"] * 3000) + "]"
+    text = f'{{"op": "publish", "topic": "/a", "msg": {values}}}'
+    for data in (text, text.encode()):
+        answer = peer.gets(data)
+        assert "a message with so many values needs too much memory; the limit is 100000" in answer
+    assert "needs too much memory" in peer.gets(fragments(text, len(text))[0])
+
+    (reply,) = peer.protocol.receive_stream(text)
+    assert isinstance(reply, Reply)
+    assert "needs too much memory" in reply.operation["msg"]
+    assert [type(effect) for effect in peer.sends('{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
+
+
+def test_bson_with_too_many_values_or_of_unknown_types_is_refused() -> None:
+    peer = Peer(Settings(is_bson=True), Limits(tables=(BridgeLimits(bridge_parsed_bytes=100_000),)))
+    many = {"op": "publish", "topic": "/a", "msg": {str(number): 0 for number in range(3000)}}
+    assert "needs too much memory; the limit is 100000" in peer.gets(bson.encode(many))
+    unknown = {"op": "publish", "topic": "/a" * 3000, "msg": bson.Regex("x")}
+    assert "elements of an unsupported type" in peer.gets(bson.encode(unknown))
+
+
+def test_the_memory_of_a_message_is_returned_once_it_is_handled() -> None:
+    peer = Peer()
+    peer.sends(json.dumps({"op": "publish", "topic": "/a", "msg": {"data": "x" * 10_000}}))
+    assert peer.protocol.parsed_bytes > 10_000
+    peer.protocol.end_message()
+    assert peer.protocol.parsed_bytes == 0
+
+
+def test_the_memory_of_an_incomplete_object_is_known() -> None:
+    peer = Peer()
+    peer.sends('{"op": "publish", "msg": {"a": {}, "data": "' + "x" * 5000)
+    assert 5000 <= peer.protocol.incomplete_bytes <= 6000
+    effects = peer.sends('"}, "topic": "/a"}')
+    assert [type(effect) for effect in effects] == [Publish]
+    assert peer.protocol.incomplete_bytes == 0
+
+
+def test_a_client_that_exceeds_its_share_again_is_disconnected() -> None:
+    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_kept_bytes=3000),)))
+    answers = [peer.sends(f'{{"op": "subscribe", "topic": "/t{number}"}}')[0] for number in range(4)]
+    assert [type(answer) for answer in answers] == [TakeTopic, TakeTopic, Reply, Disconnect]
+    assert "makes the server keep too much; the limit is 3000" in answers[2].operation["msg"]
+
+
+def test_a_repeated_subscription_has_no_effect_and_a_changed_one_replaces_it() -> None:
+    peer = Peer()
+    peer.sends('{"op": "subscribe", "topic": "/a", "id": 1, "queue_length": 1}')
+    assert peer.sends('{"op": "subscribe", "topic": "/a", "id": 1, "queue_length": 1}') == []
+    (changed,) = peer.sends('{"op": "subscribe", "topic": "/a", "id": 1, "queue_length": 5}')
+    assert changed.delivery.queue_length == 5
+
+    assert peer.sends('{"op": "unsubscribe", "topic": "/a", "id": 2}') == []
+    assert peer.sends('{"op": "unsubscribe", "topic": "/a", "id": 1}') == [LeaveTopic("/a")]
+
+
+def test_repeated_offers_count_once() -> None:
+    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=1),)))
+    for text in (
+        '{"op": "advertise", "topic": "/a", "type": "a/B"}',
+        '{"op": "advertise_service", "service": "/s", "type": "a/B"}',
+    ):
+        first, second = peer.sends(text)[0], peer.sends(text)[0]
+        assert type(first) is type(second) is not Reply
+    assert peer.sends('{"op": "unadvertise", "topic": "/a"}') == [Unadvertise("/a")]
+
+
+def test_a_topic_that_was_only_published_counts_and_can_be_withdrawn() -> None:
+    peer = Peer(limits=Limits(tables=(BridgeLimits(bridge_subscriptions=1),)))
+    for _ in range(2):
+        assert [type(effect) for effect in peer.sends('{"op": "publish", "topic": "/a"}')] == [Publish]
+    assert "too many advertised topics; the limit is 1" in peer.gets('{"op": "publish", "topic": "/b"}')
+
+    assert peer.sends('{"op": "unadvertise", "topic": "/a"}') == [Unadvertise("/a")]
+    assert [type(effect) for effect in peer.sends('{"op": "publish", "topic": "/b"}')] == [Publish]
+
+
+def test_auth_has_no_effect_without_authentication() -> None:
+    peer = Peer()
+    assert peer.sends(json.dumps(claims())) == []
+    assert [type(effect) for effect in peer.sends('{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
+
+
+def test_long_ids_are_refused() -> None:
+    answer = Peer().gets(json.dumps({"op": "subscribe", "topic": "/a", "id": "x" * 999}))
+    assert "id must have at most 1000 characters, got 1001" in answer
+    answer = Peer().gets(json.dumps({"op": "fragment", "data": "", "num": 0, "total": 2, "id": "x" * 999}))
+    assert "fragment: id must have at most 1000 characters" in answer
+
+
+def test_fragments_that_disagree_on_their_number_are_dropped() -> None:
+    peer = Peer()
+    peer.sends('{"op": "fragment", "id": 1, "data": "{\\"op\\"", "num": 0, "total": 2}')
+    answer = peer.gets('{"op": "fragment", "id": 1, "data": ": 1}", "num": 1, "total": 3}')
+    assert "total differs from that of earlier fragments" in answer
+    assert peer.sends('{"op": "fragment", "id": 1, "data": ": 1}", "num": 1, "total": 2}') == []
+
+
+def test_fragments_that_exceed_the_memory_of_the_client_are_dropped() -> None:
+    shares = ServerShares(Limits()).client()
+    peer = Peer(shares=shares)
+    first, second, third = fragments('{"op": "subscribe", "topic": "/a"}', 12)
+    peer.sends(first)
+    held = shares.input.used
+    others = shares.input.left
+    shares.input.take(others)
+
+    assert "incomplete messages exceed the memory for this client" in peer.gets(second)
+    assert shares.input.used == others
+    assert held > 0
+
+    shares.input.give_back(others)
+    effects = [effect for frame in (third, first, second) for effect in peer.sends(frame)]
+    assert [type(effect) for effect in effects] == [TakeTopic]

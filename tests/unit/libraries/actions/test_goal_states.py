@@ -37,6 +37,15 @@ def test_a_result_before_any_status_passes_through_all_states() -> None:
     assert goal.status is Status.PREEMPTED
 
 
+@pytest.mark.parametrize("status", [Status.PENDING, 17])
+def test_a_result_with_an_impossible_status_ends_the_goal(status: int) -> None:
+    goal = ClientGoal()
+    goal.on_status(Status.ACTIVE)
+
+    assert goal.on_result(status) == [State.DONE]
+    assert goal.state is State.DONE
+
+
 def test_a_finished_goal_cannot_be_cancelled() -> None:
     goal = ClientGoal()
     goal.on_result(Status.SUCCEEDED)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from pipros.libraries.actions.goal_table import GoalTable
+from pipros.libraries.actions.goal_table import GoalTable, append_goal
 
 
 @dataclass
@@ -64,3 +64,20 @@ def test_a_cancellation_means_a_goal_or_those_up_to_a_stamp(
     meant = table.meant_by(goal_id, stamp, lambda goal: ord(goal.name))
 
     assert "".join(goal.name for goal in meant) == expected
+
+
+def appended(ended: str, limit: int) -> str:
+    """Goals after the goal d was appended to a, b and c; names in `ended` are goals that have ended."""
+    goals = list("abc")
+    was_appended = append_goal(goals, "d", limit, lambda goal: goal in ended)
+    assert was_appended is ("d" in goals)
+    return "".join(goals)
+
+
+def test_a_list_with_room_keeps_all_goals() -> None:
+    assert appended(ended="a", limit=4) == "abcd"
+
+
+def test_in_a_full_list_a_goal_replaces_the_oldest_that_has_ended_or_is_refused() -> None:
+    assert appended(ended="cb", limit=3) == "acd"
+    assert appended(ended="", limit=3) == "abc"
