@@ -14,6 +14,7 @@ from pipros.basics.errors import NotFound
 from pipros.msg.importing import hook
 from pipros.msg.importing.hook import InterfaceFinder, PackageFinder, WorkspaceFinder
 from pipros.msg.importing.load import load_message_class, load_service_class
+from pipros.packages import ament_index_python
 
 
 class Packages:
@@ -122,3 +123,122 @@ def test_the_package_loads_its_public_names_on_demand() -> None:
         assert getattr(pipros.msg, name).__name__ == name
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         pipros.msg.nothing  # noqa: B018
+
+
+def test_declared_modules_are_imported_from_their_paths(packages: Packages) -> None:
+    packages.write("driver/python/lib.py")
+    packages.write("robot/setup.py")
+    paths = {
+        ("lib", None): str(packages.folder / "driver/python/lib.py"),
+        ("robot", str(packages.folder / "robot")): str(packages.folder / "robot/python/robot"),
+    }
+    finder = PackageFinder(packages.find, lambda *asked: paths.get(asked))
+
+    module, package = finder.find_spec("lib"), finder.find_spec("robot")
+    assert module is not None
+    assert package is not None
+    assert (module.origin, module.submodule_search_locations) == (paths["lib", None], None)
+    assert package.submodule_search_locations == [str(packages.folder / "robot/python/robot")]
+    assert finder.find_spec("nothing") is None
+
+
+def test_xacro_2_finds_its_dependency_and_other_modules_do_not(
+    packages: Packages, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finder = PackageFinder(packages.find)
+    monkeypatch.delitem(sys.modules, "xacro", raising=False)
+    assert finder.find_spec("ament_index_python") is None
+    monkeypatch.setitem(sys.modules, "xacro", ModuleType("xacro"))
+    spec = finder.find_spec("ament_index_python")
+    assert spec is not None
+    assert spec.origin == ament_index_python.__file__
+
+
+def test_a_package_that_a_folder_of_its_name_hides_is_completed(
+    packages: Packages, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packages.write("robot/src/robot/__init__.py", "ready = True")
+    packages.write("robot/src/robot/tools.py")
+    hidden = ModuleType("robot")
+    hidden.__path__ = [str(packages.folder / "robot")]  # as Python sets it for a namespace package
+    monkeypatch.setitem(sys.modules, "robot", hidden)
+
+    spec = PackageFinder(packages.find).find_spec("robot.tools")
+    assert spec is not None
+    assert spec.origin == str(packages.folder / "robot/src/robot/tools.py")
+    assert hidden.__dict__["ready"]
+    assert hidden.__file__ == str(packages.folder / "robot/src/robot/__init__.py")
+
+
+def test_a_namespace_without_a_python_package_is_left_alone(
+    packages: Packages, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packages.write("robot/msg/Arm.msg", "int8 x")
+    hidden = ModuleType("robot")
+    hidden.__path__ = [str(packages.folder / "robot")]
+    monkeypatch.setitem(sys.modules, "robot", hidden)
+
+    assert PackageFinder(packages.find).find_spec("robot.tools") is None
+    assert hidden.__path__ == [str(packages.folder / "robot")]
+
+
+class Overlaid:
+    """A workspace on `ROS_PACKAGE_PATH`, whose packages all have Python modules, and its finder."""
+
+    def __init__(self, packages: Packages) -> None:
+        self.packages = packages
+        self.asked: list[tuple[str, str]] = []
+        self.finder = WorkspaceFinder(self._find)
+
+    def _find(self, name: str, package: str) -> str:
+        self.asked.append((name, package))
+        return str(self.packages.folder / name / "src" / name)
+
+    def origin(self, name: str) -> str | None:
+        spec = self.finder.find_spec(name)
+        return None if spec is None else spec.origin
+
+
+@pytest.fixture
+def overlaid(packages: Packages, monkeypatch: pytest.MonkeyPatch) -> Overlaid:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{packages.folder / 'missing'}:{packages.folder}:")
+    return Overlaid(packages)
+
+
+def test_a_package_of_the_workspace_is_found_before_an_installed_one(overlaid: Overlaid) -> None:
+    overlaid.packages.write("xacro/package.xml")
+    assert overlaid.origin("xacro") == str(overlaid.packages.folder / "xacro/src/xacro/__init__.py")
+
+
+def test_the_ros_package_of_a_module_may_have_another_name(overlaid: Overlaid) -> None:
+    overlaid.packages.write("urdfdom_py/package.xml")
+    assert overlaid.origin("urdf_parser_py") is not None
+    assert overlaid.asked == [("urdf_parser_py", "urdfdom_py")]
+
+
+def test_packages_are_noticed_in_folders_of_the_workspace_but_not_in_packages(overlaid: Overlaid) -> None:
+    overlaid.packages.write("robot/package.xml")
+    overlaid.packages.write("robot/xacro/package.xml")
+    overlaid.packages.write(".git/xacro/package.xml")
+    overlaid.packages.write("one/two/three/xacro/package.xml")
+    assert overlaid.origin("xacro") is None
+    assert overlaid.asked == []
+
+    overlaid.packages.write("one/two/xacro/package.xml")
+    assert Overlaid(overlaid.packages).origin("xacro") is not None
+
+
+@pytest.mark.parametrize("name", ["xacro.cli", "json", "pipros", "_private", "yaml", "robot", "rospy"])
+def test_other_modules_are_not_taken_from_the_workspace(overlaid: Overlaid, name: str) -> None:
+    """Modules of Python and of pipros, modules that pipros imports, and a module that is not installed."""
+    overlaid.packages.write(f"{name}/package.xml")
+    assert overlaid.origin(name) is None
+    assert overlaid.asked == []
+
+
+def test_nothing_is_taken_from_the_workspace_without_a_package_path(
+    overlaid: Overlaid, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    overlaid.packages.write("xacro/package.xml")
+    monkeypatch.delenv("ROS_PACKAGE_PATH")
+    assert overlaid.origin("xacro") is None

@@ -12,8 +12,10 @@ from std_msgs.msg import Header, String
 from std_msgs.msg import Time as TimeMessage
 
 from pipros.msg.base import Message
+from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.errors import MessageException
 from pipros.msg.from_yaml import fill_message_args, get_printable_message_args
+from pipros.msg.language.digest import SEPARATOR
 from pipros.msg.time import Duration, Time
 
 NOW = Time(5, 6)
@@ -80,6 +82,29 @@ def test_errors_name_the_wrong_part_of_a_definition(message: Message, args: Any,
     with pytest.raises(MessageException) as caught:
         filled(message, args)
     assert str(caught.value) == words
+
+
+def test_arrays_of_numbers_texts_and_times_are_set() -> None:
+    assert filled(JointState(), [{"name": ["a", "b"], "position": (1.5,)}]).name == ["a", "b"]
+    times = message_classes_from_text("robot/Log", "time[] times\nduration[] spans")["robot/Log"]
+    log = filled(times(), [{"times": [1_500_000_000, [2, 3], {"secs": 4}], "spans": [-1_000_000_000]}])
+    assert log.times == [Time(1, 500_000_000), Time(2, 3), Time(4, 0)]
+    assert log.spans == [Duration(-1, 0)]
+
+
+def test_an_array_of_a_type_that_is_not_installed_is_an_error() -> None:
+    text = f"no_robot/Arm[] arms\n{SEPARATOR}\nMSG: no_robot/Arm\nint32 x"
+    made = message_classes_from_text("robot/Body", text)["robot/Body"]
+    assert filled(made(), [{"arms": []}]).arms == []
+    expected = r"Cannot instantiate messages for field \[arms\] : cannot load class no_robot/Arm"
+    with pytest.raises(MessageException, match=expected):
+        filled(made(), [{"arms": [[1]]}])
+
+
+def test_only_messages_are_filled() -> None:
+    wrong: Any = 3
+    with pytest.raises(ValueError, match="msg must be a Message instance: 3"):
+        filled(wrong, [])
 
 
 def test_a_value_that_is_neither_list_nor_dictionary_is_a_value_error() -> None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import ast
 import itertools
+import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from pipros.basics.errors import NotFound
+from pipros.msg import stub_types
 from pipros.msg.language.definition_files import DefinitionFiles
 from pipros.msg.language.definitions import Definitions
 from pipros.msg.stubs import write_stubs
@@ -77,6 +80,14 @@ def test_every_kind_of_field_has_its_type(packages: Path) -> None:
     ):
         assert line in text.splitlines()
     compile(text, "stub", "exec")
+
+
+def test_the_types_that_stubs_refer_to_exist(packages: Path) -> None:
+    text = "\n".join(stubs(packages, "robot").values())
+    used = set(re.findall(r"\b_types\.(\w+)", text))
+    assert used == {"Array", "Octets"}
+    for name in used:
+        assert stub_types.SupportsArray in get_args(getattr(stub_types, name)), name
 
 
 def test_a_service_names_its_halves(packages: Path) -> None:
