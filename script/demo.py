@@ -65,7 +65,7 @@ def end():
     sys.stdin.read()
     os.kill(os.getpid(), signal.SIGTERM)
 threading.Thread(target=end, daemon=True).start()
-from pipros.cli.rqt_graph import main
+from pipros.web.commands.rqt_graph import main
 main()
 """
 

@@ -25,6 +25,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from tests.support import project
 from tests.support.waiting import wait_until
 
 ROOT = Path(__file__).parents[2]
@@ -371,9 +372,8 @@ def _make_files(folder: Path) -> None:
 
 
 def console_commands() -> Iterator[str]:
-    """Yield the names of the programs in `pyproject.toml`."""
-    scripts = (ROOT / "pyproject.toml").read_text().partition("[project.scripts]")[2].partition("\n[")[0]
-    yield from re.findall(r"(?m)^([\w-]+) =", scripts)
+    """Yield the names of the programs of the distribution."""
+    yield from project.PROGRAMS
 
 
 def shipped_nodes() -> Iterator[tuple[str, str]]:

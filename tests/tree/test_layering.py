@@ -131,8 +131,15 @@ def package_of(file: Path) -> str:
 
 
 def package_of_module(name: str) -> str:
-    """Return the package of a module of `pipros`; each of the libraries counts as one."""
+    """Return the package of a module of `pipros`.
+
+    Each of the libraries counts as one, and the commands of a room as a part of `cli`.
+    """
     _, package, library, *_ = [*name.split("."), "", ""]
+    if library == "commands":
+        return "cli"
+    if library == "room":  # a declaration names the commands of its room
+        return library
     return library if package == "libraries" and library else package
 
 

@@ -19,14 +19,8 @@ import pytest
 
 from pipros.cli.entry_point import command
 from tests.support.environments import FACADES, REPOSITORY, SRC
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-PROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
-COMMANDS = PROJECT["project"]["scripts"]
+from tests.support.project import PROGRAMS as COMMANDS
+from tests.support.project import PROJECT
 
 
 def test_the_wheel_has_every_package_of_the_source_tree() -> None:
@@ -183,7 +177,7 @@ def test_programs_of_packages_end_quietly_when_a_pipe_is_closed() -> None:
     others = {
         name
         for name, text in PROGRAMS.items()
-        if "from pipros.cli" not in text and not for_students.match(name)
+        if not re.search(r"from pipros\.(cli|\w+\.commands)", text) and not for_students.match(name)
     }
     assert others == {
         "roswtf/scripts/roswtf",  # the facade's main is that of a command

@@ -111,7 +111,9 @@ def test_an_unknown_option_is_refused(tree: Path) -> None:
 def metadata(folder: Path, repository: str) -> dict[str, Any]:
     """Return the metadata that a build would have with this address of the repository."""
     (folder / "script").mkdir()
-    shutil.copy(REPOSITORY / "script" / "metadata_hook.py", folder / "script")
+    for hook in ("metadata_hook.py", "build_rooms.py"):
+        shutil.copy(REPOSITORY / "script" / hook, folder / "script")
+    (folder / "src").symlink_to(REPOSITORY / "src")
     shutil.copy(REPOSITORY / "README.md", folder)
     text = (REPOSITORY / "pyproject.toml").read_text()
     (folder / "pyproject.toml").write_text(

@@ -69,14 +69,15 @@ def rooms() -> Iterator[Room]:
 
     The latter are only looked for when they are reached, because the search takes longer than most commands.
     """
-    yield from _own_rooms()
+    yield from own_rooms()
     yield from _rooms_of_others()
 
 
 def loaded(target: str) -> Any:
-    """Import a module, and return what `module:name` names."""
+    """Import and return a module, or what `module:name` names."""
     module, _, name = target.partition(":")
-    return getattr(import_module(module), name)
+    found = import_module(module)
+    return getattr(found, name) if name else found
 
 
 def offered(name: str) -> Any:
@@ -85,8 +86,14 @@ def offered(name: str) -> Any:
     return None if target is None else loaded(target)
 
 
+def all_offered(name: str) -> list[Any]:
+    """Return what the installed rooms offer under a name."""
+    return [loaded(room.offers[name]) for room in rooms() if name in room.offers]
+
+
 @cache
-def _own_rooms() -> tuple[Room, ...]:
+def own_rooms() -> tuple[Room, ...]:
+    """Return the installed rooms of pipros, by name."""
     folder = os.path.dirname(os.path.dirname(__file__))
     names = sorted(name for name in os.listdir(folder) if os.path.exists(f"{folder}/{name}/room.py"))
     return tuple(loaded(f"pipros.{name}.room:ROOM") for name in names)

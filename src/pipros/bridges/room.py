@@ -1,5 +1,30 @@
-"""The declaration of this room; see `pipros.basics.rooms`."""
+"""The declaration of the servers for rosbridge and Foxglove; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Room
+from pipros.basics.rooms import Command, Room
 
-ROOM = Room("bridges", "servers for rosbridge and Foxglove", limits="pipros.bridges.limits:BridgeLimits")
+_HEADING = "Connect the system to others"
+
+ROOM = Room(
+    "bridges",
+    "servers for rosbridge and Foxglove",
+    subcommands={
+        "serve": Command(
+            "pipros.bridges.commands.serve:main",
+            "serve the page, rosbridge and Foxglove on one port",
+            _HEADING,
+        ),
+        "foxglove": Command(
+            "pipros.bridges.commands.foxglove:main", "serve the system to Foxglove and Lichtblick", _HEADING
+        ),
+        "clients": Command(
+            "pipros.bridges.commands.clients:main",
+            "list the clients of pipros serve or pipros foxglove",
+            _HEADING,
+        ),
+    },
+    limits="pipros.bridges.limits:BridgeLimits",
+    share=("foxglove_bridge", "rosapi", "rosbridge_library", "rosbridge_msgs", "rosbridge_server"),
+    facades=("api/rosapi", "api/rosbridge_library", "api/rosbridge_server"),
+    # CBOR and BSON of rosbridge; `bson` is a module of pymongo, and the package of that name is another.
+    extras={"bridges": ("cbor2>=5.6", "pymongo>=4.6")},
+)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from pipros.basics.errors import PiprosError
+from pipros.basics.rooms import offered
 from pipros.bridges.door import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.bridges.rosapi import RosApi
@@ -12,15 +13,12 @@ from pipros.bridges.rosbridge.protocol import Settings
 from pipros.bridges.rosbridge.server import RosbridgeHandler
 from pipros.bridges.rosbridge.session import Bridge
 from pipros.bridges.serve import DoorOptions, secret_of, serve
-from pipros.graph.client import GraphClient
 from pipros.graph.services import type_of
 from pipros.net.loop import BackgroundLoop
 from pipros.net.workers import Workers
 from pipros.node import Node
 from pipros.server.secret import Secret
 from pipros.server.view_server import PageServer
-from pipros.web.serve_page import CHANGING, services
-from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
 
 ROSAPI = "rosapi"
 
@@ -32,18 +30,19 @@ class AllProtocols:
         self,
         node: Node,
         loop: BackgroundLoop,
-        graph: GraphClient,
+        tool: str,
         secret: Secret | None,
         *,
         has_control: bool,
     ) -> None:
-        """Create the protocols. `secret` is the page's secret; if it is None, a new secret is created."""
+        """Create the protocols, and the page if it is installed. `secret` is its secret; None: a new one."""
         self._node = node
         self._loop = loop
-        self._system = WatchedSystem(graph, node)
+        mounted = offered("page")
+        self._page = None if mounted is None else mounted(node, tool, secret, has_control=has_control)
         self._workers = Workers("timers of a bridge")
         self._rosapi: Node | None = None
-        self.page = PageServer(services(self._system, CHANGING if has_control else frozenset()), secret)
+        self.page: PageServer | None = None if self._page is None else self._page.server
         self._foxglove = FoxgloveHandler(node, loop, Rules(has_control=has_control))
         self._bridge = Bridge(node, self._call_later, Settings(has_control=has_control))
 
@@ -51,14 +50,16 @@ class AllProtocols:
         return {**dict.fromkeys(SUBPROTOCOLS, self._foxglove), "": RosbridgeHandler(self._bridge)}
 
     def start(self) -> None:
-        self._system.start()
+        if self._page is not None:
+            self._page.start()
         self._foxglove.start()
         self._workers.run(self._serve_rosapi)
 
     def close(self) -> None:
         self._foxglove.close()
         self._bridge.close()
-        self._system.close()
+        if self._page is not None:
+            self._page.close()
         self._workers.close()
         if self._rosapi is not None:
             self._rosapi.shutdown()
@@ -90,9 +91,10 @@ def serve_all(node: Node, options: DoorOptions) -> int:
     secret = secret_of(options)
     if secret is None and not options.is_local:
         secret = Secret()
-    with GraphClient(options.tool.replace(" ", "_"), timeout_s=MASTER_DEADLINE_S) as graph:
 
-        def make(node: Node, loop: BackgroundLoop) -> AllProtocols:
-            return AllProtocols(node, loop, graph, secret, has_control=options.has_control)
+    def make(node: Node, loop: BackgroundLoop) -> AllProtocols:
+        return AllProtocols(
+            node, loop, options.tool.replace(" ", "_"), secret, has_control=options.has_control
+        )
 
-        return serve(node, options, make, secret)
+    return serve(node, options, make, secret)

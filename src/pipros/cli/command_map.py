@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Iterable
 
 import pipros
+from pipros.basics.rooms import rooms
+from pipros.cli.subcommands import subcommands
+
+_ABSENT = "pipros.cli.absent:main"
 
 COMMANDS: dict[str, dict[str, str]] = {
     "Run": {
@@ -26,31 +29,7 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rosconsole": "print log messages, and set logger levels",
         "rosgraph": "print which nodes are connected, after each change",
     },
-    "See a running system in a browser": {
-        "rqt_graph": "the graph, live, or as a picture",
-        "rqt_topic": "topics with rates and their newest messages",
-        "rqt_plot": "numeric fields as curves",
-        "rqt_console": "log messages, with filters",
-        "rqt_logger_level": "the logger levels of nodes",
-        "rqt_top": "CPU and memory usage of nodes",
-        "rqt_image_view": "images",
-        "rqt_bag": "bags on a timeline",
-        "rqt_tf_tree": "coordinate frames",
-        "rviz": "robots, sensors and maps in 3D, from .rviz files",
-        "rqt_robot_monitor": "diagnostics",
-        "rqt_reconfigure": "parameters of dynamic_reconfigure",
-        "rqt_service_caller": "list and call services",
-        "rqt_publisher": "publish messages",
-        "rqt": "all of these on one page",
-        "pipros graph": "the same as rqt_graph",
-        "pipros serve": "the page, and servers for rosbridge and Foxglove, on one port",
-        "pipros clients": "list the clients of these servers",
-        "pipros fleet": "join masters over a network; run, inspect and secure such a fleet",
-        "pipros foxglove": "serve the system to Foxglove and Lichtblick",
-        "pipros ros2": "connect the system to ROS 2 nodes",
-    },
     "Find out what is wrong": {
-        "pipros doctor": "check the environment, every node, topic and service, and say what to do",
         "roswtf": "Noetic's checks, with its messages",
         "rosclean": "report the size of log files, and delete them",
     },
@@ -62,7 +41,6 @@ COMMANDS: dict[str, dict[str, str]] = {
         "rossrv": "show, find and list services",
         "rosaction": "show, find and list actions",
         "rosmsg-proto": "print a prototype of a message to fill in",
-        "pipros stubs": "write type stubs for editors",
     },
     "Look at robot descriptions": {
         "check_urdf": "check a URDF, and print the tree of its links",
@@ -76,13 +54,11 @@ COMMANDS: dict[str, dict[str, str]] = {
         "catkin_make_isolated": "build each package of a workspace in isolation",
         "catkin_find": "find files of packages in built workspaces",
         "catkin_topological_order": "list packages in the order of their dependencies",
-        "pipros env": "print what the setup files of a workspace would set",
     },
     "Find packages": {
         "rospack": "find packages and their dependencies",
         "rosstack": "find stacks and their dependencies",
         "rosversion": "print the version of a package, or of the distribution",
-        "pipros version": "print the versions of pipros and of Python",
     },
     "Test": {
         "rostest": "run the tests of a launch file, each with its own master",
@@ -90,28 +66,42 @@ COMMANDS: dict[str, dict[str, str]] = {
         "catkin_test_results": "summarize test results",
     },
 }
-"""Headings, each with commands and their purposes. Only installed commands are printed."""
+"""Headings, each with the programs of ROS and their purposes. Only installed ones are printed."""
 
 
-def installed_commands() -> set[str]:
-    """Return the commands that the installed distribution provides."""
+ROOMS_AFTER = "Inspect and control a running system"
+"""The headings of rooms follow this one."""
+
+
+def installed_programs() -> set[str]:
+    """Return the programs that the installed distribution provides."""
     try:
         points = importlib.metadata.distribution("pipros").entry_points
     except importlib.metadata.PackageNotFoundError:  # the command runs from a source tree
-        return {name for commands in COMMANDS.values() for name in commands}
-    return {point.name for point in points if point.group == "console_scripts"}
+        ours = {name for commands in COMMANDS.values() for name in commands}
+        return ours.union(*(room.programs for room in rooms()))
+    return {point.name for point in points if point.group == "console_scripts" and point.value != _ABSENT}
 
 
-def command_map(subcommands: Iterable[str]) -> str:
-    """Return a list of the installed commands, under headings. Commands not in `COMMANDS` come last.
-
-    `subcommands` are the subcommands of `pipros`.
-    """
-    installed = installed_commands() | {f"pipros {name}" for name in subcommands}
+def command_map() -> str:
+    """Return a list of the installed commands, under headings. Commands without a purpose come last."""
+    headings: dict[str, dict[str, str]] = {}
+    for heading, commands in COMMANDS.items():
+        headings[heading] = dict(commands)
+        if heading == ROOMS_AFTER:
+            for room in rooms():
+                named = {f"pipros {name}": each for name, each in room.subcommands.items()}
+                named = {**room.programs, **named}
+                for name, each in named.items():
+                    headings.setdefault(each.heading, {})[name] = each.purpose
+    installed = installed_programs()
+    for name, each in subcommands().items():
+        headings.setdefault(each.heading, {})[f"pipros {name}"] = each.purpose
+        installed.add(f"pipros {name}")
     width = max(len(name) for name in installed)
     lines = [f"pipros {pipros.__version__}: ROS 1 from pip. Type a command with -h for its usage."]
     listed: set[str] = {"pipros", "pipros-complete"}
-    for heading, commands in COMMANDS.items():
+    for heading, commands in headings.items():
         present = {name: purpose for name, purpose in commands.items() if name in installed}
         listed |= present.keys()
         if present:

@@ -20,6 +20,7 @@ from pipros.fleet import keys
 from pipros.fleet.calls import LocalCalls
 from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import FleetFile, matches_any
+from pipros.fleet.keys import AGENT_PREFIX
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import LocalGraph
 from pipros.fleet.local_looks import LocalLooks
@@ -32,7 +33,6 @@ from pipros.fleet.sources import Sender
 from pipros.fleet.statistics import Statistics
 from pipros.fleet.warnings_once import WarningsOnce
 from pipros.fleet.zenoh_session import Ends, Link, LinkFailed, Question
-from pipros.graph.system_state import FLEET_AGENT_PREFIX
 from pipros.msg import load_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -53,7 +53,7 @@ class NameTaken(PiprosError):
 
 def agent_node_name(member: str) -> str:
     """Return the node name of a member's agent."""
-    return FLEET_AGENT_PREFIX[1:] + member
+    return AGENT_PREFIX[1:] + member
 
 
 def new_instance() -> str:

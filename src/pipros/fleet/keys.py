@@ -27,6 +27,9 @@ from pipros.basics.errors import InvalidName
 from pipros.basics.names import is_legal_base
 from pipros.basics.printable import printable
 
+AGENT_PREFIX: Final = "/pipros_fleet_"
+"""Prefix of the node names of agents; the member's name follows."""
+
 ROOT: Final = "pipros"
 VERSION: Final = 1
 """Protocol version. Members with another version are reported and otherwise ignored."""

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from pipros.fleet.directory import Entry
 from pipros.fleet.fleet_file import FleetFile
+from pipros.fleet.keys import AGENT_PREFIX
 from pipros.graph.definitions import Definition
-from pipros.graph.system_state import FLEET_AGENT_PREFIX, Registrations, SystemState
+from pipros.graph.system_state import Registrations, SystemState
 
 TopicDefinition = Callable[[str, str, Sequence[str]], Definition | None]
 """Function that takes a topic's name, type and nodes, and returns its definition; None if it is unknown."""
@@ -37,7 +38,7 @@ class LocalGraph:
 
 def is_agent(node: str) -> bool:
     """Return whether a node is an agent. A topic that only agents use is never offered."""
-    return node.startswith(FLEET_AGENT_PREFIX)
+    return node.startswith(AGENT_PREFIX)
 
 
 def not_agents(nodes: Iterable[str]) -> list[str]:

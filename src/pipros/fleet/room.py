@@ -1,5 +1,20 @@
-"""The declaration of this room; see `pipros.basics.rooms`."""
+"""The declaration of fleets; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Room
+from pipros.basics.rooms import Command, Room
 
-ROOM = Room("fleet", "masters joined over a network", limits="pipros.fleet.limits:FleetLimits")
+ROOM = Room(
+    "fleet",
+    "masters joined over a network",
+    subcommands={
+        "fleet": Command(
+            "pipros.fleet.commands:main",
+            "join masters over a network; run, inspect and secure such a fleet",
+            "Connect the system to others",
+            "check history info join keys list param router top",
+        ),
+    },
+    limits="pipros.fleet.limits:FleetLimits",
+    check="pipros.fleet.health:CHECK",
+    # Defaults of Zenoh change between minor versions, so only tested ones; cryptography: `pipros fleet keys`.
+    extras={"fleet": ("cryptography>=42", "eclipse-zenoh>=1.10,<1.11")},
+)

@@ -64,7 +64,7 @@ class Statistics:
 
     def advertise(self, node: Node) -> None:
         """Advertise `/diagnostics`. Blocks until the master answers."""
-        self._diagnostics = LinkDiagnostics(node)
+        self._diagnostics = LinkDiagnostics(node, "pipros fleet")
 
     def publish(self, *, is_connected: bool) -> None:
         """Publish the state of the links on `/diagnostics`, at most once per DIAGNOSTICS_S."""

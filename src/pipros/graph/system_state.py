@@ -7,12 +7,6 @@ from typing import NamedTuple, Protocol
 
 from pipros.basics.errors import PiprosError
 
-FLEET_AGENT_PREFIX = "/pipros_fleet_"
-"""Prefix of the node names of fleet agents; the member's name follows."""
-
-ROS2_GATEWAY_PREFIX = "/ros2_gateway_"
-"""Prefix of the node names of gateways to ROS 2; the domain's number follows."""
-
 Registrations = Mapping[str, Sequence[str]]
 """The nodes for each topic or service. Both topics and nodes are in the order of registration."""
 

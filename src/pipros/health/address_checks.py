@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from urllib.parse import urlsplit
 
 from pipros.basics.env import Environment, InvalidEnvironment
-from pipros.health.finding import Finding, error, warning
+from pipros.health.finding import Findings, error, warning
 from pipros.health.machine import MachineReport
 from pipros.net.address import is_loopback
-
-Findings = Iterator[Finding]
 
 EXAMPLE_PORTS = "11400-11420"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -41,6 +41,10 @@ class Finding:
             "cure": self.cure,
             "subjects": list(self.subjects),
         }
+
+
+Findings = Iterator[Finding]
+"""What a check returns."""
 
 
 def error(rule: str, summary: str, cure: str, *subjects: str) -> Finding:

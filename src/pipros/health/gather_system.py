@@ -5,7 +5,6 @@ The system is not changed.
 
 from __future__ import annotations
 
-import json
 import socket
 import struct
 import time
@@ -18,10 +17,10 @@ from pipros.basics.uri import split_uri
 from pipros.graph.bus_info import established
 from pipros.graph.errors import GraphError
 from pipros.graph.services import header_of
-from pipros.graph.system_state import FLEET_AGENT_PREFIX, ROS2_GATEWAY_PREFIX, SystemState
+from pipros.graph.system_state import SystemState
+from pipros.health.room_check import RoomCheck, RoomReply, room_checks
 from pipros.health.system_report import (
     Failure,
-    GatewayReport,
     NodeReport,
     PublisherReport,
     ServiceReport,
@@ -79,13 +78,15 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         services = in_parallel(
             servers, lambda name: _ask_service(master, name, servers[name]), at_once=AT_ONCE
         )
-        agents = [node for node in nodes if node.startswith(FLEET_AGENT_PREFIX) and not nodes[node].failure]
-        fleet_links = in_parallel(agents, lambda node: _ask_agent(master, node, timeout_s), at_once=AT_ONCE)
-        gateways = [
-            node for node in nodes if node.startswith(ROS2_GATEWAY_PREFIX) and not nodes[node].failure
-        ]
-        ros2_gateways = in_parallel(
-            gateways, lambda node: _ask_gateway(master, node, timeout_s), at_once=AT_ONCE
+        checks = room_checks()
+        judged = {
+            node: check
+            for node in nodes
+            for check in checks
+            if node.startswith(check.prefix) and not nodes[node].failure
+        }
+        room_replies = in_parallel(
+            judged, lambda node: _ask_room(master, node, judged[node], timeout_s), at_once=AT_ONCE
         )
     finally:
         master.close()
@@ -99,8 +100,7 @@ def gather_system(master_uri: str, *, timeout_s: float = 3.0) -> SystemReport:
         publishers=publishers,
         services=services,
         clock_offset_s=clock_offset_s,
-        fleet_links=fleet_links,
-        ros2_gateways=ros2_gateways,
+        room_replies=room_replies,
         installed={type_name: installed_md5(type_name) for type_name in sorted(named)},
     )
 
@@ -285,36 +285,12 @@ def _ask_service(master: MasterClient, service: str, node: str) -> ServiceReport
     return ServiceReport(node, uri)
 
 
-def _ask_agent(master: MasterClient, node: str, timeout_s: float) -> str:
-    """Return why a fleet agent's link is down, or an empty string if it is up."""
+def _ask_room(master: MasterClient, node: str, check: RoomCheck, timeout_s: float) -> RoomReply:
     try:
-        answer = _trigger(master, f"{node}/link", timeout_s)
+        reply = _trigger(master, f"{node}/{check.service}", timeout_s)
     except PiprosError as problem:
-        return str(problem)
-    return "" if answer.success else "no router is connected"
-
-
-def _ask_gateway(master: MasterClient, node: str, timeout_s: float) -> GatewayReport:
-    try:
-        return gateway_report(_trigger(master, f"{node}/status", timeout_s).message)
-    except PiprosError as problem:
-        return GatewayReport(str(problem))
-
-
-def gateway_report(text: str) -> GatewayReport:
-    """Parse the report of a gateway to ROS 2. If it is malformed, the result's `failure` says so."""
-    try:
-        status = json.loads(text)
-        dropped = {
-            f"{row['kind']}: {row['direction']}: {row['name']}": f"{int(row['dropped'])}: {row['reason']}"
-            for row in status["passed"]
-            if row["dropped"]
-        }
-        by_rule = {*status["by_rule"]}
-        left_out = {key: str(reason) for key, reason in status["left_out"].items() if key not in by_rule}
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return GatewayReport("its status is malformed")
-    return GatewayReport("", dropped, left_out)
+        return RoomReply(check, failure=str(problem))
+    return RoomReply(check, bool(reply.success), str(reply.message))
 
 
 def _trigger(master: MasterClient, service: str, timeout_s: float) -> Any:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 from pipros.basics.printable import listed
 from pipros.basics.uri import split_uri
-from pipros.graph.system_state import FLEET_AGENT_PREFIX, ROS2_GATEWAY_PREFIX
-from pipros.health.finding import Finding, error, warning
+from pipros.health.finding import Finding, Findings, error, warning
 from pipros.health.system_report import Failure, SystemReport
 from pipros.net.address import is_loopback
-
-Findings = Iterator[Finding]
 
 CLOCK_TOLERANCE_S = 2.0
 STAMP_TOLERANCE_S = 10.0
@@ -20,8 +17,6 @@ STAMP_TOLERANCE_S = 10.0
 stamp data with the time for which it is valid."""
 _DAY_S = 86_400.0
 
-_WAITING = (FLEET_AGENT_PREFIX, ROS2_GATEWAY_PREFIX)
-"""Name prefixes of nodes that subscribe on behalf of other systems, and may wait for publishers."""
 _CLOSE_NAMES = 0.75  # minimum similarity for a name to count as a misspelling of another name
 
 
@@ -260,7 +255,7 @@ def definitions(system: SystemReport) -> Findings:
 def topics_without_publishers(system: SystemReport) -> Findings:
     """Find topics that have subscribers but no publisher."""
     for topic, subscribers in sorted(system.state.subscribers.items()):
-        alive = [node for node in subscribers if system.is_alive(node) and not node.startswith(_WAITING)]
+        alive = [node for node in subscribers if system.is_alive(node) and node not in system.room_replies]
         if not alive or system.state.publishers.get(topic) or _needs_no_publisher(system, topic, alive):
             continue
         published = [name for name in system.state.publishers if name != topic]
@@ -385,45 +380,10 @@ def _port(uri: str) -> int:
         return 0
 
 
-def fleet_links(system: SystemReport) -> Findings:
-    """Find fleet agents whose link is down."""
-    for node, reason in sorted(system.fleet_links.items()):
-        if reason:
-            yield error(
-                "fleet-link",
-                f"The fleet agent [{listed(node)}] has no link to its fleet: {listed(reason)}",
-                "Check that its router runs and can be reached from here, with `pipros fleet list --router "
-                "ADDRESS`. Local nodes are not affected.",
-                node,
-            )
-
-
-def ros2_gateways(system: SystemReport) -> Findings:
-    """Find gateways to ROS 2 that do not answer, drop messages, or omit topics that no rule excludes."""
-    for node, report in sorted(system.ros2_gateways.items()):
-        name = f"[{listed(node)}]"
-        if report.failure:
-            yield error(
-                "ros2-gateway",
-                f"The gateway to ROS 2 {name} does not answer: {listed(report.failure)}",
-                "See its output, and start it again if it does not recover.",
-                node,
-            )
-        for what, reason in sorted(report.dropped.items()):
-            yield warning(
-                "ros2-dropped",
-                f"The gateway to ROS 2 {name} dropped messages of {listed(what)}: {listed(reason)}",
-                "`pipros ros2 status` shows what passes. The reason names the field, limit or slow side.",
-                node,
-            )
-        for what, reason in sorted(report.left_out.items()):
-            yield warning(
-                "ros2-left-out",
-                f"The gateway to ROS 2 {name} leaves out {listed(what)}: {listed(reason)}",
-                "Give it the missing definitions with --msgs or --mapping, or change its rules: a static "
-                "rule sets the QoS of a topic, and a deny list excludes names.",
-                node,
-            )
+def rooms(system: SystemReport) -> Findings:
+    """Find what the rooms of their nodes report."""
+    for node, reply in sorted(system.room_replies.items()):
+        yield from reply.check.judge(node, reply)
 
 
 CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
@@ -436,6 +396,5 @@ CHECKS: tuple[Callable[[SystemReport], Findings], ...] = (
     topics_without_publishers,
     services,
     clocks,
-    fleet_links,
-    ros2_gateways,
+    rooms,
 )

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from pipros.basics.env import DEFAULT_MASTER_URI, Environment, InvalidEnvironment, split_master_uri
 from pipros.health.address_checks import master_calls_back, ports_and_advertised_address
-from pipros.health.finding import Finding, error, warning
+from pipros.health.finding import Finding, Findings, error, warning
 from pipros.health.machine import MachineReport, PathKind
 from pipros.net.address import is_loopback
-
-Findings = Iterator[Finding]
 
 _PATH_VARIABLES = ("ROS_PACKAGE_PATH", "CMAKE_PREFIX_PATH", "PYTHONPATH")
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from pipros.graph.bus_info import BusConnection
 from pipros.graph.system_state import SystemState
+from pipros.health.room_check import RoomReply
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,22 +80,6 @@ class ServiceReport:
 
 
 @dataclass(frozen=True, slots=True)
-class GatewayReport:
-    """The report of a gateway to ROS 2.
-
-    Attributes:
-        failure: why there is no valid report; empty if there is one.
-        dropped: maps topics, services and actions to the number of dropped messages, and the reason.
-        left_out: maps topics, services and actions that are not forwarded, although no rule excludes them, to
-            the reason.
-    """
-
-    failure: str = ""
-    dropped: Mapping[str, str] = field(default_factory=dict)
-    left_out: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
 class SystemReport:
     """A running system.
 
@@ -109,8 +94,7 @@ class SystemReport:
             installed.
         is_time_simulated: whether the parameter `/use_sim_time` is true.
         clock_offset_s: the clock of the master's machine minus this machine's; None if unknown.
-        fleet_links: maps fleet agents to the reason why their link is down; empty if it is up.
-        ros2_gateways: the report of each gateway to ROS 2.
+        room_replies: maps nodes of rooms to their replies; see `RoomCheck`.
         reached_back: the (topic, node) pairs of the subscribers that connected to a publisher on this
             machine.
         tried_back: the (topic, node) pairs of the subscribers for which this was tested.
@@ -124,8 +108,7 @@ class SystemReport:
     services: Mapping[str, ServiceReport] = field(default_factory=dict)
     installed: Mapping[str, str | None] = field(default_factory=dict)
     is_time_simulated: bool = False
-    fleet_links: Mapping[str, str] = field(default_factory=dict)
-    ros2_gateways: Mapping[str, GatewayReport] = field(default_factory=dict)
+    room_replies: Mapping[str, RoomReply] = field(default_factory=dict)
     clock_offset_s: float | None = None
     reached_back: frozenset[tuple[str, str]] = frozenset()
     tried_back: frozenset[tuple[str, str]] = frozenset()

@@ -8,10 +8,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 
 _EM = "{} is not installed. Noetic's scripts and templates need empy 3: "
-_QT = (
-    "{} is not installed: pipros shows no Qt plugins. Its rqt is a page in the browser: "
-    "rqt_graph, rqt_plot, rqt_console, rqt_image_view, rqt_reconfigure, rqt_tf_tree and others"
-)
+_QT = "{} is not installed: pipros shows no Qt plugins."
 
 _REASONS: Mapping[str, str] = {
     "em": _EM,
@@ -38,6 +35,10 @@ class _Loader(Loader):
             from pipros.basics.extras import install_command
 
             reason += install_command("templates")
+        else:
+            from pipros.basics.rooms import offered
+
+            reason += offered("rqt_modules") or ""
         raise ModuleNotFoundError(reason, name=spec.name)
 
     def exec_module(self, module: ModuleType) -> None:

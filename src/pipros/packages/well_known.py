@@ -8,6 +8,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
+from pipros.basics.rooms import all_offered, offered
+
 _NAMES = """
     amcl carrot_planner cartographer_ros controller_manager costmap_2d depth_image_proc
     depthimage_to_laserscan dwa_local_planner explore_lite filters freenect_launch gazebo gazebo_plugins
@@ -31,21 +33,6 @@ _STARTING = {
     "turtlebot3_slam": "gmapping",
 }
 """Packages with launch files, and the C++ programs that the launch files start."""
-
-_SIMULATOR = "roslaunch pipros_sim sim.launch simulates robots with cmd_vel, odom and scan in a flat world."
-_KNOWN_POSES = (
-    "roslaunch pipros_sim localized.launch simulates a robot with a map and amcl_pose; it neither maps nor "
-    "plans."
-)
-_INSTEAD = {
-    **dict.fromkeys(("gazebo", "gazebo_ros", "husky_gazebo", "turtlebot3_gazebo"), _SIMULATOR),
-    **dict.fromkeys(
-        ("amcl", "gmapping", "hector_mapping", "hector_slam_launch", "move_base", "slam_gmapping"),
-        _KNOWN_POSES,
-    ),
-    **dict.fromkeys(("turtlebot3_navigation", "turtlebot3_slam"), _KNOWN_POSES),
-}
-"""What pipros offers instead, for the exercises of courses that use these packages."""
 
 _PACKAGE_OF_COMMAND = {
     "gazebo": "gazebo_ros",
@@ -81,7 +68,7 @@ _QT_NAMES = """
 """
 
 _QT = frozenset(_QT_NAMES.split())
-"""rqt plugins that have no corresponding tab on the page."""
+"""rqt plugins that pipros does not replace."""
 
 _PACKAGE_OF_PLUGINS = {"pcl": "pcl_ros"}
 """Prefixes of nodelets that are not the name of their package."""
@@ -125,8 +112,8 @@ def why_not_here(
         )
     if package in _QT and not is_here:
         return (
-            f"{package} is a plugin for a Qt desktop, and does not come with pipros: its rqt is a page in "
-            "the browser, whose tabs pipros --help lists."
+            f"{package} is a plugin for a Qt desktop, and does not come with pipros: "
+            f"{offered('rqt_plugins') or 'it shows no Qt plugins.'}"
         )
     if (package not in COMPILED and package not in _STARTING) or is_here:
         return None
@@ -140,7 +127,8 @@ def why_not_here(
         if plugin is not None:
             plugins.append(plugin[1])
             what = f"The nodelet {plugin[0]} is a C++ plugin, which pipros, being pure Python, cannot load."
-    here = f" On this machine, {_INSTEAD[package]}" if package in _INSTEAD else ""
+    instead = next((each[package] for each in all_offered("instead") if package in each), "")
+    here = f" On this machine, {instead}" if instead else ""
     from pipros.packages.apt_names import how_to_have
 
     return f"{what} {how_to_have([package], plugins)}{here}"

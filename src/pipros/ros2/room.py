@@ -1,5 +1,21 @@
-"""The declaration of this room; see `pipros.basics.rooms`."""
+"""The declaration of the gateway to ROS 2; see `pipros.basics.rooms`."""
 
-from pipros.basics.rooms import Room
+from pipros.basics.rooms import Command, Room
 
-ROOM = Room("ros2", "the gateway to ROS 2", limits="pipros.ros2.limits:Ros2Limits")
+ROOM = Room(
+    "ros2",
+    "the gateway to ROS 2, and its bags",
+    subcommands={
+        "ros2": Command(
+            "pipros.ros2.commands.gateway:main",
+            "connect the system to ROS 2 nodes",
+            "Connect the system to others",
+            "status",
+        ),
+    },
+    limits="pipros.ros2.limits:Ros2Limits",
+    check="pipros.ros2.health:CHECK",
+    offers={"bags": "pipros.ros2.commands.bags"},
+    # rmw_zenoh: defaults of eclipse-zenoh change between minor versions. xxhash: identities of endpoints.
+    extras={"zenoh": ("eclipse-zenoh>=1.10,<1.11", "xxhash>=3.4")},
+)

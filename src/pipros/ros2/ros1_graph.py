@@ -10,10 +10,11 @@ from typing import Any
 from pipros.basics.errors import PiprosError
 from pipros.graph.definitions import Definition, Definitions
 from pipros.graph.services import header_at, uri_of
-from pipros.graph.system_state import ROS2_GATEWAY_PREFIX, Registrations, read_state
+from pipros.graph.system_state import Registrations, read_state
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
+from pipros.ros2.names import GATEWAY_PREFIX
 from pipros.ros2.node_queries import NodeQueries
 
 _ANSWERS_S = 0.3
@@ -165,4 +166,4 @@ def _suffix(kind: str) -> str:
 
 
 def _not_gateways(nodes: Iterable[str]) -> list[str]:
-    return [node for node in nodes if not node.startswith(ROS2_GATEWAY_PREFIX)]
+    return [node for node in nodes if not node.startswith(GATEWAY_PREFIX)]

@@ -11,11 +11,11 @@ from typing import Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.graph.ping import ask_pid
-from pipros.graph.system_state import ROS2_GATEWAY_PREFIX
 from pipros.node import Node
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.engine import GATEWAY_NODE, Ros2Engine
 from pipros.ros2.gateway import Gateway, new_identity
+from pipros.ros2.names import GATEWAY_PREFIX
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.graph_info import GidBytes
 from pipros.ros2.rtps.ros2_engine import RtpsEngine
@@ -70,7 +70,7 @@ class GatewayOptions:
 
 def gateway_node_name(domain: int, *, is_zenoh: bool) -> str:
     """Return the name of a gateway's ROS 1 node."""
-    return f"{ROS2_GATEWAY_PREFIX[1:]}{domain}{'_zenoh' if is_zenoh else ''}"
+    return f"{GATEWAY_PREFIX[1:]}{domain}{'_zenoh' if is_zenoh else ''}"
 
 
 def serve_gateway(node: Node, options: GatewayOptions) -> int:

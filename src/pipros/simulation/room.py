@@ -1,7 +1,21 @@
-"""The declaration of this room; see `pipros.basics.rooms`."""
+"""The declaration of turtlesim and the simulated robots; see `pipros.basics.rooms`."""
 
 from pipros.basics.rooms import Room
 
 ROOM = Room(
-    "simulation", "turtlesim, and robots in a flat world", limits="pipros.simulation.limits:SimulationLimits"
+    "simulation",
+    "turtlesim, and robots in a flat world",
+    limits="pipros.simulation.limits:SimulationLimits",
+    offers={"instead": "pipros.simulation.instead:INSTEAD"},
+    share=(
+        "fake_localization",
+        "pipros_sim",
+        "stage_ros",
+        "turtle_actionlib",
+        "turtle_teleop",
+        "turtle_tf",
+        "turtle_tf2",
+        "turtlebot3_fake",
+        "turtlesim",
+    ),
 )

@@ -160,6 +160,30 @@ def _serve(options: PageOptions, secret: Secret, life: ProgramLife) -> None:
                 recording.stop()
 
 
+class MountedPage:
+    """The page on a port of another server, for the room that offers it; see `Room.offers`.
+
+    Attributes:
+        server: answers the requests.
+    """
+
+    def __init__(self, node: Node, tool: str, secret: Secret | None, *, has_control: bool) -> None:
+        """Create the page of a node. `secret` is its secret; if it is None, a new secret is created."""
+        self._closing = contextlib.ExitStack()
+        graph = self._closing.enter_context(GraphClient(tool, timeout_s=MASTER_DEADLINE_S))
+        self._system = WatchedSystem(graph, node)
+        self.server = PageServer(services(self._system, CHANGING if has_control else frozenset()), secret)
+
+    def start(self) -> None:
+        """Start the threads."""
+        self._system.start()
+
+    def close(self) -> None:
+        """Stop the threads. May be called from any thread."""
+        self._system.close()
+        self._closing.close()
+
+
 async def _start(options: PageOptions, system: WatchedSystem, server: PageServer) -> None:
     system.start()
     host = options.host.strip("[]")

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import platform
+import re
 from pathlib import Path
 
 import pytest
 
 from pipros import __version__
-from pipros.cli import command_map
+from pipros.basics.rooms import Command, Room, own_rooms
+from pipros.cli import absent, command_map
+from pipros.cli.complete.candidates import candidates
 from pipros.cli.pipros import main
 from pipros.workspace.overlays import MARKER
 from tests.support.environments import REPOSITORY
-from tests.tree.test_packaging import COMMANDS
+from tests.support.project import PROGRAMS as COMMANDS
 
 
 def test_the_usage_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -44,7 +47,7 @@ def test_versions_are_listed_for_a_report(
 def test_help_is_an_overview_of_all_commands(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(command_map, "installed_commands", lambda: {*COMMANDS, "mystery"})
+    monkeypatch.setattr(command_map, "installed_programs", lambda: {*COMMANDS, "mystery"})
     assert main(["--help"]) == 0
     words = capsys.readouterr().out.split()
     assert set(COMMANDS) - {"pipros-complete"} <= set(words)
@@ -53,14 +56,64 @@ def test_help_is_an_overview_of_all_commands(
 
 def test_every_command_is_in_the_overview() -> None:
     placed = {name for commands in command_map.COMMANDS.values() for name in commands}
+    placed |= {name for room in own_rooms() for name in room.programs}
     assert set(COMMANDS) - placed == {"pipros", "pipros-complete"}
 
 
 def test_the_overview_lists_only_installed_commands(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command_map, "installed_commands", lambda: {"rostopic"})
-    assert "rosnode" not in command_map.command_map([])
-    assert "rostopic" in command_map.command_map([])
-    assert "pipros env" in command_map.command_map(["env"])
+    monkeypatch.setattr(command_map, "installed_programs", lambda: {"rostopic"})
+    text = command_map.command_map()
+
+    assert "rosnode" not in text
+    assert "rostopic" in text
+    assert "pipros env" in text
+
+
+SHELF = Room(
+    "shelf",
+    "books",
+    programs={"shelve": Command("shelf:shelve", "store books", "Read")},
+    subcommands={"shelf": Command(f"{__name__}:run_shelf", "find books", "Read", "find list")},
+)
+
+
+def run_shelf(argv: list[str]) -> int:
+    print("shelf:", *argv)
+    return 3
+
+
+def test_commands_of_rooms_run_and_are_listed_and_completed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for module in ("pipros.cli.subcommands", "pipros.cli.command_map"):
+        monkeypatch.setattr(f"{module}.rooms", lambda: iter([SHELF]))
+    monkeypatch.setattr(command_map, "installed_programs", lambda: {"rostopic", "rosbag", "shelve"})
+
+    assert main(["shelf", "find", "it"]) == 3
+    assert capsys.readouterr().out == "shelf: find it\n"
+    assert main([]) == 0
+    assert "\tpipros shelf\tfind books\n" in capsys.readouterr().out
+    text = command_map.command_map()
+    assert re.search(r"\n\nRead:\n  shelve +store books\n  pipros shelf +find books\n", text)
+    assert text.index("rostopic") < text.index("shelve") < text.index("rosbag")
+    assert {"doctor", "shelf"} < set(candidates(["pipros", ""]))
+    assert list(candidates(["pipros", "shelf", ""])) == ["find", "list"]
+
+
+def test_commands_that_were_left_out_say_so_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    (tmp_path / absent.LEFT_OUT).write_text(
+        '{"shelve": ["shelf", "books"], "pipros shelf": ["shelf", "books"]}'
+    )
+    monkeypatch.setattr("pipros.__file__", str(tmp_path / "__init__.py"))
+    reason = "is not installed: it belongs to the room shelf (books), which this wheel leaves out\n"
+
+    assert main(["shelf"]) == 1
+    assert capsys.readouterr() == ("", f"ERROR: pipros shelf {reason}")
+    monkeypatch.setattr("sys.argv", ["/usr/bin/shelve", "x"])
+    assert absent.main() == 127
+    assert capsys.readouterr() == ("", f"ERROR: shelve {reason}")
 
 
 @pytest.fixture

@@ -14,11 +14,7 @@ import pytest
 
 from pipros.fleet.fleet_file import read_fleet_file
 from tests.support.environments import REPOSITORY
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from tests.support.project import EXTRAS, PROGRAMS, PROJECT
 
 EXAMPLES = REPOSITORY / "examples" / "fleet"
 UNITS = sorted(EXAMPLES.glob("*.service"))
@@ -61,13 +57,12 @@ def test_the_container_runs_a_pipros_command(tmp_path: Path) -> None:
     assert instructions["USER"] == "nobody"
     assert f"-p {instructions['EXPOSE']}:{instructions['EXPOSE']}" in lines[3]
 
-    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
     (requirement,) = [word for word in shlex.split(instructions["RUN"]) if "[" in word]
-    assert requirement == f"{project['name']}[fleet]"
-    assert "fleet" in project["optional-dependencies"]
+    assert requirement == f"{PROJECT['project']['name']}[fleet]"
+    assert "fleet" in EXTRAS
 
     program, *arguments = json.loads(instructions["ENTRYPOINT"])
-    module, _, function = project["scripts"][program].partition(":")
+    module, _, function = PROGRAMS[program].partition(":")
     address, *keys = json.loads(instructions["CMD"])
     assert address == f"tls/0.0.0.0:{instructions['EXPOSE']}"
     ended = subprocess.run(

@@ -9,10 +9,11 @@ import pytest
 
 from pipros.graph.bus_info import BusConnection
 from pipros.graph.system_state import SystemState
+from pipros.health.finding import Findings, warning
 from pipros.health.graph_checks import check_graph
+from pipros.health.room_check import RoomCheck, RoomReply
 from pipros.health.system_report import (
     Failure,
-    GatewayReport,
     NodeReport,
     PublisherReport,
     ServiceReport,
@@ -57,14 +58,6 @@ FAULTS: dict[str, SystemReport] = {
     "ghost-node": with_node(LISTENER, failure=Failure("BusConnection refused", is_refused=True)),
     "unknown-host": with_node(LISTENER, failure=Failure("Name not known", is_unknown_host=True)),
     "silent-node": with_node(LISTENER, failure=Failure("no response in time")),
-    "fleet-link": replace(HEALTHY, fleet_links={"/pipros_fleet_robot1": "no router is connected"}),
-    "ros2-gateway": replace(HEALTHY, ros2_gateways={"/ros2_gateway_0": GatewayReport("no answer")}),
-    "ros2-dropped": replace(
-        HEALTHY, ros2_gateways={"/ros2_gateway_0": GatewayReport("", {"topics: to_ros2: /a": "7: too long"})}
-    ),
-    "ros2-left-out": replace(
-        HEALTHY, ros2_gateways={"/ros2_gateway_0": GatewayReport("", {}, {"topics: to_ros1: /a": "unknown"})}
-    ),
     "other-master": with_node(LISTENER, master_uri="http://10.0.0.1:11400/"),
     "no-publisher": with_publisher(address="", failure=Failure("Not a publisher of [/chatter]")),
     "unreachable-publisher": with_publisher(failure=Failure("no response in time")),
@@ -99,12 +92,22 @@ def test_only_the_planted_fault_is_found(rule: str) -> None:
     assert findings[0].cure
 
 
-@pytest.mark.parametrize("node", ["/pipros_fleet_operator", "/ros2_gateway_0"])
-def test_nodes_that_subscribe_for_others_may_wait_for_publishers(node: str) -> None:
+def judge(node: str, reply: RoomReply) -> Findings:
+    if not reply.success:
+        yield warning("closed", f"{node} is closed", "Open it.", node)
+
+
+def test_nodes_of_rooms_are_judged_and_may_wait_for_publishers() -> None:
+    node = "/door_1"
     subscribers = {TOPIC: [LISTENER], "/robot1/cmd": [node]}
     nodes = {**NODES, node: NodeReport("http://10.0.0.1:1003/")}
     state = HEALTHY.state._replace(subscribers=subscribers)
-    assert check_graph(replace(HEALTHY, state=state, nodes=nodes)) == []
+    check = RoomCheck("/door_", "state", judge)
+    system = replace(HEALTHY, state=state, nodes=nodes, room_replies={node: RoomReply(check, success=True)})
+
+    assert check_graph(system) == []
+    (finding,) = check_graph(replace(system, room_replies={node: RoomReply(check)}))
+    assert finding.rule == "closed"
 
 
 def test_an_action_server_without_a_client_is_healthy() -> None:

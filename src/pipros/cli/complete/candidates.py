@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.complete.options import SUBCOMMANDS, options
+from pipros.cli.complete.options import options, words_after
 from pipros.cli.complete.running import live_names, prototype, service_type
 
 if TYPE_CHECKING:
@@ -26,10 +26,9 @@ def candidates(words: Sequence[str]) -> Iterable[str]:
     if current.startswith("-"):
         return options(command, before)
     before = [word for word in before if not word.startswith("-")]
-    if command in SUBCOMMANDS:
-        if not before:
-            return SUBCOMMANDS[command].split()
-        return _for_subcommand(command, before, current)
+    words = words_after(command)
+    if words:
+        return _for_subcommand(command, before, current) if before else words
     if command in ("roscd", "rosls", "rospd"):
         return [] if before else _folders(current)
     if command == "catkin_make":
@@ -50,7 +49,7 @@ def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterab
     if command in ("rospack", "rosstack"):
         return _packages()
     if command == "pipros":
-        return _packages() if before[0] == "stubs" else []
+        return _packages() if before[0] == "stubs" else _words_of(before) if len(before) == 1 else []
     if command in _KINDS:
         if before[0] == "package":
             return _packages()
@@ -62,6 +61,13 @@ def _for_subcommand(command: str, before: Sequence[str], current: str) -> Iterab
     if command == "rosservice" and before[0] == "call" and len(before) == 2:
         return [] if current else prototype("srv", service_type(before[1]))
     return live_names(command, before)
+
+
+def _words_of(before: Sequence[str]) -> list[str]:
+    from pipros.cli.subcommands import subcommands
+
+    found = subcommands().get(before[0])
+    return [] if found is None else found.subcommands.split()
 
 
 def _index() -> PackageIndex:

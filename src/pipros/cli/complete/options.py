@@ -6,14 +6,15 @@ import contextlib
 import io
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
+
+from pipros.basics.rooms import loaded, rooms
 
 SUBCOMMANDS = {
     "rosaction": "info list md5 package packages show",
     "rosbag": "check compress convert decompress decrypt encrypt export filter fix help info play record "
     "reindex",
-    "pipros": "clients doctor env fleet foxglove graph ros2 serve stubs version",
     "rosclean": "check purge",
     "rosconsole": "echo get list set",
     "rosmsg": "info list md5 package packages show",
@@ -30,6 +31,15 @@ SUBCOMMANDS = {
 }
 
 
+def words_after(command: str) -> list[str]:
+    """Return the subcommands of a command, or an empty list."""
+    if command == "pipros":
+        from pipros.cli.subcommands import subcommands
+
+        return sorted(subcommands())
+    return SUBCOMMANDS.get(command, "").split()
+
+
 def options(command: str, before: Sequence[str]) -> list[str]:
     """Return the long options of a command or its subcommand.
 
@@ -37,13 +47,11 @@ def options(command: str, before: Sequence[str]) -> list[str]:
     """
     if command in ("roscd", "rosls", "rosed", "roscat", "roscp", "rosmv", "rospd"):
         return ["--help"]
-    try:
-        module = import_module(f"pipros.cli.{command.replace('-', '_')}")
-    except ImportError:
+    main = _main_of(command)
+    if main is None:
         return []
-    if not hasattr(module, "main"):
-        return []
-    subcommand = [word for word in before if not word.startswith("-")][:1] if command in SUBCOMMANDS else []
+    has_subcommands = command == "pipros" or command in SUBCOMMANDS
+    subcommand = [word for word in before if not word.startswith("-")][:1] if has_subcommands else []
     help_text = io.StringIO()
     arguments, sys.argv = sys.argv, [command]
     try:
@@ -52,7 +60,18 @@ def options(command: str, before: Sequence[str]) -> list[str]:
             contextlib.redirect_stderr(help_text),
             contextlib.suppress(SystemExit),
         ):
-            module.main([*subcommand, "--help"])
+            main([*subcommand, "--help"])
     finally:
         sys.argv = arguments
     return sorted(set(re.findall(r"(?<![\w-])--[a-z][\w-]*", help_text.getvalue())))
+
+
+def _main_of(command: str) -> Callable[[list[str]], int] | None:
+    """Return the function that runs a program of pipros or of a room, or None."""
+    found: Callable[[list[str]], int] | None
+    try:
+        found = getattr(import_module(f"pipros.cli.{command.replace('-', '_')}"), "main", None)
+    except ImportError:
+        target = next((room.programs[command].target for room in rooms() if command in room.programs), None)
+        found = None if target is None else loaded(target)
+    return found

@@ -15,7 +15,7 @@ from pipros.cli.runner import CommandError, Subcommand, run
 _DESCRIPTIONS = {
     "check": "Determine whether a bag is playable in the current system, or if it can be migrated.",
     "compress": "Compress one or more bag files.",
-    "convert": "Convert between bag files, MCAP files and ROS 2 bags.",
+    "convert": "Convert between bag files, MCAP files and other formats.",
     "decompress": "Decompress one or more bag files.",
     "decrypt": "Decrypt one or more bag files.",
     "encrypt": "Encrypt one or more bag files.",

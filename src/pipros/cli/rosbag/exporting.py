@@ -14,7 +14,7 @@ from pipros.bag.reader import BagReader
 from pipros.basics.extras import install_command
 from pipros.basics.names import canonicalize, is_legal_topic
 from pipros.basics.printable import listed
-from pipros.cli.rosbag.ros2_bags import add_folders_option, opened
+from pipros.cli.rosbag.other_bags import add_reading_options, opened
 from pipros.cli.runner import CommandError, option_parser
 from pipros.graph.message_path import Part
 from pipros.graph.message_rows import MessageRows
@@ -39,14 +39,14 @@ def export(argv: Sequence[str]) -> int:
         metavar="FORMAT",
         help="csv (default) or npz, which needs NumPy",
     )
-    add_folders_option(parser)
+    add_reading_options(parser)
     options, arguments = parser.parse_args(list(argv))
     if len(arguments) < 2:
         parser.error("You must specify a bag file and a folder.")
     if options.format not in _FORMATS:
         parser.error(f"the format must be one of {', '.join(_FORMATS)}, got {options.format}")
     folder = Path(arguments[1])
-    with opened(arguments[0], options.msgs) as bag:
+    with opened(arguments[0], options) as bag:
         topics = arguments[2:] or sorted({connection.topic for connection in bag.connections})
         unknown = set(topics) - {connection.topic for connection in bag.connections}
         if unknown:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from pipros.bag.errors import BagError, NotIndexed
 from pipros.bag.info import bag_info, info_text, info_value, info_yaml
 from pipros.cli.entry_point import OutputFailed
-from pipros.cli.rosbag.ros2_bags import add_folders_option, opened
+from pipros.cli.rosbag.other_bags import add_reading_options, opened
 from pipros.cli.runner import add_flag, option_parser
 
 
@@ -22,7 +23,7 @@ def info(argv: Sequence[str]) -> int:
     add_flag(parser, "-y", "--yaml", help="print information in YAML format")
     parser.add_option("-k", "--key", dest="key", help="print information on the given key")
     add_flag(parser, "--freq", help="display topic message frequency statistics")
-    add_folders_option(parser)
+    add_reading_options(parser)
     options, paths = parser.parse_args(list(argv))
     if not paths:
         parser.error("You must specify at least 1 bag file.")
@@ -32,7 +33,7 @@ def info(argv: Sequence[str]) -> int:
         if number:
             print("---")
         try:
-            _print(path, options.yaml, options.key, options.msgs, with_frequencies=bool(options.freq))
+            _print(path, options)
         except NotIndexed:
             print(f"ERROR bag unindexed: {path}.  Run rosbag reindex.", file=sys.stderr)
             return 1
@@ -44,13 +45,13 @@ def info(argv: Sequence[str]) -> int:
     return 0
 
 
-def _print(path: str, is_yaml: bool, key: str | None, msgs: Sequence[str], *, with_frequencies: bool) -> None:
-    with opened(path, msgs) as bag:
-        facts = bag_info(bag, path, with_frequencies=with_frequencies)
-    if not is_yaml:
+def _print(path: str, options: Any) -> None:
+    with opened(path, options) as bag:
+        facts = bag_info(bag, path, with_frequencies=bool(options.freq))
+    if not options.yaml:
         print(info_text(facts))
         return
     try:
-        print(info_yaml(facts) if key is None else info_value(facts, key))
+        print(info_yaml(facts) if options.key is None else info_value(facts, options.key))
     except BagError as error:
         print(error, file=sys.stderr)

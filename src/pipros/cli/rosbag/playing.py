@@ -17,7 +17,7 @@ from pipros.basics.names import parse_arguments
 from pipros.basics.terminals import single_keys
 from pipros.cli.command_node import command_node
 from pipros.cli.entry_point import OutputFailed
-from pipros.cli.rosbag.ros2_bags import add_folders_option, opened
+from pipros.cli.rosbag.other_bags import add_reading_options, opened
 from pipros.cli.runner import CommandError, add_flag, option_parser
 from pipros.msg.time import NS_PER_S
 
@@ -36,7 +36,7 @@ def play(argv: Sequence[str]) -> int:
     try:
         for path in paths:
             say(f"[ INFO] [{time.time():.9f}]: Opening {path}")
-        opener = partial(opened, msgs=options.msgs)
+        opener = partial(opened, options=options)
         with opened_bags(paths, opener) as bags, command_node("play", argv, wall_time=True) as node:
             with single_keys() as is_keyboard:
                 terminal = _Terminal(is_keyboard=is_keyboard, is_quiet=options.quiet)
@@ -163,7 +163,7 @@ def _parser() -> OptionParser:
         type="float",
         help="maximum time difference from <rate-control-topic> before pausing",
     )
-    add_folders_option(parser)
+    add_reading_options(parser)
     return parser
 
 

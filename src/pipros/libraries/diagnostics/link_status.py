@@ -91,7 +91,7 @@ def link_statuses(
 class LinkDiagnostics:
     """Publishes link statuses on `/diagnostics`."""
 
-    def __init__(self, node: Node, hardware: str = "pipros fleet") -> None:
+    def __init__(self, node: Node, hardware: str) -> None:
         """Advertise the topic. Blocks until the master answers."""
         self._hardware = hardware
         self._array: Any = load_message_class("diagnostic_msgs/DiagnosticArray")

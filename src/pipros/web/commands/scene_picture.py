@@ -30,7 +30,7 @@ POLL_S: Final = 0.25
 END_S: Final = 3.0
 LARGEST_ANSWER: Final = 200_000_000
 LARGEST_SIDE: Final = 8192
-_SERVER: Final = "import sys; from pipros.cli.rviz import main; sys.exit(main())"
+_SERVER: Final = "import sys; from pipros.web.commands.rviz import main; sys.exit(main())"
 _DRAW: Final = """(([width, height]) => {
   const scene = document.querySelector(".tab-scene")?.scene;
   if (!scene?.view) return null;

@@ -6,8 +6,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipros.cli.fleet.options import add_link_options, link_of
 from pipros.cli.runner import CommandError, option_parser
+from pipros.fleet.commands.options import add_link_options, link_of
 
 
 def main(argv: Sequence[str]) -> int:

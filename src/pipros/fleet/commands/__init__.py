@@ -25,15 +25,15 @@ Type pipros fleet <command> -h for more detailed usage
 """
 
 SUBCOMMANDS = {
-    "check": "pipros.cli.fleet.check:main",
-    "history": "pipros.cli.fleet.history:main",
-    "info": "pipros.cli.fleet.show:info",
-    "join": "pipros.cli.fleet.join:main",
-    "keys": "pipros.cli.fleet.keys:main",
-    "list": "pipros.cli.fleet.show:list_members",
-    "param": "pipros.cli.fleet.param:main",
-    "router": "pipros.cli.fleet.router:main",
-    "top": "pipros.cli.fleet.show:top",
+    "check": "pipros.fleet.commands.check:main",
+    "history": "pipros.fleet.commands.history:main",
+    "info": "pipros.fleet.commands.show:info",
+    "join": "pipros.fleet.commands.join:main",
+    "keys": "pipros.fleet.commands.keys:main",
+    "list": "pipros.fleet.commands.show:list_members",
+    "param": "pipros.fleet.commands.param:main",
+    "router": "pipros.fleet.commands.router:main",
+    "top": "pipros.fleet.commands.show:top",
 }
 
 

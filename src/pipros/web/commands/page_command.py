@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from ipaddress import ip_address
 from optparse import OptionParser
 from pathlib import Path
 from typing import Any
 
-from pipros.basics.names import is_legal_remapping
 from pipros.cli.runner import CommandError, add_flag, option_parser
+from pipros.cli.server_options import bind_address
 
 
 def page_parser(name: str, usage: str) -> OptionParser:
@@ -30,11 +29,6 @@ def page_parser(name: str, usage: str) -> OptionParser:
     parser.add_option("--bags", metavar="DIR", help="bag folder that the page may open")
     add_flag(parser, "--no-browser", help="only print the address")
     return parser
-
-
-def without_remappings(argv: Sequence[str]) -> list[str]:
-    """Drop remappings such as `__name:=x`, which roslaunch adds for a `<node>`."""
-    return [word for word in argv if not is_legal_remapping(word)]
 
 
 def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int:
@@ -78,17 +72,3 @@ def _is_loopback(host: str) -> bool:
         return ip_address(host.strip("[]")).is_loopback
     except ValueError:
         return host == "localhost"
-
-
-def bind_address(text: str) -> tuple[str, int]:
-    """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`. Return the host and the port; without a port, return 0.
-
-    Raises:
-        CommandError: the port is not a number from 0 to 65535.
-    """
-    host, colon, port = text.rpartition(":")
-    if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):
-        return text, 0
-    if not port.isdigit() or int(port) > 65535:
-        raise CommandError(f"--bind must be HOST or HOST:PORT with a port from 0 to 65535, got {text}")
-    return host, int(port)

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipros.cli.entry_point import command
-from pipros.cli.page_command import page_parser, show, without_remappings
 from pipros.cli.runner import CommandError, add_flag, run
+from pipros.cli.server_options import without_remappings
+from pipros.web.commands.page_command import page_parser, show
 
 if TYPE_CHECKING:
     from pipros.graph.drawing.node_graph import NodeGraph

@@ -6,8 +6,8 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from pipros.cli.fleet.options import add_link_options, caller_of, link_of
 from pipros.cli.runner import CommandError, option_parser
+from pipros.fleet.commands.options import add_link_options, caller_of, link_of
 
 REQUEST_S = 5.0
 

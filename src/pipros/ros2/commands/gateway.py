@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pipros.basics.printable import listed
-from pipros.cli.page_command import without_remappings
-from pipros.cli.rosbag.ros2_bags import add_folders_option, definition_folders
 from pipros.cli.runner import CommandError, add_flag, option_parser, run
+from pipros.cli.server_options import without_remappings
+from pipros.ros2.commands.bags import add_reading_options, definition_folders
 
 ROUTER = "tcp/localhost:7447"
 
@@ -40,7 +40,7 @@ def _serve(argv: Sequence[str]) -> int:
         default=[],
         help="types that correspond, as in the mapping files of ros1_bridge; may be repeated",
     )
-    add_folders_option(parser)
+    add_reading_options(parser)
     add_flag(parser, "--zenoh", help=f"connect to rmw_zenoh instead of DDS, at its router {ROUTER}")
     parser.add_option("--router", metavar="ENDPOINT", help="the router of Zenoh; implies --zenoh")
     add_flag(parser, "--force-types", help="pass messages even if the hashes of their types differ")
@@ -136,14 +136,15 @@ def _statuses() -> dict[str, Mapping[str, Any]]:
     from pipros.graph.client import GraphClient
     from pipros.graph.errors import GraphError
     from pipros.graph.service_call import ServiceCaller
-    from pipros.graph.system_state import ROS2_GATEWAY_PREFIX, SystemState
+    from pipros.graph.system_state import SystemState
+    from pipros.ros2.names import GATEWAY_PREFIX
 
     found = {}
     with GraphClient("pipros_ros2_status") as graph:
         services = SystemState.from_state(graph.master.get_system_state()).services
         for name in sorted(services):
             node, _, last = name.rpartition("/")
-            if node.startswith(ROS2_GATEWAY_PREFIX) and last == "status":
+            if node.startswith(GATEWAY_PREFIX) and last == "status":
                 try:
                     caller = ServiceCaller(graph.master, name)
                     found[node] = json.loads(caller.call(caller.request([])).message)

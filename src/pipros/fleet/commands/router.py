@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.fleet.options import ROUTER
 from pipros.cli.runner import CommandError, add_flag, option_parser
+from pipros.fleet.commands.options import ROUTER
 
 if TYPE_CHECKING:
     from pipros.fleet.serve import HistoryOptions

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from pipros.cli.fleet.options import ROUTER, add_link_options, tls_of
-from pipros.cli.page_command import without_remappings
 from pipros.cli.runner import option_parser
+from pipros.cli.server_options import without_remappings
+from pipros.fleet.commands.options import ROUTER, add_link_options, tls_of
 
 
 def main(argv: Sequence[str]) -> int:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from optparse import OptionParser
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.page_command import bind_address
 from pipros.cli.runner import CommandError, add_flag
+from pipros.cli.server_options import bind_address
 
 if TYPE_CHECKING:
     from pipros.basics.limits import Limits

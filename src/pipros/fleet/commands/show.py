@@ -6,8 +6,8 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from pipros.cli.fleet.options import add_link_options, link_of
 from pipros.cli.runner import CommandError, option_parser
+from pipros.fleet.commands.options import add_link_options, link_of
 
 if TYPE_CHECKING:
     from pipros.fleet.directory import Directory, Entry

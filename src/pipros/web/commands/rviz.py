@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from pipros.cli.entry_point import command
-from pipros.cli.page_command import page_parser, show, without_remappings
 from pipros.cli.runner import CommandError, add_flag, run
+from pipros.cli.server_options import without_remappings
 from pipros.packages import SHARE
+from pipros.web.commands.page_command import page_parser, show
 
 _IGNORED = "accepted for compatibility, without effect"
 
@@ -42,7 +43,7 @@ def _main(argv: Sequence[str]) -> int:
 
 
 def _save_picture(options: Any, name: str, argv: Sequence[str]) -> int:
-    from pipros.cli.scene_picture import picture_size, save_picture
+    from pipros.web.commands.scene_picture import picture_size, save_picture
 
     arguments = [word for word in argv if word not in without_remappings([word])]
     if name:

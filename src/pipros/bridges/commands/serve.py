@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from pipros.cli.door_options import add_door_options, client_limits, door_options
-from pipros.cli.page_command import without_remappings
+from pipros.bridges.commands.door_options import add_door_options, client_limits, door_options
 from pipros.cli.runner import option_parser, run
+from pipros.cli.server_options import without_remappings
 
 PORT = 9090
 

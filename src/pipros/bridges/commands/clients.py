@@ -6,8 +6,8 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from pipros.bridges.commands.serve import PORT
 from pipros.cli.runner import CommandError, option_parser, run
-from pipros.cli.serve import PORT
 
 TIMEOUT_S = 10.0
 LIMIT_BYTES = 16 * 1024 * 1024

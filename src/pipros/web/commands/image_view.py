@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from pipros.basics.names import parse_arguments
 from pipros.cli.entry_point import command
-from pipros.cli.rqt import rqt_image_view
+from pipros.web.commands.rqt import rqt_image_view
 
 NOT_REMAPPED = "image_view: topic 'image' has not been remapped; type image_view image:=TOPIC"
 

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from pipros.cli.door_options import add_door_options, client_limits, door_options
-from pipros.cli.page_command import without_remappings
+from pipros.bridges.commands.door_options import add_door_options, client_limits, door_options
 from pipros.cli.runner import CommandError, option_parser, run
+from pipros.cli.server_options import without_remappings
 
 if TYPE_CHECKING:
     from pipros.node import Node

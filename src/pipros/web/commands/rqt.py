@@ -9,10 +9,11 @@ from pathlib import Path
 from urllib.parse import quote
 
 from pipros.cli.entry_point import command
-from pipros.cli.page_command import page_parser, show, without_remappings
-from pipros.cli.rqt_graph import main as rqt_graph
 from pipros.cli.runner import CommandError, add_flag, run
+from pipros.cli.server_options import without_remappings
 from pipros.graph.client import GraphClient
+from pipros.web.commands.page_command import page_parser, show
+from pipros.web.commands.rqt_graph import main as rqt_graph
 
 Main = Callable[[Sequence[str] | None], int]
 

@@ -1,0 +1,91 @@
+"""Which rooms a build contains, for the hooks of hatchling.
+
+`PIPROS_ROOMS` names them, separated by commas; it may be empty. Without it, a build contains all rooms.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from pipros.basics.rooms import Room
+
+VARIABLE = "PIPROS_ROOMS"
+
+
+class BadRooms(ValueError):
+    """`PIPROS_ROOMS` has an unknown name, or lacks a room that another one needs."""
+
+
+class Rooms(NamedTuple):
+    """The rooms of a source tree.
+
+    Attributes:
+        built: those in the build.
+        left_out: all others.
+    """
+
+    built: list[Room]
+    left_out: list[Room]
+
+    def excluded(self) -> list[str]:
+        """Return the paths in the source tree that are left out."""
+        return [
+            path
+            for room in self.left_out
+            for path in (
+                f"src/pipros/{room.name}",
+                *(f"src/pipros/share/{name}" for name in room.share),
+                *(f"facades/{name}" for name in room.facades),
+            )
+        ]
+
+    def scripts(self) -> dict[str, str]:
+        """Return the programs of all rooms. Those that are left out say so when they are started."""
+        found = {name: each.target for room in self.built for name, each in room.programs.items()}
+        return found | {name: "pipros.cli.absent:main" for room in self.left_out for name in room.programs}
+
+    def absent_commands(self) -> dict[str, tuple[str, str]]:
+        """Return the room and its purpose for each command that is left out."""
+        return {
+            name: (room.name, room.purpose)
+            for room in self.left_out
+            for name in (*room.programs, *(f"pipros {each}" for each in room.subcommands))
+        }
+
+    def extras(self) -> dict[str, list[str]]:
+        """Return the extras of the rooms in the build."""
+        return {name: list(needed) for room in self.built for name, needed in room.extras.items()}
+
+
+def rooms_of(root: Path, chosen: str | None = None) -> Rooms:
+    """Return the rooms of a source tree. `chosen` is the value of `PIPROS_ROOMS`; None for all.
+
+    Raises:
+        BadRooms: a name is unknown, or a room needs another one.
+    """
+    source = str(root / "src")
+    if source not in sys.path:
+        sys.path.insert(0, source)
+    from pipros.basics.rooms import own_rooms
+
+    rooms = {room.name: room for room in own_rooms()}
+    names = list(rooms) if chosen is None else [name for name in map(str.strip, chosen.split(",")) if name]
+    for name in names:
+        if name not in rooms:
+            raise BadRooms(f"{VARIABLE}: unknown room [{name}]; the rooms are {', '.join(rooms)}")
+        for needed in rooms[name].needs:
+            if needed not in names:
+                raise BadRooms(f"{VARIABLE}: the room {name} needs the room {needed}; add it")
+    return Rooms(
+        [room for room in rooms.values() if room.name in names],
+        [room for room in rooms.values() if room.name not in names],
+    )
+
+
+def rooms_of_build(root: str) -> Rooms:
+    """Return the rooms of the build that runs, as `PIPROS_ROOMS` says."""
+    return rooms_of(Path(root), os.environ.get(VARIABLE))

@@ -1,0 +1,1 @@
+"""The commands that serve rosbridge and Foxglove, and list their clients."""

@@ -1,0 +1,27 @@
+"""Parts of commands that serve the network: the address to listen on, and arguments without remappings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pipros.basics.names import is_legal_remapping
+from pipros.cli.runner import CommandError
+
+
+def without_remappings(argv: Sequence[str]) -> list[str]:
+    """Drop remappings such as `__name:=x`, which roslaunch adds for a `<node>`."""
+    return [word for word in argv if not is_legal_remapping(word)]
+
+
+def bind_address(text: str) -> tuple[str, int]:
+    """Parse `HOST`, `HOST:PORT` or `[IPV6]:PORT`. Return the host and the port; without a port, return 0.
+
+    Raises:
+        CommandError: the port is not a number from 0 to 65535.
+    """
+    host, colon, port = text.rpartition(":")
+    if not colon or (":" in host and not host.startswith("[")) or text.endswith("]"):
+        return text, 0
+    if not port.isdigit() or int(port) > 65535:
+        raise CommandError(f"--bind must be HOST or HOST:PORT with a port from 0 to 65535, got {text}")
+    return host, int(port)

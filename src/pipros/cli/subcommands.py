@@ -1,0 +1,35 @@
+"""The subcommands of `pipros`: its own, and those of rooms."""
+
+from __future__ import annotations
+
+from pipros.basics.rooms import Command, rooms
+
+SUBCOMMANDS = {
+    "doctor": Command(
+        "pipros.cli.doctor:main",
+        "check the environment, every node, topic and service, and say what to do",
+        "Find out what is wrong",
+    ),
+    "env": Command(
+        "pipros.cli.show_env:main",
+        "print what to evaluate instead of sourcing a setup file",
+        "Make packages and workspaces",
+    ),
+    "stubs": Command(
+        "pipros.cli.stubs:main",
+        "write type stubs for the messages of packages, for editors",
+        "Look up messages, services and actions",
+    ),
+    "version": Command(
+        "pipros.cli.version:main", "print the versions of pipros, Python and ROS", "Find packages"
+    ),
+}
+"""The subcommands that are always installed."""
+
+
+def subcommands() -> dict[str, Command]:
+    """Return all installed subcommands, by name: those of rooms come last."""
+    found = dict(SUBCOMMANDS)
+    for room in rooms():
+        found |= room.subcommands
+    return found

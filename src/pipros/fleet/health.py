@@ -1,0 +1,24 @@
+"""The check of fleet agents for `pipros doctor`."""
+
+from __future__ import annotations
+
+from pipros.basics.printable import listed
+from pipros.fleet.keys import AGENT_PREFIX
+from pipros.health.finding import Findings, error
+from pipros.health.room_check import RoomCheck, RoomReply
+
+
+def link(node: str, reply: RoomReply) -> Findings:
+    """Find an agent whose link is down."""
+    reason = reply.failure or ("" if reply.success else "no router is connected")
+    if reason:
+        yield error(
+            "fleet-link",
+            f"The fleet agent [{listed(node)}] has no link to its fleet: {listed(reason)}",
+            "Check that its router runs and can be reached from here, with `pipros fleet list --router "
+            "ADDRESS`. Local nodes are not affected.",
+            node,
+        )
+
+
+CHECK = RoomCheck(AGENT_PREFIX, "link", link)

@@ -1,0 +1,1 @@
+"""The command `pipros ros2`, and ROS 2 bags for `rosbag`."""

@@ -1,0 +1,138 @@
+"""ROS 2 bags for `rosbag`; see `pipros.cli.rosbag.other_bags.OtherBags`."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from optparse import OptionParser
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipros.bag.errors import BagError
+from pipros.basics.printable import listed
+
+if TYPE_CHECKING:
+    from pipros.bag.reader import BagReader
+    from pipros.bag.writer import MessageSink
+
+
+def add_reading_options(parser: OptionParser) -> None:
+    """Add the option `--msgs`, which names folders with ROS 2 definitions."""
+    parser.add_option(
+        "--msgs",
+        dest="msgs",
+        default=[],
+        action="append",
+        metavar="DIR",
+        help="find ROS 2 message definitions in DIR, which contains packages",
+    )
+
+
+def definition_folders(given: Sequence[str]) -> list[Path]:
+    """Return the folders given with `--msgs`, and the folders named by ROS 2's environment variables."""
+    from pipros.ros2.interfaces.catalog import folders_of_environment
+
+    return [*map(Path, given), *folders_of_environment(os.environ)]
+
+
+def opened(path: str | os.PathLike[str], options: Any) -> BagReader:
+    """Open a ROS 2 bag. Print a warning for each topic that cannot be converted.
+
+    Raises:
+        BagError, OSError: see `open_any_bag`.
+    """
+    from pipros.ros2.bags.reader import Ros2BagReader, open_any_bag
+
+    bag = open_any_bag(path, folders=definition_folders(options.msgs))
+    if isinstance(bag, Ros2BagReader):
+        _warn(bag.skipped)
+    return bag
+
+
+def add_writing_options(parser: OptionParser) -> None:
+    """Add the options for ROS 2 bags."""
+    parser.add_option(
+        "--ros2",
+        dest="ros2",
+        metavar="DISTRO",
+        help="write a ROS 2 bag, a folder, for humble, jazzy, kilted or lyrical",
+    )
+    parser.add_option(
+        "--storage",
+        dest="storage",
+        metavar="FORMAT",
+        help="mcap or sqlite3, for --ros2 (default: sqlite3 for humble, otherwise mcap)",
+    )
+    parser.add_option(
+        "--rules",
+        dest="rules",
+        default=[],
+        action="append",
+        metavar="FILE",
+        help="use the mapping rules in FILE, in the format of ros1_bridge, for --ros2",
+    )
+
+
+def is_chosen(parser: OptionParser, options: Any) -> bool:
+    """Return whether `--ros2` was given. Without it, the other options are errors."""
+    if not options.ros2 and (options.storage or options.rules):
+        parser.error("--storage and --rules need --ros2.")
+    return bool(options.ros2)
+
+
+def target_name(source: Path) -> str:
+    """Return the name of the folder for an input."""
+    return source.stem
+
+
+@contextlib.contextmanager
+def written(target: Path, options: Any) -> Iterator[MessageSink]:
+    """Create a ROS 2 bag, and print a warning for each topic that cannot be converted.
+
+    Raises:
+        PiprosError: an option has an invalid value, or the bag cannot be written.
+    """
+    from pipros.cli.rosbag.converting import compression_of
+    from pipros.ros2.bags.writer import new_ros2_bag
+    from pipros.ros2.conversion.mapping import merged, parse_rules
+    from pipros.ros2.distribution import Distribution
+
+    distribution = next((each for each in Distribution if each.value == options.ros2), None)
+    if distribution is None:
+        known = ", ".join(each.value for each in Distribution)
+        raise BagError(f"the ROS 2 distribution must be one of {known}, got [{options.ros2}]")
+    if target.exists():
+        raise BagError(f"{target} already exists")
+    rules = merged([parse_rules(_read(name), name) for name in options.rules])
+    storage = options.storage or ("sqlite3" if distribution is Distribution.HUMBLE else "mcap")
+    compression = compression_of(options.compression, target) if storage == "mcap" else options.compression
+    with new_ros2_bag(
+        target,
+        distribution,
+        storage=storage,
+        compression=compression or "zstd",
+        folders=definition_folders(options.msgs),
+        rules=rules,
+    ) as writer:
+        yield writer
+    _warn(writer.skipped, writer.incomplete)
+
+
+def _warn(skipped: Mapping[str, str], incomplete: Mapping[str, str] | None = None) -> None:
+    """Print why topics, or some of their messages, are left out."""
+    for topic, reason in skipped.items():
+        print(f"WARNING: {listed(topic)} is left out: {listed(reason)}", file=sys.stderr)
+    for topic, reason in (incomplete or {}).items():
+        print(f"WARNING: messages on {listed(topic)} are left out: {listed(reason)}", file=sys.stderr)
+
+
+def _read(name: str) -> str:
+    from pipros.basics.input_file import read_text
+    from pipros.basics.limits import process_limits
+
+    try:
+        return read_text(name, process_limits().file_bytes)
+    except UnicodeDecodeError as error:
+        raise BagError(f"{name}: {error}") from None

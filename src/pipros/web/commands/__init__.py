@@ -1,0 +1,1 @@
+"""The commands of the page: rqt and its plugins, and rviz."""

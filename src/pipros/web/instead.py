@@ -1,0 +1,10 @@
+"""What the page replaces; `pipros.packages` gives this advice."""
+
+PLUGINS = "its rqt is a page in the browser, whose tabs pipros --help lists."
+"""For plugins of rqt that have no tab."""
+
+MODULES = (
+    " Its rqt is a page in the browser: "
+    "rqt_graph, rqt_plot, rqt_console, rqt_image_view, rqt_reconfigure, rqt_tf_tree and others"
+)
+"""For modules of rqt and Qt."""
