@@ -60,7 +60,9 @@ class Workers:
                 return
             self._threads += 1
         try:
-            threading.Thread(target=self._work, args=((job, args),), name=self._name, daemon=True).start()
+            # A thread refers to its arguments until it ends, so `_work` takes the job out of this list.
+            first: list[Job] = [(job, args)]
+            threading.Thread(target=self._work, args=(first,), name=self._name, daemon=True).start()
         except RuntimeError:
             with self._lock:
                 self._threads -= 1
@@ -74,8 +76,8 @@ class Workers:
                 self._jobs.put(None)
             self._idle = 0
 
-    def _work(self, first: Job) -> None:
-        job: Job | None = first
+    def _work(self, first: list[Job]) -> None:
+        job: Job | None = first.pop()
         while job is not None:
             function, args = job
             try:

@@ -1,6 +1,8 @@
 """Threads that are reused for the next job."""
 
+import gc
 import threading
+import weakref
 
 import pytest
 
@@ -18,6 +20,30 @@ def test_a_blocking_job_does_not_delay_others() -> None:
     workers.run(done.set)
     assert done.wait(30)
     gate.set()
+    workers.close()
+
+
+class Argument:
+    """A value that a job is given."""
+
+
+def test_an_idle_thread_refers_to_none_of_its_jobs() -> None:
+    workers, used = Workers("idle", limit=1), list[Argument | None]()
+    arguments = [Argument() for _ in range(2)]
+    references = [weakref.ref(each) for each in arguments]
+    for each in arguments:
+        workers.run(used.append, each)
+    wait_until(lambda: len(used) == 2)
+    used.clear()
+    arguments.clear()
+    del each
+    done = threading.Event()
+    workers.run(done.set)  # when the only thread has begun this, it has finished the jobs before
+    assert done.wait(30)
+    gc.collect()
+
+    assert [reference() for reference in references] == [None, None]
+    assert threads_named("idle")
     workers.close()
 
 

@@ -101,10 +101,10 @@ class BagViews:
         if self._opening + len(self._open_bags) >= limit:
             raise RequestRefused(f"too many bags are open; {limit_text('page_bags', limit)}")
         opening = _Opening()
+        opened = self._system.computations.start(self._opened, arguments.get("name"), opening)
+        waiting = asyncio.wrap_future(opened)
         self._opening += 1
         try:
-            future = self._system.computations.start(self._opened, arguments.get("name"), opening)
-            waiting = asyncio.wrap_future(future)
             while not waiting.done():
                 yield {"opening": opening.share}
                 await asyncio.wait([waiting], timeout=STATE_INTERVAL_S)
@@ -112,6 +112,7 @@ class BagViews:
         finally:
             self._opening -= 1
             opening.is_cancelled = True
+            waiting.cancel()  # so that asyncio does not report an error that comes after the view was closed
         try:
             playback = BagPlayback(self._system, reader)
         except NoMessages as error:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
+import gc
 import io
 import os
 import tempfile
 import threading
 from collections.abc import AsyncIterator, Awaitable, Callable
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ import pytest
 from std_msgs.msg import Float64
 
 from pipros.bag import BagReader
+from pipros.bag.errors import BagError
 from pipros.basics.limits import process_limits
 from pipros.graph.client import GraphClient
 from pipros.node import Node
@@ -142,3 +145,42 @@ def test_an_expression_that_takes_too_long_ends_the_curve_of_a_bag(
 
     monkeypatch.setattr(bags, "COMPUTED_S", 0.01)  # so that the expression is slow on any machine
     browser.run(check)
+
+
+def test_a_bag_that_fails_to_open_after_its_view_was_closed_leaves_no_error(
+    browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problems: list[str] = []
+    may_fail = threading.Event()
+    futures: list[Future[Any]] = []
+    start = browser.system.computations.start
+
+    def fail(_: Path) -> Any:
+        may_fail.wait(60)
+        raise BagError("damaged")
+
+    def recording_start(*arguments: Any) -> Future[Any]:
+        futures.append(start(*arguments))
+        return futures[-1]
+
+    monkeypatch.setattr(bags, "open_bag", fail)
+    monkeypatch.setattr(browser.system.computations, "start", recording_start)
+
+    async def check() -> None:
+        begin_browser()
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(lambda _, context: problems.append(context["message"]))
+        view = browser.views.bag({"name": "run.bag"})
+        assert await anext(view) == {"opening": 0.0}
+        await view.aclose()  # type: ignore[attr-defined]
+        has_failed = asyncio.Event()  # set after the loop has passed the exception on
+        loop.call_soon(futures[0].add_done_callback, lambda _: loop.call_soon_threadsafe(has_failed.set))
+        loop.call_soon(may_fail.set)
+        await has_failed.wait()
+        futures.clear()
+        for _ in range(COMPUTATIONS_AT_ONCE):  # so that no thread refers to its last computation
+            await browser.system.computations.run(lambda: None)
+        gc.collect()
+
+    asyncio.run(check())
+    assert problems == []
