@@ -471,6 +471,9 @@ def test_rosapi_answers_about_the_system(url: str, robot: Node, make_node: MakeN
         assert imu[0]["fieldarraylen"] == [-1, -1, 9, -1, 9, -1, 9]
         assert [each["type"] for each in imu][:3] == ["sensor_msgs/Imu", "std_msgs/Header", "time"]
         assert ask("message_details", type="std_msgs/Char")["typedefs"][0]["fieldtypes"] == ["char"]
+        assert ask("message_details", type="int32") == {"typedefs": []}
+        [time] = ask("message_details", type="time")["typedefs"]
+        assert (time["type"], time["fieldnames"]) == ("time", ["secs", "nsecs"])
         assert ask("service_request_details", type="rospy_tutorials/AddTwoInts")["typedefs"][0][
             "fieldnames"
         ] == ["a", "b"]

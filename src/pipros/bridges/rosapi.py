@@ -18,7 +18,7 @@ from pipros.graph.services import nodes_by_service, services_of_type, type_of, u
 from pipros.graph.system_state import SystemState, of_node
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.language.full_text import specs_from_text
-from pipros.msg.language.spec import NUMBERS, FieldType, MessageSpec
+from pipros.msg.language.spec import BUILTINS, NUMBERS, FieldType, MessageSpec
 from pipros.msg.time import NS_PER_S
 from pipros.net.master_client import MasterClient
 from pipros.node import Node
@@ -168,6 +168,9 @@ class RosApi:
     # -- types ------------------------------------------------------------------------------
 
     def message_details(self, kind: str) -> dict[str, Any]:
+        if kind in BUILTINS:
+            typedef: Any = load_message_class("rosapi/TypeDef")
+            return {"typedefs": [typedef(**found) for found in _described(kind, {}, set())]}
         return {"typedefs": _typedefs(load_message_class(kind))}
 
     def service_request_details(self, kind: str) -> dict[str, Any]:

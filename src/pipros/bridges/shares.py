@@ -96,8 +96,46 @@ class TopicShares:
             del self._budgets[user]
 
 
+class Charge:
+    """An amount that one budget pays, and that another one can take over. Not thread-safe."""
+
+    __slots__ = ("_amount", "budget")
+
+    def __init__(self, budget: Budget, amount: float) -> None:
+        """Begin with an amount that has been taken from `budget`."""
+        self.budget = budget
+        self._amount = amount
+
+    def change(self, amount: float) -> bool:
+        """Change the amount. Return False, and change nothing, if too little is left."""
+        if not self.budget.hold(self._amount, amount):
+            return False
+        self._amount = amount
+        return True
+
+    def pass_to(self, budget: Budget, *, is_forced: bool = False) -> bool:
+        """Let another budget pay. Return False if too little is left there, unless it is forced to pay."""
+        if is_forced:
+            budget.charge(self._amount)
+        elif not budget.take(self._amount):
+            return False
+        self.budget.give_back(self._amount)
+        self.budget = budget
+        return True
+
+    def end(self) -> None:
+        """Give the amount back."""
+        self.budget.give_back(self._amount)
+        self._amount = 0
+
+
 class ServerShares:
-    """What all clients of a server may use together."""
+    """What all clients of a server may use together.
+
+    Attributes:
+        memory: everything that the server holds for its clients.
+        left_behind: the part of it that outlives the client that caused it.
+    """
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
@@ -106,6 +144,7 @@ class ServerShares:
         )
         self.client_bytes = max(limits.of(BridgeLimits).bridge_client_bytes, largest)
         self.memory = Budget(max(limits.of(BridgeLimits).bridge_total_bytes, 2 * largest))
+        self.left_behind = Budget(self.client_bytes, self.memory, part=PART)
 
     def client(self, *, is_reader: bool = False) -> ClientShares:
         """Return the shares of a new client."""
@@ -123,6 +162,8 @@ class ClientShares:
         parsed: approximate memory for the client's current message, once parsed.
         calls: approximate memory for the requests of pending service calls.
         queue: messages and responses that the client has not read.
+        messages: messages that the client has published and that are kept for later subscribers.
+        left_behind: messages of clients that have left; shared by all clients.
     """
 
     def __init__(self, server: ServerShares, *, is_reader: bool) -> None:
@@ -144,6 +185,8 @@ class ClientShares:
         self.parsed = Budget(parsed, self.memory)
         self.calls = Budget(parsed, self.memory)
         self.queue = Budget(limits.of(BridgeLimits).bridge_queue_bytes, self.memory)
+        self.messages = Budget(limits.of(BridgeLimits).bridge_parsed_bytes, self.memory)
+        self.left_behind = server.left_behind
         self._kept_limit = limits.of(BridgeLimits).bridge_kept_bytes
 
     def keep(self, size_bytes: int) -> None:

@@ -2,7 +2,7 @@
 
 Fields without a value are left unchanged. Numbers must match the type: an integer field accepts neither
 floats nor booleans, and a boolean field does not accept integers. Errors name the field. A `std_msgs/Header`
-without a stamp gets the current time, and so does a time given as `"now"`.
+without a stamp, or with an empty one, gets the current time, and so does a time given as `"now"`.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class _Filling:
     def fill(self, message: Any, values: Mapping[str, Any]) -> None:
         slots = message.__slots__
         kinds = dict(zip(slots, message._get_types(), strict=True))
-        if message._type in _HEADERS and "stamp" not in values:
+        if message._type in _HEADERS and values.get("stamp", {}) == {}:
             message.stamp.set(*self._now)
         for name, value in values.items():
             kind = kinds.get(name)

@@ -209,9 +209,11 @@ class ClientProtocol:
             else:
                 yield from self._handle(operation)
 
-    def end_message(self) -> None:
-        """Return the memory of the message that has been handled."""
+    def end_message(self) -> int:
+        """Give back the memory that is counted for the current message, and return its size."""
+        size_bytes = self.parsed_bytes
         self._begin_parsing(0)
+        return size_bytes
 
     def status(self, level: Level, text: str, operation: Mapping[str, Any] | None = None) -> Iterator[Reply]:
         """Yield a `status` operation, unless the client has turned off its level."""

@@ -2,6 +2,10 @@
 
 A publisher is kept for a while after its last client has left, because pages are reloaded. Messages that a
 client publishes right after `advertise` wait until a subscriber has connected, for at most `EARLY_S`.
+
+These messages, and the latched message of each topic, count as memory of the client that published them. When
+it stops to publish the topic, another client of the topic pays, or else `left_behind`; if too little is left
+there, the publisher is not kept.
 """
 
 from __future__ import annotations
@@ -15,12 +19,15 @@ from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import limit_text
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.filling import Filler
+from pipros.bridges.shares import Charge, ClientShares
 from pipros.msg import load_message_class
 from pipros.node import Node
 
 EARLY_S: Final = 1.0
 """Maximum time (s) that the first messages of a publisher wait for a subscriber."""
 EARLY_BYTES: Final = 8 * 1024 * 1024
+MESSAGE_BYTES: Final = 500
+"""Approximate memory for a kept message, besides its content."""
 GATHERING_S: Final = 0.1
 """Time (s) that the first messages wait for more subscribers after the first one has connected."""
 
@@ -49,8 +56,17 @@ class SharedPublishers:
         self._shared: dict[str, _SharedPublisher] = {}
         self._lock = threading.Lock()
 
-    def advertise(self, user: Hashable, topic: str, kind: str, *, latch: bool, queue_size: int) -> None:
-        """Advertise a topic (a global name) for a client.
+    def advertise(
+        self,
+        user: Hashable,
+        topic: str,
+        kind: str,
+        *,
+        latch: bool,
+        queue_size: int,
+        shares: ClientShares,
+    ) -> None:
+        """Advertise a topic (a global name) for a client, which pays for kept messages with its shares.
 
         Raises:
             PiprosError: the type is unknown or differs from the topic's type, or there are too many topics.
@@ -65,16 +81,28 @@ class SharedPublishers:
                 )
             elif found.message_class._type != message_class._type:
                 raise PiprosError(f"{topic} is already advertised with the type {found.message_class._type}")
-            found.users.add(user)
+            found.users[user] = shares
         if latch:
             found.latch()
 
     def publish(
-        self, user: Hashable, topic: str, values: Any, *, latch: bool | None, queue_size: int
+        self,
+        user: Hashable,
+        topic: str,
+        values: Any,
+        *,
+        latch: bool | None,
+        queue_size: int,
+        shares: ClientShares,
+        end_parsing: Callable[[], int],
     ) -> None:
         """Publish a message. If necessary, advertise its topic first, with the type registered at the master.
 
+        `end_parsing` gives back the memory that is counted for the parsed values, and returns its size. It is
+        called if the message is kept, which counts instead.
+
         Raises:
+            LimitExceeded: the client has no memory left for another latched message, which is not published.
             PiprosError: a value does not fit its field, or the topic cannot be advertised; see `advertise`.
         """
         found = self._shared.get(topic)
@@ -82,28 +110,35 @@ class SharedPublishers:
             kind = found.message_class._type if found is not None else self._type_of(topic)
             if kind is None:
                 raise UnknownTopic(f"the type of {topic} is unknown; advertise it before publishing")
-            self.advertise(user, topic, kind, latch=bool(latch), queue_size=queue_size)
+            self.advertise(user, topic, kind, latch=bool(latch), queue_size=queue_size, shares=shares)
             found = self._shared[topic]
         elif latch:
             found.latch()
         message = found.message_class()
         self._filler.fill(message, values)
-        found.publish(message)
+        found.publish(message, shares, end_parsing)
 
     def release(self, user: Hashable, topic: str) -> None:
         """Remove a client from the users of a publisher.
 
-        A publisher without users is unregistered after `unregister_s`.
+        A publisher without users is unregistered after `unregister_s`, or at once if too little memory is left
+        for its messages.
         """
         with self._lock:
             found = self._shared.get(topic)
             if found is None or user not in found.users:
                 return
-            found.users.discard(user)
+            shares = found.users.pop(user)
+            is_kept = found.pass_charges(shares)
             if found.users:
                 return
             found.unused_since_s = time.monotonic()
-        self._call_later(self._unregister_s, lambda: self._unregister_unused(topic))
+            if not is_kept:
+                del self._shared[topic]
+        if is_kept:
+            self._call_later(self._unregister_s, lambda: self._unregister_unused(topic))
+        else:
+            found.close()
 
     def _unregister_unused(self, topic: str) -> None:
         with self._lock:
@@ -142,7 +177,7 @@ class _SharedPublisher:
         call_later: CallLater,
     ) -> None:
         self.message_class = message_class
-        self.users: set[Hashable] = set()
+        self.users: dict[Hashable, ClientShares] = {}
         self.unused_since_s = 0.0
         self._node = node
         self._topic = topic
@@ -151,8 +186,9 @@ class _SharedPublisher:
         self._is_latching = latch
         self._publisher = node.advertise(topic, message_class, queue_size=self._queue_size, latch=latch)
         self._early_until_s = time.monotonic() + EARLY_S
-        self._early: list[Any] = []
+        self._early: list[tuple[Any, Charge]] = []
         self._early_bytes = 0
+        self._latched: Charge | None = None  # for the newest message, if the topic is latched
         self._lock = threading.Lock()
         self._publisher.publication.listeners.append(self)
         call_later(EARLY_S, self._publish_early)
@@ -169,23 +205,50 @@ class _SharedPublisher:
             )
             before.unregister()
 
-    def publish(self, message: Any) -> None:
+    def publish(self, message: Any, shares: ClientShares, end_parsing: Callable[[], int]) -> None:
         """Publish a message, or queue it until there is a subscriber. The order is kept."""
         with self._lock:
-            is_early = self._early or not self._publisher.connection_count
-            if is_early and time.monotonic() < self._early_until_s:
-                self._early_bytes += sum(map(len, message._to_buffers()))
-                if self._early_bytes <= EARLY_BYTES:
-                    self._early.append(message)
-                    return
+            has_to_wait = self._early or not self._publisher.connection_count
+            is_early = bool(has_to_wait) and time.monotonic() < self._early_until_s
+            if not (is_early or self._is_latching):
+                self._flush()
+                self._publisher.publish(message)
+                return
+            size = sum(map(len, message._to_buffers()))
+            cost = max(size, end_parsing()) + MESSAGE_BYTES
+            if is_early and self._early_bytes + size <= EARLY_BYTES and shares.messages.take(cost):
+                self._early_bytes += size
+                self._early.append((message, Charge(shares.messages, cost)))
+                return
             self._flush()
+            if self._is_latching:
+                self._pay_latched(shares, cost)
             self._publisher.publish(message)
+
+    def pass_charges(self, left: ClientShares) -> bool:
+        """Let another client, or `left_behind`, pay what a client has paid that no longer publishes the topic.
+
+        Return False if too little is left there.
+        """
+        with self._lock:
+            charges = [charge for _, charge in self._early]
+            charges += [self._latched] if self._latched is not None else []
+            heir = next(iter(self.users.values()), None)
+            heir_budget = left.left_behind if heir is None else heir.messages
+            return all(
+                each.pass_to(heir_budget, is_forced=heir is not None)
+                for each in charges
+                if each.budget is left.messages
+            )
 
     def close(self) -> None:
         """Publish the queued messages and unregister the topic."""
         with self._lock:
             self._flush()
             self._publisher.unregister()
+            if self._latched is not None:
+                self._latched.end()
+                self._latched = None
 
     def peer_subscribe(self, topic_name: str, topic_publish: Any, peer_publish: Any) -> None:
         """Schedule publishing of the queued messages after a subscriber has connected."""
@@ -202,6 +265,28 @@ class _SharedPublisher:
 
     def _flush(self) -> None:
         self._early_until_s = min(self._early_until_s, time.monotonic())
-        early, self._early = self._early, []
-        for message in early:
+        early, self._early, self._early_bytes = self._early, [], 0
+        for message, charge in early:
             self._publisher.publish(message)
+            unused: Charge | None = charge
+            if self._is_latching:
+                unused, self._latched = self._latched, charge
+            if unused is not None:
+                unused.end()
+
+    def _pay_latched(self, shares: ClientShares, cost: int) -> None:
+        """Charge the client that publishes the newest latched message, instead of that of the previous one."""
+        before = self._latched
+        if before is not None and before.budget is shares.messages:
+            is_paid = before.change(cost)
+        else:
+            is_paid = shares.messages.take(cost)
+            if is_paid:
+                self._latched = Charge(shares.messages, cost)
+                if before is not None:
+                    before.end()
+        if not is_paid:
+            raise LimitExceeded(
+                f"the latched messages of this client need too much memory; "
+                f"{limit_text('bridge_parsed_bytes', int(shares.messages.limit))}"
+            )

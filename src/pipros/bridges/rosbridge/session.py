@@ -260,7 +260,7 @@ class ClientSession:
     def _advertise(self, effect: Advertise) -> None:
         topic = self._node.resolve(effect.topic)
         self._bridge.publishers.advertise(
-            self, topic, effect.kind, latch=effect.latch, queue_size=effect.queue_size
+            self, topic, effect.kind, latch=effect.latch, queue_size=effect.queue_size, shares=self._shares
         )
         self._published.add(topic)
 
@@ -273,7 +273,13 @@ class ClientSession:
         topic = self._node.resolve(effect.topic)
         self._published.add(topic)
         self._bridge.publishers.publish(
-            self, topic, effect.values, latch=effect.latch, queue_size=effect.queue_size
+            self,
+            topic,
+            effect.values,
+            latch=effect.latch,
+            queue_size=effect.queue_size,
+            shares=self._shares,
+            end_parsing=self._protocol.end_message,
         )
 
     # -- services ---------------------------------------------------------------------------

@@ -195,6 +195,8 @@ def test_missing_fields_keep_their_defaults_and_integers_are_floats() -> None:
 
 
 def test_only_a_given_header_without_stamp_is_stamped() -> None:
+    empty = filled("geometry_msgs/PoseStamped", {"header": {"stamp": {}}})
+    assert empty.header.stamp.to_nsec() == NOW_NS
     given = filled("geometry_msgs/PoseStamped", {"header": {"frame_id": "map"}})
     assert (given.header.stamp.to_nsec(), given.header.frame_id) == (NOW_NS, "map")
     assert filled("geometry_msgs/PoseStamped", {}).header.stamp.to_nsec() == 0
