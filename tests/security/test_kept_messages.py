@@ -1,4 +1,4 @@
-"""Messages that a bridge keeps for later subscribers: they count as memory of the client that published them."""
+"""Messages that a bridge keeps for later subscribers count as memory of the client that published them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import pytest
 
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits
+from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.filling import Filler
 from pipros.bridges.rosbridge.publishing import MESSAGE_BYTES, SharedPublishers
 from pipros.bridges.shares import ClientShares, ServerShares
@@ -21,13 +22,14 @@ from tests.support.nodes import MakeNode
 from tests.support.rosbridge import RosbridgeClient, rosbridge_server
 
 MIB = 1024 * 1024
-LIMITS = Limits()._replace(
+TABLE = BridgeLimits(
     bridge_queue_bytes=MIB,
     bridge_message_bytes=MIB,
     bridge_parsed_bytes=10 * MIB,
     bridge_client_bytes=15 * MIB,
     bridge_total_bytes=60 * MIB,
 )
+LIMITS = Limits(tables=(TABLE,))
 
 
 class FakePublisher:
@@ -52,7 +54,7 @@ class FakePublisher:
 
 
 class Server:
-    """The publishers of a bridge, on a node without sockets. Nothing is called later unless `pass_time` is."""
+    """The publishers of a bridge, on a node without sockets. `pass_time` calls what is due later."""
 
     def __init__(self) -> None:
         self.shares = ServerShares(LIMITS)
@@ -203,7 +205,7 @@ def test_clients_that_come_and_go_leave_no_more_than_one_share_behind() -> None:
     for _ in range(20):
         client = Client(server)
         client.leave(*latch_all_that_fits(client))
-        assert server.shares.memory.used <= LIMITS.bridge_client_bytes
+        assert server.shares.memory.used <= TABLE.bridge_client_bytes
     assert len(server.registered) <= 15
     server.pass_time()
     assert server.shares.memory.used == 0

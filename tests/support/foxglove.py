@@ -131,10 +131,9 @@ class Client:
 
 
 @contextlib.contextmanager
-def connected(address: str, subprotocol: str = SUBPROTOCOLS[0]) -> Iterator[Client]:
-    with connect(
-        address, subprotocols=[Subprotocol(subprotocol)], proxy=None, open_timeout=60, max_size=None
-    ) as socket:
+def connected(address: str, subprotocol: str = SUBPROTOCOLS[0], **options: Any) -> Iterator[Client]:
+    options = {"subprotocols": [Subprotocol(subprotocol)], "open_timeout": 60, **options}
+    with connect(address, proxy=None, max_size=None, **options) as socket:
         yield Client(socket)
 
 

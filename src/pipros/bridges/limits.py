@@ -21,7 +21,8 @@ class BridgeLimits(NamedTuple):
         bridge_asset_bytes: an asset that a Foxglove client fetches; also half of all that are being sent.
         bridge_kept_bytes: the names and ids that one client makes a server keep.
         bridge_client_bytes: everything that a server holds for one client: incomplete, parsed, queued
-            and latched messages, names and ids. If larger, the sum of `bridge_queue_bytes` and three messages.
+            and latched messages, names and ids. If larger, the sum of `bridge_queue_bytes` and three
+            messages.
         bridge_total_bytes: the same for all clients of a server, beyond 256 KiB for each. A client gets at
             most half of what the others leave.
         bridge_stall_s: the time for which a client may leave a full connection unread.

@@ -121,8 +121,8 @@ class SharedPublishers:
     def release(self, user: Hashable, topic: str) -> None:
         """Remove a client from the users of a publisher.
 
-        A publisher without users is unregistered after `unregister_s`, or at once if too little memory is left
-        for its messages.
+        A publisher without users is unregistered after `unregister_s`, or at once if too little memory is
+        left for its messages.
         """
         with self._lock:
             found = self._shared.get(topic)
@@ -226,7 +226,7 @@ class _SharedPublisher:
             self._publisher.publish(message)
 
     def pass_charges(self, left: ClientShares) -> bool:
-        """Let another client, or `left_behind`, pay what a client has paid that no longer publishes the topic.
+        """Let another client, or `left_behind`, pay for a client that no longer publishes the topic.
 
         Return False if too little is left there.
         """
@@ -275,7 +275,7 @@ class _SharedPublisher:
                 unused.end()
 
     def _pay_latched(self, shares: ClientShares, cost: int) -> None:
-        """Charge the client that publishes the newest latched message, instead of that of the previous one."""
+        """Charge the client of the newest latched message, instead of that of the previous one."""
         before = self._latched
         if before is not None and before.budget is shares.messages:
             is_paid = before.change(cost)
