@@ -69,6 +69,8 @@ def test_roscd_enters_packages_folders_workspace_and_logs(ros: RosSystem, source
     assert "No workspace is set up" in ended.output
     ended = shell(ros, program, "roscd nope; pwd")
     assert "roscd: No such package/stack 'nope'" in ended.output
+    assert "Did you mean" not in ended.output
+    assert "Did you mean robots?" in shell(ros, program, "roscd robot/a; pwd").output
     assert ended.stdout[-1] == str(ros.home)
     assert shell(ros, program, "roscd --help").stdout[0] == "usage: roscd package"
 

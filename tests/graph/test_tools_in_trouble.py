@@ -28,6 +28,8 @@ String: Any = load_message_class("std_msgs/String")
 Log: Any = load_message_class("rosgraph_msgs/Log")
 Bytes: Any = load_message_class("std_msgs/UInt8MultiArray")
 
+EMPTY: Any = load_service_class("std_srvs/Empty")
+
 NO_MASTER = "http://127.0.0.1:1"
 
 WITHOUT_MASTER = [
@@ -237,3 +239,16 @@ def test_a_hung_node_does_not_block_rosconsole(
     finally:
         is_over.set()
         client.close()
+
+
+def test_rosservice_call_suggests_similar_names(ros: RosSystem) -> None:
+    ros.serve_master()
+    with Node("robot", environment=Environment(master_uri=ros.master_uri)) as robot:
+        robot.serve("/reset_odometry", EMPTY, lambda _: EMPTY._response_class())
+        mistyped = ros.pipros.run("rosservice", "call", "/reset_odometri")
+        other = ros.pipros.run("rosservice", "call", "/x")
+    assert mistyped.stderr == [
+        "ERROR: Service [/reset_odometri] is not available.",
+        "Did you mean /reset_odometry?",
+    ]
+    assert other.stderr == ["ERROR: Service [/x] is not available."]

@@ -173,8 +173,7 @@ def _report_missing_program(package: Package, name: str, found: Executables, pro
 
 def _suggest(name: str, known: list[str]) -> None:
     """Suggest names similar to a mistyped name. Uses stderr, so that stdout equals Noetic's."""
-    from difflib import get_close_matches
+    from pipros.basics.similar_names import similar_names
 
-    near = get_close_matches(name, known, n=3, cutoff=0.7)
-    if near:
-        print(f"[rosrun] Did you mean {' or '.join(near)}?", file=sys.stderr)
+    if question := similar_names(name, known):
+        print(f"[rosrun] {question}", file=sys.stderr)

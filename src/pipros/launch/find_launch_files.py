@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from pipros.basics.errors import NotFound
+from pipros.basics.similar_names import similar_names
 from pipros.launch.model import LaunchError
 from pipros.packages.well_known import why_missing
 from pipros.workspace.index import Package, PackageIndex
@@ -60,12 +61,12 @@ def find_in_package(package_name: str, name: str, index: PackageIndex) -> str:
         package = index.find(package_name)
     except NotFound:
         reason = why_missing(package_name)
-        suggestion = _suggestion(package_name, [package.name for package in index])
+        suggestion = similar_names(package_name, [package.name for package in index])
         hints = [nothing, reason] if reason else [nothing, suggestion, index.advice]
         raise LaunchError("\n".join(filter(None, hints))) from None
     matches = _matches(package, name)
     if not matches:
-        hints = [nothing, _suggestion(name, _launch_files(package))]
+        hints = [nothing, similar_names(name, _launch_files(package))]
         raise LaunchError("\n".join(filter(None, hints)))
     if len(matches) > 1:
         listing = "\n".join(f"- {match}" for match in matches)
@@ -98,11 +99,3 @@ def _walk(package: Package) -> Iterator[tuple[str, list[str]]]:
     for folder, folders, files in os.walk(package.path):
         folders[:] = sorted(sub for sub in folders if not sub.startswith("."))
         yield folder, files
-
-
-def _suggestion(name: str, known: Collection[str]) -> str:
-    """Return a question that suggests known names similar to `name`, or an empty string if there are none."""
-    from difflib import get_close_matches
-
-    near = get_close_matches(name, sorted(known), n=3, cutoff=0.7)
-    return f"Did you mean {' or '.join(near)}?" if near else ""

@@ -21,7 +21,6 @@ import os
 import socket
 import sys
 from functools import cache
-from hashlib import blake2b
 from typing import Final
 
 from pipros.net.local_socket import HAS_LOCAL_SOCKETS, is_own, peer_user
@@ -128,4 +127,6 @@ def is_from_same_user(sock: socket.socket) -> bool:
 
 
 def _digest(data: bytes) -> str:
+    from hashlib import blake2b  # loads OpenSSL, which takes 10 ms at the start of every node
+
     return blake2b(data, digest_size=16).hexdigest()

@@ -3,7 +3,7 @@
 The shell passes the position of the word, then all words. Candidates are printed one per line. A multi-line
 candidate is printed alone, after the character 0x1f. If called with `--find PACKAGE NAME`, the command prints
 the files with that name in a package, for roscat, rosed and roscp. With `--absent COMMAND`, it prints advice
-on a command that the shell did not find.
+on a command that the shell did not find; with `--similar PACKAGE`, a question that suggests similar names.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _print_files(*arguments[1:])
     if arguments[:1] == ["--absent"] and len(arguments) == 2:
         return _print_advice(arguments[1])
+    if arguments[:1] == ["--similar"] and len(arguments) == 2:
+        return _print_similar(arguments[1])
     if len(arguments) < 2 or not arguments[0].isdecimal():
         print("usage: pipros-complete POSITION WORD...", file=sys.stderr)
         return 2
@@ -50,6 +52,16 @@ def _print_advice(name: str) -> int:
     advice = why_no_command(name)
     print(f"{name}: {advice or 'command not found'}", file=sys.stderr)
     return NO_SUCH_COMMAND
+
+
+def _print_similar(package: str) -> int:
+    from pipros.basics.similar_names import similar_names
+    from pipros.workspace.index import PackageIndex
+
+    question = similar_names(package, (each.name for each in PackageIndex.from_environment()))
+    if question:
+        print(question)
+    return 0
 
 
 def _print_files(package_name: str, name: str) -> int:

@@ -7,9 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from pipros.basics.names import parse_arguments
+from pipros.basics.similar_names import similar_names
 from pipros.cli.runner import option_parser
 from pipros.graph.client import GraphClient
+from pipros.graph.errors import GraphError
 from pipros.graph.service_call import ServiceCaller, wait_for_service
+from pipros.graph.system_state import SystemState
 
 
 def call_service(argv: Sequence[str]) -> int:
@@ -31,7 +34,10 @@ def call_service(argv: Sequence[str]) -> int:
         service = graph.resolve(arguments[0])
         if options.wait:
             wait_for_service(graph.master, service)
-        caller = ServiceCaller(graph.master, service)
+        try:
+            caller = ServiceCaller(graph.master, service)
+        except GraphError as error:
+            raise GraphError(f"{error}{_suggestion(graph, service)}") from None
         if arguments[1:] or not caller.takes_arguments:
             _print_call(caller, [value_of(word) for word in arguments[1:]], verbose=options.verbose)
             return 0
@@ -40,6 +46,13 @@ def call_service(argv: Sequence[str]) -> int:
         for document in documents_of(sys.stdin):
             _print_call(caller, [document], verbose=options.verbose)
     return 0
+
+
+def _suggestion(graph: GraphClient, service: str) -> str:
+    """Return a second line for an error, which names similar services; empty if there are none."""
+    known = SystemState.from_state(graph.master.get_system_state()).services
+    question = "" if service in known else similar_names(service, known)
+    return f"\n{question}" if question else ""
 
 
 def _print_call(caller: ServiceCaller, values: Sequence[Any], *, verbose: bool) -> None:

@@ -5,6 +5,7 @@ function _pipros_place  # package[/path] command -> path
     set -l folder (rospack -q find "$parts[1]" 2>/dev/null)
     if test -z "$folder"
         echo "$argv[2]: No such package/stack '$argv[1]'" >&2
+        pipros-complete --similar "$parts[1]" >&2 2>/dev/null
         return 1
     end
     if test (count $parts) -eq 1

@@ -4,6 +4,7 @@ _pipros_place() {  # package[/path] command -> path
   local package=${1%%/*} folder
   if [[ -z $package ]] || ! folder=$(rospack -q find $package 2> /dev/null); then
     echo "$2: No such package/stack '$1'"
+    pipros-complete --similar "$package" 2> /dev/null
     return 1
   fi
   if [[ $package == $1 ]]; then echo $folder; else echo $folder/${1#*/}; fi
