@@ -3,10 +3,7 @@
 const js = require("@eslint/js");
 const globals = require("globals");
 
-const LONG = [
-  "bags/timeline", "graph/canvas", "panels/panel", "scene/tab", "table", "tabs/bags", "tabs/console", "tabs/diagnostics", "tabs/graph",
-  "tabs/panels", "tabs/params", "tabs/plot", "tabs/reconfigure", "tabs/teleop", "tabs/topics",
-];
+const LONG = ["graph/canvas", "tabs/bags", "tabs/console", "tabs/panels", "tabs/plot"];
 
 module.exports = [
   js.configs.recommended,

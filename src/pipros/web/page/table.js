@@ -40,7 +40,7 @@ export function dataTable(columns, options) {
       shown.delete(key);
     }
     const focused = body.contains(document.activeElement) ? document.activeElement : null;
-    wanted.forEach((row, index) => place(update(row), index));
+    wanted.forEach((row, index) => place(body, update(row), index));
     if (focused instanceof HTMLElement && focused !== document.activeElement) focused.focus({ preventScroll: true }); // its row was moved
     replace(more.firstChild, `${rows.length - wanted.length} more: filter to see them.`);
     if (rows.length > wanted.length) body.append(more);
@@ -50,12 +50,7 @@ export function dataTable(columns, options) {
     }
   }
 
-  function inOrder(list) {
-    const order = columns.find(({ title }) => title === sorted.title)?.order;
-    if (!order) return list;
-    const sign = sorted.isDown ? -1 : 1;
-    return [...list].sort((one, other) => sign * compared(order(one), order(other)));
-  }
+  const inOrder = (list) => ordered(list, columns.find(({ title }) => title === sorted.title)?.order, sorted.isDown);
 
   function update(row) {
     const key = keyOf(row);
@@ -72,10 +67,6 @@ export function dataTable(columns, options) {
     return made;
   }
 
-  function place(row, index) {
-    if (body.children[index] !== row) body.insertBefore(row, body.children[index] ?? null);
-  }
-
   function choose(key) {
     if (!getSelection()?.isCollapsed) return; // the user selects text
     onChoose(key);
@@ -86,33 +77,49 @@ export function dataTable(columns, options) {
     for (const [other, { element: row }] of shown) row.setAttribute("aria-selected", String(other === key));
   }
 
-  if (onChoose) body.addEventListener("keydown", (event) => {
-    const row = event.target.closest("tr");
-    const next = { ArrowDown: row.nextElementSibling, ArrowUp: row.previousElementSibling }[event.key];
-    if (next?.dataset.name) next.focus();
-    else if (event.key === "Enter" || event.key === " ") onChoose(row.dataset.name);
-    else return;
-    event.preventDefault();
-  });
-  // All rows in the order of the table, for spreadsheets.
-  function csv() {
-    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-    const plain = (content) => (content instanceof Node ? content.textContent : String(content ?? ""));
-    const saved = columns.filter(({ order }) => order); // not those of buttons
-    const lines = [saved.map(({ title }) => title), ...inOrder(rows).map((row) => saved.map(({ text }) => plain(text(row))))];
-    return lines.map((line) => `${line.map(quoted).join(",")}\n`).join("");
-  }
-
-  // Ctrl-C on a row without a selected text copies the row, with tabs between its cells.
-  element.addEventListener("copy", (event) => {
-    const row = event.target instanceof Element ? event.target.closest("tr") : null;
-    if (!row || !getSelection()?.isCollapsed) return;
-    event.clipboardData.setData("text/plain", [...row.children].map((cell) => cell.textContent).join("\t"));
-    event.preventDefault();
-  });
-  const csvButton = (name) => h("button", { title: "Save the table as CSV", onclick: () => download(`${name}.csv`, csv(), "text/csv") },
-    "CSV");
+  if (onChoose) body.addEventListener("keydown", (event) => chooseByKey(event, onChoose));
+  element.addEventListener("copy", copyRow);
+  const csvButton = (name) => h("button", { title: "Save the table as CSV",
+    onclick: () => download(`${name}.csv`, csv(columns, inOrder(rows)), "text/csv") }, "CSV");
   return { element, show, mark, csvButton };
+}
+
+// Returns the rows sorted by the value that `order` returns for a row; without it, as they are.
+function ordered(rows, order, isDown) {
+  if (!order) return rows;
+  const sign = isDown ? -1 : 1;
+  return [...rows].sort((one, other) => sign * compared(order(one), order(other)));
+}
+
+function place(body, row, index) {
+  if (body.children[index] !== row) body.insertBefore(row, body.children[index] ?? null);
+}
+
+// The arrow keys go from row to row, Enter and the space bar choose one.
+function chooseByKey(event, onChoose) {
+  const row = event.target.closest("tr");
+  const next = { ArrowDown: row.nextElementSibling, ArrowUp: row.previousElementSibling }[event.key];
+  if (next?.dataset.name) next.focus();
+  else if (event.key === "Enter" || event.key === " ") onChoose(row.dataset.name);
+  else return;
+  event.preventDefault();
+}
+
+// Ctrl-C on a row without a selected text copies the row, with tabs between its cells.
+function copyRow(event) {
+  const row = event.target instanceof Element ? event.target.closest("tr") : null;
+  if (!row || !getSelection()?.isCollapsed) return;
+  event.clipboardData.setData("text/plain", [...row.children].map((cell) => cell.textContent).join("\t"));
+  event.preventDefault();
+}
+
+// Returns the rows as text for spreadsheets.
+function csv(columns, rows) {
+  const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  const plain = (content) => (content instanceof Node ? content.textContent : String(content ?? ""));
+  const saved = columns.filter(({ order }) => order); // not those of buttons
+  const lines = [saved.map(({ title }) => title), ...rows.map((row) => saved.map(({ text }) => plain(text(row))))];
+  return lines.map((line) => `${line.map(quoted).join(",")}\n`).join("");
 }
 
 function fill(cell, content) {

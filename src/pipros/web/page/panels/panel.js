@@ -2,10 +2,10 @@
 
 import { h, replace } from "../dom.js";
 import { placeIn } from "../place.js";
+import { makeDraggable } from "./dragging.js";
 import { TabContext } from "../tab_context.js";
 
 const ARROWS = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "above", ArrowDown: "below" };
-const CENTRE = 0.28; // part of a panel's size; a panel dropped nearer than this to an edge is placed at that edge
 
 class PanelContext extends TabContext {
   constructor(element, name, control, times, onRemember) {
@@ -32,12 +32,8 @@ export function panel(first, tabs, board) {
   let context = null;
   let handle = null;
   let isShown = true;
-  const grip = h("button", { class: "plain grip", title: "Drag to move; the arrow keys move it, too", onkeydown: (event) => {
-    if (!(event.key in ARROWS)) return;
-    event.preventDefault();
-    board.step(leaf.id, ARROWS[event.key]);
-    grip.focus();
-  } }, "⠿");
+  const grip = h("button", { class: "plain grip", title: "Drag to move; the arrow keys move it, too",
+    onkeydown: (event) => moveByKey(event, (side) => board.step(leaf.id, side)) }, "⠿");
   const choice = h("select", { "aria-label": "View", onchange: () => board.change({ ...leaf, tab: choice.value, argument: "" }) },
     tabs.map(([name, title]) => h("option", { value: name }, title)));
   const subject = h("span", { class: "subject pale" });
@@ -50,13 +46,7 @@ export function panel(first, tabs, board) {
   let view = h("div", { class: "tab" });
   const element = h("section", { class: "panel" }, bar, view);
 
-  // A link to a view that another panel shows goes to that panel; other links open their tab.
-  element.addEventListener("click", (event) => {
-    const link = event.target instanceof Element ? event.target.closest("a[href^='#']") : null;
-    if (!link || event.ctrlKey || event.metaKey || event.shiftKey) return;
-    const [name, wanted] = placeIn(link.getAttribute("href"));
-    if (board.follow(leaf, name, wanted)) event.preventDefault();
-  });
+  element.addEventListener("click", (event) => followLink(event, (...place) => board.follow(leaf, ...place)));
 
   async function open() {
     context?.close();
@@ -92,35 +82,7 @@ export function panel(first, tabs, board) {
     }
   }
 
-  // Dragging: while the pointer is over another panel, the place where this one would go is marked.
-  let drop = null;
-  const findDrop = ({ clientX, clientY }) => {
-    const target = document.elementsFromPoint(clientX, clientY).map((each) => each.closest("section.panel")).find(Boolean);
-    if (!(target instanceof HTMLElement) || target === element) return null;
-    const bounds = target.getBoundingClientRect();
-    const [x, y] = [(clientX - bounds.left) / bounds.width - 0.5, (clientY - bounds.top) / bounds.height - 0.5];
-    const edge = Math.abs(x) > Math.abs(y) ? (x < 0 ? "left" : "right") : y < 0 ? "above" : "below";
-    return { target, side: Math.max(Math.abs(x), Math.abs(y)) < CENTRE ? "centre" : edge };
-  };
-  const mark = (next) => {
-    if (drop) delete drop.target.dataset.drop;
-    drop = next;
-    if (drop) drop.target.dataset.drop = drop.side;
-  };
-  grip.addEventListener("pointerdown", (event) => {
-    if (event.button !== 0) return;
-    grip.setPointerCapture(event.pointerId);
-    element.classList.add("dragged");
-  });
-  grip.addEventListener("pointermove", (event) => {
-    if (element.classList.contains("dragged")) mark(findDrop(event));
-  });
-  for (const kind of ["pointerup", "pointercancel"]) grip.addEventListener(kind, () => {
-    element.classList.remove("dragged");
-    const found = drop;
-    mark(null);
-    if (found && kind === "pointerup") board.move(leaf.id, Number(found.target.dataset.id), found.side);
-  });
+  makeDraggable(element, grip, (target, side) => board.move(leaf.id, Number(target.dataset.id), side));
 
   return {
     element, show,
@@ -141,4 +103,19 @@ export function panel(first, tabs, board) {
       element.remove();
     },
   };
+}
+
+function moveByKey(event, step) {
+  if (!(event.key in ARROWS)) return;
+  event.preventDefault();
+  step(ARROWS[event.key]);
+  event.currentTarget.focus();
+}
+
+// A link to a view that another panel shows goes to that panel; other links open their tab.
+function followLink(event, follow) {
+  const link = event.target instanceof Element ? event.target.closest("a[href^='#']") : null;
+  if (!link || event.ctrlKey || event.metaKey || event.shiftKey) return;
+  const [name, argument] = placeIn(link.getAttribute("href"));
+  if (follow(name, argument)) event.preventDefault();
 }

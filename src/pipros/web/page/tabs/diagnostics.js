@@ -44,19 +44,8 @@ export function open(view, argument, context) {
     worstFirst.hidden = bad.length === 0;
     problems.show(bad);
     problems.mark(selected);
-    const root = { below: new Map() };
-    for (const component of components) {
-      let branch = root;
-      const parts = component.name.split("/").filter(Boolean);
-      if (parts.length > DEEPEST) parts.push(parts.splice(DEEPEST - 1).join("/"));
-      for (const part of parts) {
-        if (!branch.below.has(part)) branch.below.set(part, { below: new Map() });
-        branch = branch.below.get(part);
-      }
-      branch.component = component;
-    }
-    morph(body.firstChild, tree(root, ""));
-    for (const details of body.querySelectorAll("details")) details.open = !closed.has(details.dataset.path);
+    morph(body.firstChild, tree(nested(components), ""));
+    for (const opened of body.querySelectorAll("details")) opened.open = !closed.has(opened.dataset.path);
     drawSide();
   }
 
@@ -69,19 +58,6 @@ export function open(view, argument, context) {
     if (target.open) closed.delete(target.dataset.path);
     else closed.add(target.dataset.path);
   }, { capture: true });
-
-  const worst = (branch) => Math.max(branch.component?.level ?? 0, ...[...branch.below.values()].map(worst));
-
-  function tree(branch, path) {
-    return h("ul", { class: "tree" }, [...branch.below].sort(([a], [b]) => a.localeCompare(b)).map(([part, below]) => {
-      const own = `${path}/${part}`;
-      const label = [dot(worst(below)), below.component
-        ? h("button", { class: "plain", "data-name": below.component.name }, part,
-          h("span", { class: "key" }, ` ${below.component.message}`)) : part];
-      if (!below.below.size) return h("li", { "data-key": part }, label);
-      return h("li", { "data-key": `${part}/` }, h("details", { "data-path": own }, h("summary", {}, label), tree(below, own)));
-    }));
-  }
 
   function choose(name) {
     context.remember(name);
@@ -96,15 +72,7 @@ export function open(view, argument, context) {
   function drawSide() {
     const component = components.find((each) => each.name === selected);
     side.hidden = !component;
-    if (!component) return;
-    morph(about, h("div", {}, h("h2", {}, component.name), h("p", {},
-      h("span", { class: `badge diagnostic-${component.level}` }, LEVELS[component.level] ?? component.level), ` ${component.message}`),
-      h("dl", {}, h("dt", {}, "Hardware"), h("dd", {}, component.hardware || "–"), h("dt", {}, "Age"), h("dd", {}, `${component.age} s`)),
-      h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` },
-        component.history.map(([when, level]) =>
-          h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
-      h("h3", {}, "Values"), h("table", {},
-        component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value))))));
+    if (component) morph(about, details(component));
   }
 
   context.watch("diagnostics", {}, (data) => {
@@ -120,4 +88,44 @@ export function open(view, argument, context) {
     draw();
   }, (problem) => replace(error, problem), { always: true });
   return { go };
+}
+
+// Returns the components as a tree of branches {below, component}; the slashes of the names separate the branches.
+function nested(components) {
+  const root = { below: new Map() };
+  for (const component of components) {
+    let branch = root;
+    const parts = component.name.split("/").filter(Boolean);
+    if (parts.length > DEEPEST) parts.push(parts.splice(DEEPEST - 1).join("/"));
+    for (const part of parts) {
+      if (!branch.below.has(part)) branch.below.set(part, { below: new Map() });
+      branch = branch.below.get(part);
+    }
+    branch.component = component;
+  }
+  return root;
+}
+
+const worst = (branch) => Math.max(branch.component?.level ?? 0, ...[...branch.below.values()].map(worst));
+
+function tree(branch, path) {
+  return h("ul", { class: "tree" }, [...branch.below].sort(([a], [b]) => a.localeCompare(b)).map(([part, below]) => {
+    const own = `${path}/${part}`;
+    const label = [dot(worst(below)), below.component
+      ? h("button", { class: "plain", "data-name": below.component.name }, part,
+        h("span", { class: "key" }, ` ${below.component.message}`)) : part];
+    if (!below.below.size) return h("li", { "data-key": part }, label);
+    return h("li", { "data-key": `${part}/` }, h("details", { "data-path": own }, h("summary", {}, label), tree(below, own)));
+  }));
+}
+
+function details(component) {
+  return h("div", {}, h("h2", {}, component.name), h("p", {},
+    h("span", { class: `badge diagnostic-${component.level}` }, LEVELS[component.level] ?? component.level), ` ${component.message}`),
+    h("dl", {}, h("dt", {}, "Hardware"), h("dd", {}, component.hardware || "–"), h("dt", {}, "Age"), h("dd", {}, `${component.age} s`)),
+    h("h3", {}, "History"), h("div", { class: "history", role: "img", "aria-label": `The newest ${component.history.length} levels` },
+      component.history.map(([when, level]) =>
+        h("span", { class: `dot diagnostic-${level}`, title: new Date(when * 1000).toLocaleTimeString() }))),
+    h("h3", {}, "Values"), h("table", {},
+      component.values.map(([key, value]) => h("tr", {}, h("td", { class: "key" }, key), h("td", {}, value)))));
 }

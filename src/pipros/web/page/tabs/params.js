@@ -36,17 +36,8 @@ export function open(view, argument, context) {
   function draw() {
     const wanted = search.value.trim().toLowerCase();
     const names = Object.keys(params).filter((key) => !wanted || `${key} ${params[key]}`.toLowerCase().includes(wanted));
-    const root = new Map();
-    for (const key of names) {
-      let level = root;
-      for (const part of key.slice(1).split("/").slice(0, -1)) {
-        if (!(level.get(part) instanceof Map)) level.set(part, new Map());
-        level = level.get(part);
-      }
-      level.set(key.slice(key.lastIndexOf("/") + 1), key);
-    }
     const none = h("div", { class: "note" }, wanted ? "No parameter matches." : "There are no parameters.");
-    morph(body.firstChild, h("div", {}, names.length ? branch(root, "") : none));
+    morph(body.firstChild, h("div", {}, names.length ? branch(nested(names), "", { params, changed, control }) : none));
     for (const details of body.querySelectorAll("details[data-path]")) details.open = !closed.has(details.dataset.path);
   }
 
@@ -66,22 +57,6 @@ export function open(view, argument, context) {
     value.focus();
   }
 
-  function branch(level, ns) {
-    return h("ul", { class: "tree" }, [...level].map(([part, below]) => {
-      const path = `${ns}/${part}`;
-      if (below instanceof Map) {
-        return h("li", { "data-key": `${part}/` }, h("details", { "data-path": path }, h("summary", {}, `${part}/`), branch(below, path)));
-      }
-      const text = params[below];
-      const isLong = text.length > LONG;
-      const shown = [h("span", { class: "key" }, `${part}: `), isLong ? null : text];
-      return h("li", { "data-key": part, class: changed.has(below) ? "changed" : "" },
-        control ? h("button", { class: "plain", title: "Edit", "data-name": below }, shown) : shown,
-        isLong ? h("details", { class: "long-value", "data-value": below },
-          h("summary", {}, `${text.slice(0, SHOWN)} … ${bytes(text.length)}`), text) : null);
-    }));
-  }
-
   context.watch("params", {}, (data) => {
     if (data.error) { replace(error, data.error); return; }
     replace(error, data.more ? `${data.more} more parameters are not shown.` : "");
@@ -95,4 +70,37 @@ export function open(view, argument, context) {
     setTimeout(() => { changed = new Map([...changed].filter(([, when]) => Date.now() - when < MARKED_MS)); draw(); }, MARKED_MS + 100);
   }, (problem) => replace(error, problem));
   return { go: (text) => { search.value = text; draw(); } };
+}
+
+// Returns the names as nested maps by namespace, with the full name at the end: {robot: {wheels: "/robot/wheels"}}.
+function nested(names) {
+  const root = new Map();
+  for (const name of names) {
+    let level = root;
+    for (const part of name.slice(1).split("/").slice(0, -1)) {
+      if (!(level.get(part) instanceof Map)) level.set(part, new Map());
+      level = level.get(part);
+    }
+    level.set(name.slice(name.lastIndexOf("/") + 1), name);
+  }
+  return root;
+}
+
+// Returns the list of a namespace `ns`. `state`: `params`, name to text; `changed`, a map with the marked names; and `control`.
+function branch(level, ns, state) {
+  const { params, changed, control } = state;
+  return h("ul", { class: "tree" }, [...level].map(([part, below]) => {
+    const path = `${ns}/${part}`;
+    if (below instanceof Map) {
+      return h("li", { "data-key": `${part}/` },
+        h("details", { "data-path": path }, h("summary", {}, `${part}/`), branch(below, path, state)));
+    }
+    const text = params[below];
+    const isLong = text.length > LONG;
+    const shown = [h("span", { class: "key" }, `${part}: `), isLong ? null : text];
+    return h("li", { "data-key": part, class: changed.has(below) ? "changed" : "" },
+      control ? h("button", { class: "plain", title: "Edit", "data-name": below }, shown) : shown,
+      isLong ? h("details", { class: "long-value", "data-value": below },
+        h("summary", {}, `${text.slice(0, SHOWN)} … ${bytes(text.length)}`), text) : null);
+  }));
 }

@@ -53,21 +53,19 @@ export function open(view, argument, context) {
     const button = event.target.closest("button.measure");
     if (!button) return;
     event.stopPropagation();
-    toggle(button.dataset.topic);
+    measured.toggle(button.dataset.topic);
   }, { capture: true });
   table.element.addEventListener("keydown", (event) => {
     if (event.target.closest("button.measure")) event.stopPropagation(); // Enter presses the button, and does not select the row
   }, { capture: true });
   const inTree = h("input", { type: "checkbox", onchange: () => draw() });
   const all = h("button", { title: `Subscribe to the first ${MOST_MEASURED} topics of the list`,
-    onclick: () => measure(chosen.size ? [] : shown().map((topic) => topic.name)) }, "Measure all");
+    onclick: () => measured.choose(measured.count() ? [] : shown().map((topic) => topic.name)) }, "Measure all");
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, inTree, "Tree"), all,
     h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
   let topics = [];
   let selected = "";
-  let chosen = new Set(); // names of the measured topics
-  let figures = {}; // name to the measured values
-  let stopMeasuring = () => {};
+  const measured = measurement(context, () => draw(), (text) => replace(error, text));
   const closed = new Set(); // namespaces
   let closePanel = () => {};
 
@@ -77,31 +75,10 @@ export function open(view, argument, context) {
   }
 
   function draw() {
-    const rows = shown().map((topic) => ({ ...topic, isChosen: chosen.has(topic.name), measured: figures[topic.name] }));
+    const rows = shown().map((topic) => ({ ...topic, ...measured.of(topic.name) }));
     if (inTree.checked) table.show(namespaceRows(rows, (name) => closed.has(name)), { isOrdered: true });
     else table.show(rows);
-    replace(all, chosen.size ? `Stop measuring ${chosen.size}` : "Measure all");
-  }
-
-  function toggle(name) {
-    if (!chosen.has(name)) measure([...chosen, name]);
-    else measure([...chosen].filter((each) => each !== name));
-  }
-
-  function measure(names) {
-    if (names.length > MOST_MEASURED) replace(error, `At most ${MOST_MEASURED} topics are measured at a time.`);
-    chosen = new Set(names.slice(0, MOST_MEASURED));
-    const stopLast = stopMeasuring;
-    stopMeasuring = () => {};
-    figures = Object.fromEntries(Object.entries(figures).filter(([name]) => chosen.has(name)));
-    if (chosen.size) {
-      stopMeasuring = context.watch("measured", { names: [...chosen] }, (data) => {
-        figures = data.topics;
-        draw();
-      }, (text) => replace(error, text));
-    }
-    stopLast();
-    draw();
+    replace(all, measured.count() ? `Stop measuring ${measured.count()}` : "Measure all");
   }
 
   function onChoose(name) {
@@ -133,4 +110,34 @@ export function open(view, argument, context) {
   }, (text) => replace(error, text));
   if (argument) go(argument);
   return { go };
+}
+
+// The topics whose rate and bandwidth the server measures, and the values that it measured.
+function measurement(context, onChange, onError) {
+  let chosen = new Set(); // names of topics
+  let figures = {}; // name to the measured values
+  let stop = () => {};
+
+  function choose(names) {
+    if (names.length > MOST_MEASURED) onError(`At most ${MOST_MEASURED} topics are measured at a time.`);
+    chosen = new Set(names.slice(0, MOST_MEASURED));
+    const stopLast = stop;
+    stop = () => {};
+    figures = Object.fromEntries(Object.entries(figures).filter(([name]) => chosen.has(name)));
+    if (chosen.size) {
+      stop = context.watch("measured", { names: [...chosen] }, (data) => {
+        figures = data.topics;
+        onChange();
+      }, onError);
+    }
+    stopLast();
+    onChange();
+  }
+
+  function toggle(name) {
+    if (!chosen.has(name)) choose([...chosen, name]);
+    else choose([...chosen].filter((each) => each !== name));
+  }
+
+  return { choose, toggle, count: () => chosen.size, of: (name) => ({ isChosen: chosen.has(name), measured: figures[name] }) };
 }

@@ -1,0 +1,50 @@
+// The drawing of the running system in a graph canvas: the server sends its layout, and then the traffic on its arrows.
+
+import { bandwidth, h, hertz, replace } from "../dom.js";
+
+const NOTHING = "Nothing to show: no node is connected to another one, or everything is hidden.";
+
+// `onDrawn(names)` is called after each new layout, with the names of all nodes and topics; `onError(text)` with an error or "".
+export function graphDrawing(canvas, context, onDrawn, onError) {
+  const counts = h("span", { class: "pale" });
+  const empty = h("div", { class: "note", hidden: true, role: "status" }, NOTHING);
+  let traffic = [];
+  let close = () => {};
+
+  // Draws the graph with these options from now on.
+  function watch(options) {
+    close();
+    close = context.watch("graph", options, (data) => {
+      if (data.scene) draw(data);
+      else update(data);
+    }, onError);
+  }
+
+  function draw({ scene, too_many: tooMany, most, names }) {
+    canvas.draw(scene);
+    onDrawn(names);
+    label();
+    empty.hidden = scene.boxes.length > 0;
+    replace(empty, tooMany ? `${tooMany} nodes and topics match, and at most ${most} are drawn. Narrow the filters Nodes and Topics, or ` +
+      `show nodes only.` : NOTHING);
+  }
+
+  function update(data) {
+    traffic = data.traffic;
+    label();
+    onError(data.error ? `The master does not answer: ${data.error}` : "");
+    canvas.showAges(data.removed);
+    replace(counts, `${data.nodes} nodes, ${data.topics} topics`);
+  }
+
+  // The rate is shown only on the arrow from the publisher, because the arrow from the topic has the same rate.
+  function label() {
+    canvas.label((arrow, index) => {
+      const values = arrow.start.kind === "topic" ? null : traffic[index];
+      const measured = values ? `${hertz(values[0])} · ${bandwidth(values[1])}` : "";
+      return [arrow.text, measured].filter(Boolean).join("  ");
+    });
+  }
+
+  return { counts, empty, watch };
+}
