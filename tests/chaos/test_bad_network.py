@@ -10,8 +10,9 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
-from pipros.node import Node, publisher_connector
+from pipros.node import Node
 from pipros.node.service_link import ServiceFailed
+from pipros.node.timings import NodeTimings
 from pipros.testing.faults.history import History
 from pipros.testing.faults.ros_proxy import FaultProxy
 from tests.support.nodes import MakeNode
@@ -21,6 +22,7 @@ String: Any = load_message_class("std_msgs/String")
 SetBool: Any = load_service_class("std_srvs/SetBool")
 
 LIMIT_S = 60.0
+QUICK_RETRIES = NodeTimings(retry_longest_s=0.2, retry_refused_first_s=0.2)
 
 
 @pytest.fixture
@@ -32,14 +34,9 @@ def proxy(master: Master) -> Iterator[FaultProxy]:
 @pytest.fixture
 def behind(proxy: FaultProxy) -> Iterator[Node]:
     """A node on the other side of the proxy."""
-    with Node("behind", environment=Environment(master_uri=proxy.uri)) as node:
+    environment = Environment(master_uri=proxy.uri)
+    with Node("behind", environment=environment, timings=QUICK_RETRIES) as node:
         yield node
-
-
-@pytest.fixture(autouse=True)
-def quick_retries(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(publisher_connector, "RETRY_LONGEST_S", 0.2)
-    monkeypatch.setattr(publisher_connector, "RETRY_REFUSED_FIRST_S", 0.2)
 
 
 class Relay:
@@ -100,7 +97,7 @@ class Relay:
 
 @pytest.fixture
 def relay(make_node: MakeNode, behind: Node) -> Relay:
-    relay = Relay(make_node("near"), behind)
+    relay = Relay(make_node("near", timings=QUICK_RETRIES), behind)
     relay.connect()
     return relay
 
@@ -155,7 +152,7 @@ def test_links_that_are_cut_repeatedly_lose_only_messages_in_transit(proxy: Faul
 def test_a_stalled_link_loses_exactly_the_counted_messages(
     make_node: MakeNode, proxy: FaultProxy, behind: Node
 ) -> None:
-    relay = Relay(make_node("near"), behind, queue_size=5)
+    relay = Relay(make_node("near", timings=QUICK_RETRIES), behind, queue_size=5)
     relay.connect()
     relay.wait(relay.say())
 
@@ -213,7 +210,7 @@ def test_calls_over_a_bad_network_return_correctly_or_fail(
     make_node: MakeNode, behind: Node, proxy: FaultProxy
 ) -> None:
     behind.serve("set", SetBool, lambda request: SetBool._response_class(request.data, str(request.data)))
-    client = make_node("caller").client("set", SetBool)
+    client = make_node("caller", timings=QUICK_RETRIES).client("set", SetBool)
     proxy.inject("services", cut_every_bytes=400, split_bytes=5, jitter_s=0.001)
 
     good = bad = 0
@@ -242,7 +239,7 @@ def test_an_unreachable_master_interrupts_no_topic(
     relay.wait(relay.say())
 
     proxy.refuse("master", "nodes", refuse=False)
-    late = make_node("late")
+    late = make_node("late", timings=QUICK_RETRIES)
     heard = History()
     late.subscribe("back", String, lambda message: heard.receive(message.data))
 

@@ -11,8 +11,9 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.master.master import Master
 from pipros.msg import load_message_class
-from pipros.net import outgoing, sockets
+from pipros.net.timings import LinkTimings
 from pipros.node import Node
+from pipros.node.timings import NodeTimings
 from tests.support.network import FarNetwork, needs_network
 from tests.support.nodes import Inbox, wait_until_connected
 from tests.support.processes import Process, Processes
@@ -53,9 +54,15 @@ def master(network: FarNetwork) -> Iterator[Master]:
 
 
 @pytest.fixture
-def node(network: FarNetwork, master: Master) -> Iterator[Node]:
-    uri = f"http://{network.near}:{master.port}"
-    with Node("near", environment=Environment(master_uri=uri, ip=network.near)) as running:
+def links() -> LinkTimings:
+    """Times of the links of `node`, which tests can override."""
+    return LinkTimings()
+
+
+@pytest.fixture
+def node(network: FarNetwork, master: Master, links: LinkTimings) -> Iterator[Node]:
+    environment = Environment(master_uri=f"http://{network.near}:{master.port}", ip=network.near)
+    with Node("near", environment=environment, timings=NodeTimings(links=links)) as running:
         yield running
 
 
@@ -92,15 +99,10 @@ def test_a_cut_cable_does_not_affect_others_and_the_newest_message_arrives_after
     far.wait_for("heard 200", timeout_s=90)
 
 
+@pytest.mark.parametrize("links", [LinkTimings(unanswered_s=0.5, check_peer_interval_s=0.05)])
 def test_a_subscriber_behind_a_cut_cable_is_dropped_in_time(
-    network: FarNetwork,
-    master: Master,
-    node: Node,
-    processes: Processes,
-    monkeypatch: pytest.MonkeyPatch,
+    network: FarNetwork, master: Master, node: Node, processes: Processes
 ) -> None:
-    monkeypatch.setattr(sockets, "KEEPALIVE_LIMIT_S", 0.5)
-    monkeypatch.setattr(outgoing, "CHECK_PEER_INTERVAL_S", 0.05)
     far = start_far(network, master, processes, LISTENER)
     publisher = node.advertise("chat", String, queue_size=5)
     wait_until_connected(publisher)
@@ -113,16 +115,12 @@ def test_a_subscriber_behind_a_cut_cable_is_dropped_in_time(
     network.mend()
 
 
+@pytest.mark.parametrize(
+    "links", [LinkTimings(keepalive_idle_s=1, keepalive_interval_s=1, keepalive_count=1)]
+)
 def test_a_publisher_behind_a_cut_cable_is_dropped_and_reconnected(
-    network: FarNetwork,
-    master: Master,
-    node: Node,
-    processes: Processes,
-    monkeypatch: pytest.MonkeyPatch,
+    network: FarNetwork, master: Master, node: Node, processes: Processes
 ) -> None:
-    for name in ("IDLE", "INTERVAL"):
-        monkeypatch.setattr(sockets, f"KEEPALIVE_{name}_S", 1)
-    monkeypatch.setattr(sockets, "KEEPALIVE_COUNT", 1)
     start_far(network, master, processes, TALKER)
     inbox = Inbox()
     subscriber = node.subscribe("chat", String, inbox)

@@ -11,7 +11,8 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.msg import load_message_class
-from pipros.net import outgoing, sockets
+from pipros.net.timings import LinkTimings
+from pipros.node.timings import NodeTimings
 from pipros.wire.header import HeaderReader, encode_header
 from tests.support.nodes import Inbox, MakeNode, wait_until_connected
 from tests.support.waiting import wait_until
@@ -34,14 +35,13 @@ def number_of(message: Any) -> int:
 
 @pytest.mark.parametrize("queue_size", [None, 1, 10])
 def test_five_subscribers_miss_nothing_while_a_sixth_is_stopped_and_later_catches_up(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, queue_size: int | None
+    make_node: MakeNode, queue_size: int | None
 ) -> None:
     # A subscriber that does not read is still alive, and must not be dropped like one that vanished.
-    monkeypatch.setattr(outgoing, "CHECK_PEER_INTERVAL_S", 0.01)
     # On a busy machine, even the system of a live peer may acknowledge probes late.
-    monkeypatch.setattr(sockets, "KEEPALIVE_LIMIT_S", 1.0)
+    links = LinkTimings(check_peer_interval_s=0.01, unanswered_s=1.0)
     talker, listeners = (
-        make_node("talker", limits=Limits(stall_s=0.05)),
+        make_node("talker", limits=Limits(stall_s=0.05), timings=NodeTimings(links=links)),
         [make_node(f"listener{number}") for number in range(HEALTHY)],
     )
     publisher = talker.advertise("chat", UInt8MultiArray, queue_size=queue_size)
@@ -51,7 +51,7 @@ def test_five_subscribers_miss_nothing_while_a_sixth_is_stopped_and_later_catche
     with socket.create_connection(("127.0.0.1", talker.endpoints.port), 30) as stopped:
         stopped.sendall(encode_header({"topic": "/chat", "md5sum": "*", "callerid": "/stopped"}))
         wait_until_connected(publisher, HEALTHY + 1)
-        longer_than_limit = time.monotonic() + 2 * sockets.KEEPALIVE_LIMIT_S
+        longer_than_limit = time.monotonic() + 2 * links.unanswered_s
 
         for number in range(COUNT):
             publisher.publish(numbered(number))

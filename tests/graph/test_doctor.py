@@ -96,6 +96,7 @@ def sick_system(
     register_as(master, "/sick", "registerService", "/broken", "rosrpc://127.0.0.1:1", sick.uri)
     for name in ("clock1", "clock2"):
         make_node(name).advertise("/clock", Clock)
+    # The command, which has no option for it, must see a stamp on a busy machine, too.
     monkeypatch.setattr(gather_system, "STAMP_WAIT_S", 60.0)
     poses = sick.advertise("/pose", PoseStamped)
     pose = PoseStamped()

@@ -15,7 +15,7 @@ import pytest
 from pipros.basics.env import Environment
 from pipros.basics.errors import Refused, Unreachable
 from pipros.basics.limits import Limits
-from pipros.master import notifier, server
+from pipros.master import notifier
 from pipros.master.master import Master
 from pipros.master.options import Probing
 from pipros.master.statistics import describe
@@ -284,10 +284,8 @@ def test_the_master_ends_on_request_of_this_computer() -> None:
 # ---- resuming
 
 
-def test_a_restarted_master_remembers_parameters_and_the_nodes_that_are_still_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(server, "RESUME_ANSWER_S", 60.0)  # a node that answers later is kept
+def test_a_restarted_master_remembers_parameters_and_the_nodes_that_are_still_there(tmp_path: Path) -> None:
+    patient = Probing(resume_s=60.0)  # a node that answers later is kept
     store = tmp_path / "master.db"
     here, gone, other = FakeSlave(name="/here"), FakeSlave(name="/gone"), FakeSlave(name="/somebody_else")
     with Master(port=0, store=store, parameters={"/run_id": "first"}) as master:
@@ -298,7 +296,7 @@ def test_a_restarted_master_remembers_parameters_and_the_nodes_that_are_still_th
         client(master, "/x").set_param("/robot", {"name": "r", "gains": [1.5, 2]})
         client(master, "/x").delete_param("/robot/name")
     gone.stop()
-    with Master(port=0, store=store, parameters={"/run_id": "second"}) as master:
+    with Master(port=0, store=store, parameters={"/run_id": "second"}, probing=patient) as master:
         me = client(master, "/x")
         assert me.get_param("/") == {"robot": {"gains": [1.5, 2]}, "run_id": "second"}
         assert me.get_system_state() == [[["/t", ["/here"]]], [], [["/srv", ["/here"]]]]

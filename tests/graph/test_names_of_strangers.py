@@ -12,8 +12,8 @@ from std_msgs.msg import Int32, String
 from pipros.cli.command_node import command_node
 from pipros.master.master import Master
 from pipros.net.master_client import MasterClient
-from pipros.node import registration
 from pipros.node.registration import Registrations
+from pipros.node.timings import NodeTimings
 from tests.support.bags import bag_bytes
 from tests.support.nodes import MakeNode
 from tests.support.ros import RosSystem
@@ -38,10 +38,8 @@ def test_a_name_that_cannot_be_encoded_is_reported_and_the_node_ends_properly(
     master: Master,
     make_node: MakeNode,
     caplog: pytest.LogCaptureFixture,
-    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(registration, "UNREGISTER_TIMEOUT_S", 60.0)
-    node = make_node("talker")
+    node = make_node("talker", timings=NodeTimings(unregister_s=60.0))
     node.log.addHandler(caplog.handler)
     node.advertise("/good", String)
     node.advertise("/a\x1b", String)

@@ -12,9 +12,9 @@ import pytest
 
 from pipros.msg import load_service_class
 from pipros.net.workers import Workers
-from pipros.node import service_client
 from pipros.node.endpoints import NameInUse
 from pipros.node.service_link import CallTimeout, ServiceFailed
+from pipros.node.timings import NodeTimings
 from pipros.wire.header import encode_header
 from tests.support.nodes import MakeNode, listening_log
 from tests.support.waiting import wait_until
@@ -100,10 +100,8 @@ def test_a_crashed_server_is_unreachable(make_node: MakeNode) -> None:
         client.client("ghost", Empty).probe(1.0)
 
 
-@pytest.fixture
-def patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give clients more time to connect early, because the machine may be busy."""
-    monkeypatch.setattr(service_client, "EARLY_LIMIT_S", 30.0)
+PATIENT = NodeTimings(early_connect_s=30.0)
+"""Clients have more time to connect early, because the machine may be busy."""
 
 
 def test_each_call_goes_to_the_server_that_the_master_names(make_node: MakeNode) -> None:
@@ -134,11 +132,10 @@ def test_a_call_reaches_a_server_that_has_moved_from_a_silent_address(make_node:
 
 
 @pytest.mark.parametrize("transport", ["TCPROS"], indirect=True)
-@pytest.mark.usefixtures("patient")
 def test_a_client_connects_to_the_server_of_its_last_call_while_the_master_responds(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    server, client = make_node("server"), make_node("client")
+    server, client = make_node("server"), make_node("client", timings=PATIENT)
     service = server.serve("set", SetBool, answer("done"))
     proxy = client.client("set", SetBool)
     proxy.call(ON)
@@ -160,11 +157,10 @@ def test_a_client_connects_to_the_server_of_its_last_call_while_the_master_respo
     assert (events, service.calls) == (["connecting", "looked up"], 2)
 
 
-@pytest.mark.usefixtures("patient")
 def test_a_server_that_closes_the_early_connection_is_connected_to_again(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    server, client = make_node("server"), make_node("client")
+    server, client = make_node("server"), make_node("client", timings=PATIENT)
     server.serve("set", SetBool, answer("done"))
     proxy = client.client("set", SetBool)
     proxy.call(ON)
@@ -179,9 +175,8 @@ def test_a_server_that_closes_the_early_connection_is_connected_to_again(
     assert proxy.call(ON).message == "done"
 
 
-@pytest.mark.usefixtures("patient")
 def test_an_interrupted_early_connection_ends_the_call(make_node: MakeNode) -> None:
-    client = make_node("client")
+    client = make_node("client", timings=PATIENT)
     proxy = client.client("set", SetBool)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         uri = f"rosrpc://127.0.0.1:{silent.getsockname()[1]}"
@@ -212,10 +207,9 @@ def test_extra_header_fields_are_sent_only_to_the_server_that_the_master_names(m
             stranger.accept()
 
 
-@pytest.mark.usefixtures("patient")
 def test_threads_that_share_a_client_all_connect_early(make_node: MakeNode) -> None:
     make_node("server").serve("set", SetBool, answer("done"))
-    proxy = make_node("client").client("set", SetBool)
+    proxy = make_node("client", timings=PATIENT).client("set", SetBool)
     together = threading.Barrier(4)
 
     def call() -> None:

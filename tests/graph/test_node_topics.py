@@ -16,17 +16,19 @@ from pipros.basics.errors import Interrupted, MissingExtra, Refused
 from pipros.master.master import Master
 from pipros.msg import load_message_class, load_service_class
 from pipros.msg.errors import SerializationError
-from pipros.net import incoming, master_client, sockets
+from pipros.net import master_client, sockets
 from pipros.net.incoming import IncomingLink
 from pipros.net.loop import BackgroundLoop
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_client import RpcClient
 from pipros.net.rpc_server import RpcServer
-from pipros.node import Node, endpoints, registration
+from pipros.net.timings import LinkTimings
+from pipros.node import Node, registration
 from pipros.node.endpoints import TypeConflict
 from pipros.node.publisher import Publication
 from pipros.node.service_server import ServiceServer
 from pipros.node.subscriber import Subscription
+from pipros.node.timings import NodeTimings
 from pipros.wire.header import HeaderReader, encode_header
 from pipros.wire.xmlrpc import Fault
 from tests.support.nodes import Inbox, MakeNode, listening_log, wait_until_connected
@@ -188,14 +190,10 @@ def test_a_buffer_may_be_used_again_once_publish_has_returned(make_node: MakeNod
     assert [set(message.data) for message in inbox.wait(8)] == [{value} for value in range(8)]
 
 
-def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(incoming, "SLOW_DELIVERY_S", 0.0)  # every callback counts as slow
-    # On a busy machine, messages that were sent may take longer to be read.
-    monkeypatch.setattr(incoming, "DRAIN_LIMIT_S", 60.0)
-    monkeypatch.setattr(incoming, "QUIET_S", 1.0)
-    talker, listener = make_node("talker"), make_node("listener")
+def test_a_slow_callback_with_queue_size_1_sees_the_newest_message(make_node: MakeNode) -> None:
+    # Every callback counts as slow. On a busy machine, messages that were sent may take longer to be read.
+    links = LinkTimings(slow_delivery_s=0.0, drain_limit_s=60.0, quiet_s=1.0)
+    talker, listener = make_node("talker"), make_node("listener", timings=NodeTimings(links=links))
     inbox, entered, gate = Inbox(), threading.Event(), threading.Event()
 
     def slow(message: Any) -> None:
@@ -428,11 +426,8 @@ def test_a_node_that_its_master_lost_registers_again_and_keeps_its_links(claimed
         assert again.uri == client.uri
 
 
-def test_a_node_that_ends_leaves_no_registrations(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(registration, "UNREGISTER_TIMEOUT_S", 60.0)
-    node, observer = make_node("node"), make_node("observer")
+def test_a_node_that_ends_leaves_no_registrations(make_node: MakeNode) -> None:
+    node, observer = make_node("node", timings=NodeTimings(unregister_s=60.0)), make_node("observer")
     node.advertise("a", String)
     node.subscribe("b", String, print)
     node.serve("c", Empty, lambda _: Empty._response_class())
@@ -448,8 +443,7 @@ def test_a_node_that_ends_leaves_no_registrations(
 def test_topics_unregistered_during_shutdown_are_not_left_at_the_master(
     make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(registration, "UNREGISTER_TIMEOUT_S", 60.0)
-    observer, node = make_node("observer"), make_node("busy")
+    observer, node = make_node("observer"), make_node("busy", timings=NodeTimings(unregister_s=60.0))
     publisher = node.advertise("/chatter", String)
     end, is_interrupted = threading.Thread(target=node.shutdown), threading.Event()
 
@@ -540,11 +534,9 @@ def test_only_hooks_may_publish_while_the_node_ends(make_node: MakeNode) -> None
     assert [message.data for message in inbox.messages] == [9, 0]
 
 
-def test_the_last_published_message_arrives_although_the_node_ends(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(endpoints, "CLOSE_FLUSH_S", 60.0)  # the listener may have to wait for a processor
-    talker, listener, inbox = make_node("talker"), make_node("listener"), Inbox()
+def test_the_last_published_message_arrives_although_the_node_ends(make_node: MakeNode) -> None:
+    patient = NodeTimings(close_flush_s=60.0)  # the listener may have to wait for a processor
+    talker, listener, inbox = make_node("talker", timings=patient), make_node("listener"), Inbox()
     listener.subscribe("cloud", ByteArray, inbox)
     publisher = talker.advertise("cloud", ByteArray, queue_size=0)
     wait_until_connected(publisher)

@@ -12,12 +12,14 @@ from pipros.master.master import Master
 from tests.support.processes import Process, Processes
 
 HEAD = """
-import os, signal, sys
+import functools, os, signal, sys
 import rospy, rospy.client, rospy.core
-from pipros.node import registration
+from pipros.node.timings import NodeTimings
+from rospy import node_start
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
-registration.UNREGISTER_TIMEOUT_S = 30  # the master, in the process of the test, may be busy
+patient = NodeTimings(unregister_s=30)  # the master, in the process of the test, may be busy
+node_start.Node = functools.partial(node_start.Node, timings=patient)
 
 def begin_anew(name, **more):
     rospy.client._init_node_args = None

@@ -35,12 +35,14 @@ rospy.ServiceProxy('slow', Empty)()
 """
 
 HEAD = """
-import threading, time
+import functools, threading, time
 import rospy
-from pipros.node import registration
+from pipros.node.timings import NodeTimings
+from rospy import node_start
 from std_msgs.msg import String
 from std_srvs.srv import Empty
-registration.UNREGISTER_TIMEOUT_S = 30  # the master, in the process of the test, may be busy
+patient = NodeTimings(unregister_s=30)  # the master, in the process of the test, may be busy
+node_start.Node = functools.partial(node_start.Node, timings=patient)
 rospy.init_node('node')
 rospy.on_shutdown(lambda: print('hook', rospy.is_shutdown(), flush=True))
 print('ready', flush=True)

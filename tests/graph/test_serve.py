@@ -54,10 +54,7 @@ def test_a_foxglove_server_ends_with_ctrl_c(ros: RosSystem) -> None:
     assert server.stderr[-1].startswith("Clients can only read")
 
 
-def test_the_node_ends_while_connections_and_protocols_end(
-    master: Master, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(serve, "CLOSING_S", 30.0)
+def test_the_node_ends_while_connections_and_protocols_end(master: Master) -> None:
     node = Node("bridge", environment=Environment(master_uri=master.uri))
     node_ends = threading.Event()
     outcome: list[bool] = []
@@ -75,7 +72,7 @@ def test_the_node_ends_while_connections_and_protocols_end(
             outcome.append(node_ends.wait(20))
 
     node.on_shutdown(node_ends.set)
-    assert serve.serve(node, serve.DoorOptions("test", 0), lambda *_: Waiting(), None) == 0
+    assert serve.serve(node, serve.DoorOptions("test", 0, closing_s=30.0), lambda *_: Waiting(), None) == 0
     assert outcome == [True]
 
 

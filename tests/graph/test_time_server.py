@@ -7,14 +7,11 @@ import struct
 import threading
 import time
 
-import pytest
-
 from diagnostic_common_diagnostics.nodes import ntp_monitor
 from pipros.libraries.diagnostics.items import ERROR, WARN
 
 
-def test_a_server_that_is_an_hour_ahead_and_one_that_sends_garbage(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ntp_monitor, "DEADLINE_S", 30.0)
+def test_a_server_that_is_an_hour_ahead_and_one_that_sends_garbage() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
         server.bind(("127.0.0.1", 0))
         port = server.getsockname()[1]
@@ -30,8 +27,8 @@ def test_a_server_that_is_an_hour_ahead_and_one_that_sends_garbage(monkeypatch: 
 
         thread = threading.Thread(target=serve)
         thread.start()
-        ahead = ntp_monitor.check("127.0.0.1", 500, 1e12, port)
-        nonsense = ntp_monitor.check("127.0.0.1", 500, 1e12, port)
+        ahead = ntp_monitor.check("127.0.0.1", 500, 1e12, port, deadline_s=30.0)
+        nonsense = ntp_monitor.check("127.0.0.1", 500, 1e12, port, deadline_s=30.0)
         thread.join()
 
     assert (ahead.level, ahead.message) == (WARN, "NTP Offset Too High")

@@ -9,7 +9,8 @@ import pytest
 
 from pipros.basics.env import Environment
 from pipros.msg import load_message_class
-from pipros.node import Node, publisher_connector
+from pipros.node import Node
+from pipros.node.timings import NodeTimings
 from pipros.testing.faults.history import History
 from pipros.testing.faults.ros_proxy import FaultProxy
 from tests.support.environments import VENV_BIN
@@ -18,6 +19,7 @@ from tests.support.waiting import wait_until
 
 String: Any = load_message_class("std_msgs/String")
 LIMIT_S = 60.0
+QUICK_RETRIES = NodeTimings(retry_longest_s=0.2)
 
 TALKER = """
 import itertools, rospy, zlib
@@ -52,7 +54,7 @@ class Scene:
         self.history = History()
         side = ros.pipros if str(VENV_BIN) in peer[0] else ros.genuine
         self.relay = side.start(*peer, ROS_MASTER_URI=proxy.uri)
-        self.node = Node("near", environment=Environment(master_uri=ros.master_uri))
+        self.node = Node("near", environment=Environment(master_uri=ros.master_uri), timings=QUICK_RETRIES)
         self.node.start()
         self.back = self.node.subscribe("back", String, lambda message: self.history.receive(message.data))
         self.there = self.node.advertise("chat", String, queue_size=0)
@@ -106,8 +108,7 @@ def test_all_messages_return_over_a_bad_network(scene: Scene, proxy: FaultProxy)
 
 
 @pytest.mark.parametrize("scene", ["roscpp", "pipros"], indirect=True)
-def test_cut_links_are_reopened(scene: Scene, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(publisher_connector, "RETRY_LONGEST_S", 0.2)
+def test_cut_links_are_reopened(scene: Scene, proxy: FaultProxy) -> None:
     for _ in range(5):
         for _ in range(20):
             scene.say(size=100)
@@ -121,13 +122,13 @@ def test_cut_links_are_reopened(scene: Scene, proxy: FaultProxy, monkeypatch: py
 
 @pytest.mark.parametrize("reset", [True, False])
 def test_a_cut_link_to_a_rospy_publisher_is_reopened(
-    plain_ros: RosSystem, proxy: FaultProxy, monkeypatch: pytest.MonkeyPatch, reset: bool
+    plain_ros: RosSystem, proxy: FaultProxy, reset: bool
 ) -> None:
     """In one trial, a subscriber of rospy got no message for 8 s after this."""
-    monkeypatch.setattr(publisher_connector, "RETRY_LONGEST_S", 0.2)
     plain_ros.genuine.start("/usr/bin/python3", "-c", TALKER, ROS_MASTER_URI=proxy.uri)
     history = History()
-    with Node("near", environment=Environment(master_uri=plain_ros.master_uri)) as node:
+    environment = Environment(master_uri=plain_ros.master_uri)
+    with Node("near", environment=environment, timings=QUICK_RETRIES) as node:
         subscriber = node.subscribe("chat", String, lambda message: history.receive(message.data))
         for cuts in range(4):
             before = history.received

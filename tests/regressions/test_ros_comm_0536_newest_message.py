@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_message_class
-from pipros.net import incoming
+from pipros.net.timings import LinkTimings
+from pipros.node.timings import NodeTimings
 from tests.support.nodes import MakeNode, wait_until_connected
 from tests.support.waiting import wait_until
 
@@ -16,11 +17,9 @@ Image: Any = load_message_class("sensor_msgs/Image")
 
 
 @pytest.mark.parametrize("size", [100, 20_000, 300_000])
-def test_queue_size_1_is_the_newest_message_whatever_its_size(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch, size: int
-) -> None:
-    monkeypatch.setattr(incoming, "SLOW_DELIVERY_S", 0.0)  # every callback counts as slow
-    camera, detector = make_node("camera"), make_node("detector")
+def test_queue_size_1_is_the_newest_message_whatever_its_size(make_node: MakeNode, size: int) -> None:
+    every_callback_is_slow = NodeTimings(links=LinkTimings(slow_delivery_s=0.0))
+    camera, detector = make_node("camera"), make_node("detector", timings=every_callback_is_slow)
     seen: list[int] = []
     entered, gate = threading.Event(), threading.Event()
 

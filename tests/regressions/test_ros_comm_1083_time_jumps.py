@@ -10,9 +10,9 @@ import pytest
 from pipros.msg import load_message_class
 from pipros.msg.time import Time
 from pipros.node import Node
-from pipros.node import clock as clock_module
 from pipros.node.clock import TimeMovedBackwards
 from pipros.node.rate import Rate, Timer
+from pipros.node.timings import NodeTimings
 from tests.support.nodes import MakeNode, listening_log, wait_until_connected
 from tests.support.waiting import wait_until
 
@@ -88,12 +88,9 @@ def test_a_timer_with_reset_continues_after_time_was_set_back(make_node: MakeNod
     timer.shutdown()
 
 
-def test_a_sleeper_without_a_clock_gets_a_warning(
-    make_node: MakeNode, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(clock_module, "SILENCE_S", 0.05)
+def test_a_sleeper_without_a_clock_gets_a_warning(make_node: MakeNode) -> None:
     log, lines = listening_log()
-    node = make_node("node", log=log)
+    node = make_node("node", log=log, timings=NodeTimings(clock_silence_s=0.05))
     node.use_simulated_time()
     threading.Thread(target=node.clock.sleep, args=(1,), daemon=True).start()
     wait_until(lambda: lines)

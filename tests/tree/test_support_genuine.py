@@ -44,6 +44,7 @@ def run(plugins: Path, *arguments: str, **variables: str) -> subprocess.Complete
 
 
 def test_missing_packages_are_found_by_their_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    # The tables are read when tests are collected, where nothing can pass others.
     monkeypatch.setattr(genuine, "_FILES", {"/no/such/file": "python3-rospy", "/": "base-files"})
     monkeypatch.setattr(genuine, "_MODULES", {})
 

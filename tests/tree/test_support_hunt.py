@@ -37,7 +37,7 @@ def flaky(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     (tmp_path / "test_it.py").write_text(TESTS)
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
     monkeypatch.setenv("PYTHONPATH", str(REPOSITORY))
-    monkeypatch.setattr(hunt, "REPOSITORY", tmp_path)
+    monkeypatch.setattr(hunt, "REPOSITORY", tmp_path)  # `judge` runs tests of this repository only
     return "test_it.py::"
 
 

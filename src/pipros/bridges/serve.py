@@ -25,11 +25,8 @@ from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_cont
 from pipros.server.token_file import read_tokens
 from pipros.server.view_server import PageServer
 
-CLOSING_S: Final = 0.4
 ENDING_S: Final = 0.1
-"""Maximum times (s) to wait at exit: `CLOSING_S` for connections, node and protocols together, then
-`ENDING_S` for remaining tasks.
-"""
+"""Maximum time (s) to wait for remaining tasks after `DoorOptions.closing_s`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +43,7 @@ class DoorOptions:
             always connect.
         allows_null_origin: whether pages without an origin may connect.
         has_control: whether clients may change the system.
+        closing_s: maximum time to wait at exit for connections, node and protocols together.
     """
 
     tool: str
@@ -57,6 +55,7 @@ class DoorOptions:
     origins: Sequence[str] = ()
     allows_null_origin: bool = False
     has_control: bool = False
+    closing_s: float = 0.4
 
     @property
     def is_local(self) -> bool:
@@ -150,7 +149,7 @@ def _serve(
             reason = error.strerror or error
             raise ServerFailed(f"cannot listen at {options.host}:{options.port}: {reason}") from None
         finally:
-            end_s = time.monotonic() + CLOSING_S
+            end_s = time.monotonic() + options.closing_s
             endings = [
                 threading.Thread(target=end, name=f"end of {what}", daemon=True)
                 for what, end in (("the node", node.shutdown), ("the protocols", protocols.close))
@@ -158,7 +157,7 @@ def _serve(
             for ending in endings:
                 ending.start()
             with contextlib.suppress(TimeoutError):
-                loop.run(door.close(), CLOSING_S)
+                loop.run(door.close(), options.closing_s)
             for ending in endings:
                 ending.join(max(end_s - time.monotonic(), 0.0))
             loop.stop(ENDING_S)

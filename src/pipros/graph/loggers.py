@@ -16,13 +16,13 @@ CALL_LIMIT_S = 10.0
 """Timeout for a node's response, so that an unresponsive node does not block the command."""
 
 
-def levels_of(master: MasterClient, node: str) -> dict[str, str]:
+def levels_of(master: MasterClient, node: str, *, limit_s: float = CALL_LIMIT_S) -> dict[str, str]:
     """Return the level of each of a node's loggers. rospy spells levels in upper case; other nodes do not.
 
     Raises:
         GraphError: no node with this name responds.
     """
-    answer = _call(master, node, "get_loggers", "roscpp/GetLoggers")
+    answer = _call(master, node, "get_loggers", "roscpp/GetLoggers", limit_s)
     return {str(logger.name): str(logger.level) for logger in answer.loggers}
 
 
@@ -36,7 +36,8 @@ def set_level(master: MasterClient, node: str, logger: str, level: str) -> None:
     if logger not in levels:
         raise GraphError(f"node {node} does not contain logger {logger}")
     if levels[logger].upper() != level.upper():
-        _call(master, node, "set_logger_level", "roscpp/SetLoggerLevel", logger=logger, level=level)
+        fields = {"logger": logger, "level": level}
+        _call(master, node, "set_logger_level", "roscpp/SetLoggerLevel", CALL_LIMIT_S, **fields)
 
 
 def nodes_with_loggers(master: MasterClient) -> list[str]:
@@ -47,7 +48,9 @@ def nodes_with_loggers(master: MasterClient) -> list[str]:
     return sorted(name.removesuffix(suffix) for name in nodes_by_service(master) if name.endswith(suffix))
 
 
-def _call(master: MasterClient, node: str, service: str, type_name: str, **fields: str) -> Any:
+def _call(
+    master: MasterClient, node: str, service: str, type_name: str, limit_s: float, **fields: str
+) -> Any:
     from pipros.graph.services import uri_of
     from pipros.msg import load_service_class
     from pipros.node.open_calls import OpenCalls
@@ -60,7 +63,7 @@ def _call(master: MasterClient, node: str, service: str, type_name: str, **field
     service_class: ServiceClass = load_service_class(type_name)
     client = ServiceClient(name, service_class, master=lambda: master, calls=OpenCalls())
     try:
-        return client.call(service_class._request_class(**fields), timeout_s=CALL_LIMIT_S)
+        return client.call(service_class._request_class(**fields), timeout_s=limit_s)
     except ServiceFailed as error:
         raise GraphError(f"service [{name}] failed: {error}") from None
     finally:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from socket import gaierror
 from typing import TYPE_CHECKING
 
@@ -21,9 +22,9 @@ TIMEOUT_S = 3.0
 PERIOD_S = 1.0
 
 
-def ask_pid(api: str, caller_id: str) -> object:
+def ask_pid(api: str, caller_id: str, timeout_s: float = TIMEOUT_S) -> object:
     """Call `getPid` on the node at this URI. Raises the same errors as `RpcClient.call`."""
-    with RpcClient(api, timeout_s=TIMEOUT_S) as client:
+    with RpcClient(api, timeout_s=timeout_s) as client:
         return client.call("getPid", caller_id)
 
 
@@ -35,21 +36,24 @@ def ping(
     say: Say | None = None,
     complain: Say = to_stderr,
     pause: Callable[[float], object] = time.sleep,
-    ask: Callable[[str, str], object] = ask_pid,
+    ask: Callable[[str, str], object] | None = None,
     clock: Callable[[], float] = time.perf_counter,
+    timeout_s: float = TIMEOUT_S,
 ) -> bool:
     """Ping a node once a second, `count` times, or endlessly if `count` is None or 0.
 
     Ctrl-C stops pinging. If a ping fails, return False and pass the reason to `complain`.
 
     Args:
-        ask: function that calls the node at a URI on behalf of a caller.
+        ask: function that calls the node at a URI on behalf of a caller; defaults to `ask_pid`.
         clock: function that returns the time in seconds, for measuring round trips.
+        timeout_s: timeout of each ping.
 
     Raises:
         Unreachable: the *master* does not answer.
     """
-    pings = _Pings(master, node, say, complain, ask, clock)
+    ask = ask or partial(ask_pid, timeout_s=timeout_s)
+    pings = _Pings(master, node, say, complain, ask, clock, timeout_s)
     if not pings.find():
         return False
     try:
@@ -80,7 +84,7 @@ def ping_all(
     answered: list[str] = []
     silent: list[str] = []
     for node in nodes:
-        pings = _Pings(master, node, say, complain, ask, time.perf_counter)
+        pings = _Pings(master, node, say, complain, ask, time.perf_counter, TIMEOUT_S)
         is_answered = pings.find() and pings.repeat(1, time.sleep)
         (answered if is_answered else silent).append(node)
     return answered, silent
@@ -97,6 +101,7 @@ class _Pings:
         complain: Say,
         ask: Callable[[str, str], object],
         clock: Callable[[], float],
+        timeout_s: float,
     ) -> None:
         self.durations_ms: list[float] = []
         self._master = master
@@ -105,6 +110,7 @@ class _Pings:
         self._report = complain
         self._ask = ask
         self._clock = clock
+        self._timeout_s = timeout_s
         self._api = ""
 
     def find(self) -> bool:
@@ -119,7 +125,7 @@ class _Pings:
     def repeat(self, count: int | None, pause: Callable[[float], object]) -> bool:
         """Ping until `count` pings have been answered; return False if a ping is not answered."""
         if self._say:
-            self._say(f"pinging {listed(self._node)} with a timeout of {TIMEOUT_S}s")
+            self._say(f"pinging {listed(self._node)} with a timeout of {self._timeout_s}s")
         is_first = True
         while not count or len(self.durations_ms) < count:
             if not is_first:

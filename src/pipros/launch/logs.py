@@ -117,12 +117,12 @@ def _point_latest(link: Path, folder: Path) -> None:
         os.replace(unfinished, link)
 
 
-def measure(root: Path) -> tuple[int, bool]:
+def measure(root: Path, limit_s: float = _MEASURING_TIME_S) -> tuple[int, bool]:
     """Return the total size in bytes of the files below a folder, and whether all were counted within the
-    short time limit. The first hundred files are always counted, because a busy machine may suspend the
+    time limit. The first hundred files are always counted, because a busy machine may suspend the
     process.
     """
-    deadline = time.monotonic() + _MEASURING_TIME_S
+    deadline = time.monotonic() + limit_s
     total = count = 0
     for folder, _, files in os.walk(root):
         count += 1 + len(files)
@@ -134,9 +134,9 @@ def measure(root: Path) -> tuple[int, bool]:
     return total, True
 
 
-def disk_usage_report(root: Path) -> str:
+def disk_usage_report(root: Path, limit_s: float = _MEASURING_TIME_S) -> str:
     """Return a message about the log folder's disk usage, with a warning if it is 1 GB or more."""
-    total, is_complete = measure(root)
+    total, is_complete = measure(root, limit_s)
     if total >= _GIGABYTE:
         return (
             f"WARNING: disk usage in log directory [{root}] is over 1GB.\n"

@@ -28,6 +28,7 @@ def end(
     *,
     sigint_timeout_s: float = SIGINT_TIMEOUT_S,
     sigterm_timeout_s: float = SIGTERM_TIMEOUT_S,
+    left_behind_timeout_s: float = _LEFT_BEHIND_TIMEOUT_S,
     is_announced: bool = True,
 ) -> None:
     """Stop processes and their child processes in parallel, with SIGINT, then SIGTERM, then SIGKILL.
@@ -48,12 +49,12 @@ def end(
                 errors.append(f" * process[{process.name}, pid {process.pid}]: required SIGKILL.")
         if left:
             left = await_ends(left, timeout_s)
-    _end_left_behind(processes)
+    _end_left_behind(processes, left_behind_timeout_s)
     if errors:
         console.error("Shutdown errors:\n" + "\n".join(errors))
 
 
-def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
+def _end_left_behind(processes: Sequence[NodeProcess], timeout_s: float) -> None:
     """Stop child processes that were left running by processes that have exited.
 
     Starts with SIGTERM, because shells make their background jobs ignore SIGINT.
@@ -61,7 +62,7 @@ def _end_left_behind(processes: Sequence[NodeProcess]) -> None:
     left = [process for process in processes if process.has_group]
     for process in left:
         process.send_signal(SIGTERM)
-    deadline = time.monotonic() + _LEFT_BEHIND_TIMEOUT_S
+    deadline = time.monotonic() + timeout_s
     while any(process.has_group for process in left) and time.monotonic() < deadline:
         time.sleep(_CHECK_EVERY_S)
     for process in processes:

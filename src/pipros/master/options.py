@@ -20,12 +20,14 @@ class Probing(NamedTuple):
         newcomers_s: the maximum delay before a new node is first probed, unless the master is busy.
         answer_s: the timeout of a probe.
         confirmation_pause_s: the time between probes that confirm that a node has ended.
+        resume_s: how long nodes from a previous run may take to respond.
     """
 
     round_s: float = 3.0
     newcomers_s: float = 0.3
     answer_s: float = 3.0
     confirmation_pause_s: float = 0.5
+    resume_s: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import asyncio
 import logging
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
 from pipros.basics import names
 from pipros.basics.limits import process_limits
@@ -27,9 +27,6 @@ from pipros.net.rpc_server import RpcServer, current_caller
 from pipros.net.this_machine import Caller
 
 _log = logging.getLogger("rosmaster.master")
-
-RESUME_ANSWER_S: Final = 1.0
-"""How long nodes from a previous run may take to respond."""
 
 
 class MasterServer:
@@ -117,7 +114,7 @@ class MasterServer:
         stored = store.restored
         restore_params(self.params, stored)
         nodes = {found.node: found.api for found in stored.registrations}
-        alive = await find_live_nodes(nodes, RESUME_ANSWER_S)
+        alive = await find_live_nodes(nodes, self._options.probing.resume_s)
         store.forget_registrations()
         self.registry.journal = store
         self.params.journal = store

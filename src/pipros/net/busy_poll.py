@@ -59,12 +59,13 @@ class AdaptiveBackoff:
     """Decides whether to try an optimization that is only sometimes useful.
 
     After a trial that was not useful, the next opportunity is skipped, then the next two, four, and so on up
-    to LONGEST_PAUSE. After a useful trial, no opportunity is skipped.
+    to `longest_pause`. After a useful trial, no opportunity is skipped.
     """
 
-    __slots__ = ("_passing", "_pause")
+    __slots__ = ("_longest_pause", "_passing", "_pause")
 
-    def __init__(self) -> None:
+    def __init__(self, longest_pause: int = LONGEST_PAUSE) -> None:
+        self._longest_pause = longest_pause
         self._pause = 0  # opportunities to skip after the last trial that did not pay
         self._passing = 0  # number of opportunities still to be skipped
 
@@ -76,7 +77,7 @@ class AdaptiveBackoff:
         return True
 
     def note(self, *, pays: bool) -> None:
-        self._pause = self._passing = 0 if pays else min(max(1, 2 * self._pause), LONGEST_PAUSE)
+        self._pause = self._passing = 0 if pays else min(max(1, 2 * self._pause), self._longest_pause)
 
 
 class PollingReceiver:
@@ -88,10 +89,10 @@ class PollingReceiver:
 
     __slots__ = ("_backoff", "_longest_s")
 
-    def __init__(self, longest_s: float = STREAM_POLL_S) -> None:
-        """Poll for at most `longest_s` before blocking."""
+    def __init__(self, longest_s: float = STREAM_POLL_S, *, longest_pause: int = LONGEST_PAUSE) -> None:
+        """Poll for at most `longest_s` before blocking; see `AdaptiveBackoff` for `longest_pause`."""
         self._longest_s = longest_s
-        self._backoff = AdaptiveBackoff()
+        self._backoff = AdaptiveBackoff(longest_pause)
 
     def receive_into(self, sock: socket.socket, buffer: memoryview, max_polls: int | None = None) -> int:
         """Wait for bytes and receive them into `buffer`. Return their number, or 0 at the end of the stream.

@@ -20,17 +20,8 @@ from typing import Final
 from pipros.basics.errors import ProtocolError
 from pipros.net import local_stream, sockets
 from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
+from pipros.net.timings import LINK_TIMINGS, LinkTimings
 from pipros.wire.messages import MessageReader
-
-SLOW_DELIVERY_S = 0.001
-"""If a delivery takes longer than this, the socket is read again. A smaller value would slow down fast
-callbacks.
-"""
-
-TURN_S = 0.001
-"""How long a link may deliver before the topic's other links get the lock. (Passing the lock on after each
-message would cost more than delivering the messages.)
-"""
 
 COALESCE_SLEEP_S = 1e-6
 COALESCE_MESSAGES = 8
@@ -38,13 +29,8 @@ COALESCE_MESSAGES = 8
 sleep depends on the system's timers (about 60 microseconds on Linux).
 """
 
-DRAIN_LIMIT_S = 0.1
-"""How long reading may continue if the peer sends faster than this link reads."""
-
 FULL_WINDOW_BYTES = 64 * 1024
-QUIET_S = 0.002
-"""If a socket held FULL_WINDOW_BYTES, its TCP window was closed, so the peer has more data to send.
-Reading continues until nothing has arrived for QUIET_S.
+"""A socket that held this many bytes was full: its TCP window was closed, so the peer has more data to send.
 """
 
 FULL_STREAM_MESSAGES = 128
@@ -139,12 +125,14 @@ class IncomingLink:
         limit_bytes: int | None = None,
         keeps_large: bool = False,
         received: bytes = b"",
+        timings: LinkTimings = LINK_TIMINGS,
     ) -> None:
         """Store the settings; `start` begins reading.
 
         Args:
             keeps_large: whether to pass large messages as `bytes`, which `deliver` can keep without a copy.
             received: the bytes that followed the handshake.
+            timings: when to read again, and when to let other links deliver.
         """
         sock.setblocking(True)
         self.peer = sockets.peer_name(sock)
@@ -157,6 +145,7 @@ class IncomingLink:
         self._is_local = local_stream.is_local(sock)
         self._deliver = deliver
         self._delivery_lock = delivery_lock
+        self._timings = timings
         self._on_closed = on_closed
         self._buffer = MessageReader(limit_bytes, keeps_large=keeps_large)
         self._published = published
@@ -243,13 +232,14 @@ class IncomingLink:
         statistics.bytes += count
         lock.acquire()
         try:
-            end = clock() + TURN_S
+            turn_s = self._timings.turn_s
+            end = clock() + turn_s
             for message in self._buffer.received(count):
                 statistics.frames += 1
                 deliver(message)
                 if is_wanted() and clock() > end:
                     lock.pass_on()
-                    end = clock() + TURN_S
+                    end = clock() + turn_s
         finally:
             lock.release()
         return statistics.frames - before
@@ -282,12 +272,12 @@ class IncomingLink:
             finally:
                 lock.release()
             statistics.frames += 1
-            if self.queue_size and time.monotonic() - before > SLOW_DELIVERY_S:
+            if self.queue_size and time.monotonic() - before > self._timings.slow_delivery_s:
                 self._read_available()
 
     def _read_available(self) -> None:
         """Read all available data from the socket, so that only the newest messages stay queued."""
-        end = time.monotonic() + DRAIN_LIMIT_S
+        end = time.monotonic() + self._timings.drain_limit_s
         before, messages = self.statistics.bytes, 0
         while self.queue_size and time.monotonic() < end:
             self._keep_waiting()
@@ -297,7 +287,7 @@ class IncomingLink:
                 was_full = self.statistics.bytes - before >= FULL_WINDOW_BYTES or (
                     self._is_local and messages >= FULL_STREAM_MESSAGES
                 )
-                if was_full and sockets.wait_readable(self._sock, QUIET_S):
+                if was_full and sockets.wait_readable(self._sock, self._timings.quiet_s):
                     continue
                 return
             if not count:

@@ -32,9 +32,7 @@ from pipros.net import local_stream, sockets
 from pipros.net.backlog import Backlog, Buffer, WireMessage
 from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing_state import NOT_WAITED_FOR, WAITING, WRITTEN_BY_LOOP, Event, State, after
-
-CHECK_PEER_INTERVAL_S = 5.0
-"""Interval between checks whether a link's peer has stopped acknowledging data."""
+from pipros.net.timings import LINK_TIMINGS, LinkTimings
 
 CHECK_STALLED_INTERVAL_S = 0.1
 """Interval between checks whether a stalled link has caught up."""
@@ -92,6 +90,7 @@ class OutgoingLink:
         queue_size: int | None,
         limits: Limits,
         may_share_packets: bool = False,
+        timings: LinkTimings = LINK_TIMINGS,
         on_closed: Callable[[OutgoingLink], object],
     ) -> None:
         sock.setblocking(False)
@@ -104,6 +103,7 @@ class OutgoingLink:
         self.state = State.IDLE
         self.end_reason = ""
         self._limits = limits
+        self._timings = timings
         self._is_local = local_stream.is_local(sock)
         self._may_share_packets = may_share_packets and not self._is_local
         self._loop = loop
@@ -302,10 +302,10 @@ class OutgoingLink:
         """Close a link whose peer has disappeared without closing it, for example after a power failure."""
         if self.is_closed:
             return
-        if sockets.is_unanswered(self.sock, sockets.KEEPALIVE_LIMIT_S):
+        if sockets.is_unanswered(self.sock, self._timings.unanswered_s):
             self.close()
         else:
-            self._check_again(self._check_peer, CHECK_PEER_INTERVAL_S)
+            self._check_again(self._check_peer, self._timings.check_peer_interval_s)
 
     def _check_stalled(self) -> None:
         """End the stalled state once the link has caught up.

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from pipros.basics.errors import PiprosError
 from pipros.basics.posix import call_in_children, descriptor_limit
 from pipros.basics.uri import host_and_port
+from pipros.net.timings import LINK_TIMINGS, LinkTimings
 
 if TYPE_CHECKING:
     from pipros.basics.ports import PortRange
@@ -24,12 +25,6 @@ _QUICKACK: int = getattr(socket, "TCP_QUICKACK", 0)
 
 GATHER_LIMIT = 512
 """Maximum number of buffers in one gathered write (IOV_MAX on Linux; macOS and Windows allow no fewer)."""
-
-KEEPALIVE_IDLE_S = 20
-KEEPALIVE_INTERVAL_S = 5
-KEEPALIVE_COUNT = 4
-KEEPALIVE_LIMIT_S = KEEPALIVE_IDLE_S + KEEPALIVE_INTERVAL_S * KEEPALIVE_COUNT
-"""A peer that vanishes without closing is detected after about idle + interval * count seconds."""
 
 _ATTEMPTS = 10
 """Maximum number of ports that are tried to find one that is free on all addresses."""
@@ -140,19 +135,20 @@ def close_in_children(descriptors: Callable[[], Iterable[int]]) -> None:
     call_in_children(replace_by_null)
 
 
-def prepare(sock: socket.socket, *, no_delay: bool = True) -> None:
+def prepare(sock: socket.socket, *, no_delay: bool = True, timings: LinkTimings = LINK_TIMINGS) -> None:
     """Set the socket options for a TCPROS link. A Unix stream needs none.
 
-    Lost peers are detected, and small messages are sent at once if `no_delay` is true.
+    A peer that vanishes without closing is detected after about idle + interval * count seconds. Small
+    messages are sent at once if `no_delay` is true.
     """
     if sock.family not in (socket.AF_INET, socket.AF_INET6):
         return
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, int(no_delay))
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in (
-        ("TCP_KEEPIDLE", KEEPALIVE_IDLE_S),
-        ("TCP_KEEPINTVL", KEEPALIVE_INTERVAL_S),
-        ("TCP_KEEPCNT", KEEPALIVE_COUNT),
+        ("TCP_KEEPIDLE", timings.keepalive_idle_s),
+        ("TCP_KEEPINTVL", timings.keepalive_interval_s),
+        ("TCP_KEEPCNT", timings.keepalive_count),
     ):
         if hasattr(socket, name):
             sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)

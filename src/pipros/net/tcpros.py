@@ -26,6 +26,7 @@ from pipros.net.address import LOOPBACK, address_here, plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_client import reason_of
+from pipros.net.timings import LINK_TIMINGS, LinkTimings
 from pipros.wire.handshake import refuse
 from pipros.wire.header import HeaderReader, encode_header
 
@@ -99,6 +100,7 @@ class TcprosServer:
         on_http: OnHttp | None = None,
         limits: Limits | None = None,
         log: logging.Logger = _log,
+        timings: LinkTimings = LINK_TIMINGS,
     ) -> None:
         """Open the port. Connections are accepted only after `start`.
 
@@ -109,6 +111,7 @@ class TcprosServer:
             on_http: called in the event loop with a connection and its first bytes.
             limits: defaults to the process-wide limits.
             log: the logger that reports refusals.
+            timings: when a vanished peer is detected.
 
         Raises:
             OSError: the port is in use, no port in the range is free, or the address does not belong to this
@@ -118,6 +121,7 @@ class TcprosServer:
         self.port: int = self._server.getsockname()[1]
         self._on_connection = on_connection
         self._on_http = on_http
+        self._timings = timings
         self._limits = limits = limits or process_limits()
         total = limits.tcpros_connections or sockets.connections_that_fit(DESCRIPTORS_SHARE)
         self._handshakes_limit = min(limits.handshakes, max(1, total // 4))
@@ -191,7 +195,7 @@ class TcprosServer:
             peer, on_http = LOOPBACK, None
         else:
             peer = plain_address(str(address[0]))
-        handshake = _Handshake(sock, peer, self._limits, self._on_connection, on_http)
+        handshake = _Handshake(sock, peer, self._limits, self._timings, self._on_connection, on_http)
         if not handshake.read():  # the header has usually arrived by now
             handshake.wait(self._loop, self._forget)
             self._handshakes[handshake] = None
@@ -221,6 +225,7 @@ class _Handshake:
         sock: socket.socket,
         peer: str,
         limits: Limits,
+        timings: LinkTimings,
         on_connection: Callable[[TcprosConnection], None],
         on_http: OnHttp | None,
     ) -> None:
@@ -228,6 +233,7 @@ class _Handshake:
         self.peer = peer
         self._sock = sock
         self._limit_s = limits.handshake_s
+        self._timings = timings
         self._on_connection = on_connection
         self._on_http = on_http
         self._start = b""  # received bytes, too few to determine the protocol
@@ -268,7 +274,7 @@ class _Handshake:
                 self._on_http = None
             fields = self._reader.feed(data) if data else None
             if fields is not None:
-                sockets.prepare(self._sock)
+                sockets.prepare(self._sock, timings=self._timings)
         except (BlockingIOError, InterruptedError):
             return False
         except (OSError, ProtocolError):
@@ -293,7 +299,13 @@ def _nothing() -> None:
 
 
 async def connect(
-    host: str, port: int, fields: Mapping[str, str], *, no_delay: bool = True, limits: Limits | None = None
+    host: str,
+    port: int,
+    fields: Mapping[str, str],
+    *,
+    no_delay: bool = True,
+    limits: Limits | None = None,
+    timings: LinkTimings = LINK_TIMINGS,
 ) -> TcprosConnection:
     """Connect to a TCPROS server, send `fields`, and return the connection with the peer's reply header.
 
@@ -305,7 +317,7 @@ async def connect(
 
     async def open_socket() -> socket.socket:
         with sockets.closed_on_error(await _connect_first(asyncio.get_running_loop(), host, port)) as sock:
-            sockets.prepare(sock, no_delay=no_delay)
+            sockets.prepare(sock, no_delay=no_delay, timings=timings)
             return sock
 
     return await _shake_hands(open_socket, f"{host}:{port}", fields, limits)

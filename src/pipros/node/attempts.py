@@ -7,12 +7,9 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Final, TypeVar
 
-T = TypeVar("T")
+from pipros.node.timings import NODE_TIMINGS
 
-SLOW_S: Final = 1.0
-"""An attempt that takes longer than this no longer counts towards the limit, because most hosts that take
-this long never respond.
-"""
+T = TypeVar("T")
 
 SLOW_FACTOR: Final = 10
 """Maximum number of slow attempts in progress, as a multiple of the limit."""
@@ -25,8 +22,13 @@ class Attempts:
     not delay others for long.
     """
 
-    def __init__(self, limit: int) -> None:
+    def __init__(
+        self, limit: int, *, slow_s: float = NODE_TIMINGS.slow_attempt_s, slow_factor: int = SLOW_FACTOR
+    ) -> None:
+        """Allow `limit` attempts; one that takes longer than `slow_s` no longer counts as one of them."""
         self._limit = limit
+        self._slow_s = slow_s
+        self._slow_limit = limit * slow_factor
         self._quick = 0
         self._slow = 0
         self._first: deque[asyncio.Future[None]] = deque()
@@ -47,12 +49,12 @@ class Attempts:
 
         def make_room() -> None:
             nonlocal is_slow
-            if self._slow < self._limit * SLOW_FACTOR:
+            if self._slow < self._slow_limit:
                 is_slow = True
                 self._slow += 1
                 self._pass_on()
 
-        timer = loop.call_later(SLOW_S, make_room)
+        timer = loop.call_later(self._slow_s, make_room)
         try:
             return await attempt()
         finally:

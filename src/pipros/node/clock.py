@@ -15,9 +15,7 @@ from typing import Protocol
 from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent, wait_in_slices
 from pipros.msg.time import NS_PER_S
-
-SILENCE_S = 5.0
-"""Seconds of waiting for simulated time to start, after which a warning is logged (ros_comm#2111)."""
+from pipros.node.timings import NODE_TIMINGS
 
 
 class TimeMovedBackwards(PiprosError):
@@ -85,8 +83,13 @@ class SimulatedClock:
 
     is_simulated = True
 
-    def __init__(self, on_silence: Callable[[], object] = lambda: None) -> None:
-        """`on_silence` is called if no time is published for SILENCE_S while a thread is waiting."""
+    def __init__(
+        self,
+        on_silence: Callable[[], object] = lambda: None,
+        silence_s: float = NODE_TIMINGS.clock_silence_s,
+    ) -> None:
+        """Call `on_silence` if no time is published for `silence_s` while a thread waits (ros_comm#2111)."""
+        self._silence_s = silence_s
         self._on_silence = on_silence
         self.changed = threading.Condition()
         self._now_ns = 0
@@ -131,7 +134,10 @@ class SimulatedClock:
 
     def _wait_for_start(self) -> None:
         with self.changed:
-            if wait_in_slices(lambda limit_s: self.changed.wait_for(self._has_started, limit_s), SILENCE_S):
+            has_started = wait_in_slices(
+                lambda limit_s: self.changed.wait_for(self._has_started, limit_s), self._silence_s
+            )
+            if has_started:
                 return
         self._on_silence()
         with self.changed:

@@ -11,6 +11,7 @@ from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.loop import BackgroundLoop
 from pipros.node.attempts import Attempts
+from pipros.node.timings import NODE_TIMINGS, NodeTimings
 
 
 class NodeContext(NamedTuple):
@@ -26,6 +27,7 @@ class NodeContext(NamedTuple):
         attempts: limits the node's concurrent attempts to connect to publishers.
         published: counter that changes with each message that the node publishes.
         received: counter that changes whenever the node has received messages on a topic.
+        timings: the node's times.
     """
 
     node_name: str
@@ -37,3 +39,4 @@ class NodeContext(NamedTuple):
     attempts: Attempts
     published: PublishCount
     received: PublishCount
+    timings: NodeTimings = NODE_TIMINGS

@@ -22,7 +22,7 @@ from pipros.net.workers import Workers
 from pipros.node.any_msg import AnyMsg, taking_raw
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
-from pipros.node.publisher import CLOSE_FLUSH_S, Publication, Publisher
+from pipros.node.publisher import Publication, Publisher
 from pipros.node.registration import (
     Entry,
     PublicationEntry,
@@ -40,6 +40,7 @@ from pipros.node.subscriber import (
     SubscriberCallback,
     Subscription,
 )
+from pipros.node.timings import NodeTimings
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -78,12 +79,13 @@ class Endpoints:
         log: logging.Logger,
         limits: Limits,
         connections: ConnectionTable,
+        timings: NodeTimings,
     ) -> None:
         self.port = port
         self.address = advertised.outside(port)
         self.local_name: str | None = None
         numbers = itertools.count(1)
-        self.attempts = Attempts(limits.connection_attempts)
+        self.attempts = Attempts(limits.connection_attempts, slow_s=timings.slow_attempt_s)
         self._context = NodeContext(
             node_name,
             loop,
@@ -94,6 +96,7 @@ class Endpoints:
             self.attempts,
             PublishCount(),
             PublishCount(),
+            timings,
         )
         self.service_uri = uri(*self.address, "rosrpc")
         self._registrations = registrations
@@ -337,7 +340,7 @@ class Endpoints:
         Endpoints that another thread adds in the meantime are not registered. The node's ports are closed
         soon after.
         """
-        end = time.monotonic() + CLOSE_FLUSH_S  # all topics share one deadline
+        end = time.monotonic() + self._context.timings.close_flush_s  # all topics share one deadline
         for publication in self.publications:
             publication.close(end)
         for subscription in self.subscriptions:

@@ -41,6 +41,7 @@ from pipros.node.service_client import ServiceClient
 from pipros.node.service_server import ServiceClass, ServiceServer
 from pipros.node.slave import slave_methods
 from pipros.node.subscriber import NO_ARGS, Subscriber
+from pipros.node.timings import NODE_TIMINGS, NodeTimings
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -76,6 +77,7 @@ class Node:
         tcpros_port: int = 0,
         ports: str | None = None,
         limits: Limits | None = None,
+        timings: NodeTimings = NODE_TIMINGS,
     ) -> None:
         """Store the settings; `start` connects.
 
@@ -91,6 +93,7 @@ class Node:
             ports: a range such as `11400-11420`, from which one free port is selected for both. It cannot be
                 combined with `rpc_port` or `tcpros_port`. Defaults to `PIPROS_PORTS`.
             limits: limits on the resources that peers can use; defaults to the process-wide limits.
+            timings: delays and deadlines, for tests and special networks.
 
         Raises:
             InvalidName: the name is empty, has no letters, or includes a namespace.
@@ -114,6 +117,7 @@ class Node:
             self._ports = rpc_port or port_range, tcpros_port or port_range
         self._advertised = address.advertised_address(self.environment, port_range)
         self.limits = limits or process_limits()
+        self._timings = timings
         self.log = log or logging.Logger(self.name, logging.WARNING)
         self.master = MasterClient(self.environment.master_uri, self.name)
         self.params = Parameters(self.master, self.resolve, self._registrations_if_started)
@@ -148,7 +152,7 @@ class Node:
         close_in_children(lambda: node._started.descriptors if (node := myself()) else ())
 
     async def _open(self, bind_host: str) -> None:
-        running = RunningNode(self.name, self.master, self._loop, self.log)
+        running = RunningNode(self.name, self.master, self._loop, self.log, self._timings)
         await running.open(
             slave_methods(self, self.environment.master_uri, self.limits),
             advertised=self._advertised,
@@ -211,7 +215,7 @@ class Node:
         from pipros.msg import load_message_class
         from pipros.msg.time import Time
 
-        clock = SimulatedClock(self._explain_silence)
+        clock = SimulatedClock(self._explain_silence, self._timings.clock_silence_s)
 
         def on_clock(message: Any) -> None:
             now: Time = message.clock
@@ -427,6 +431,7 @@ class Node:
             persistent=persistent,
             headers=headers,
             limits=self.limits,
+            early_s=self._timings.early_connect_s,
         )
 
     async def call(

@@ -33,11 +33,6 @@ JOIN_LIMIT_BYTES = 32 * 1024
 larger messages are not joined.
 """
 
-CLOSE_FLUSH_S = 0.2
-"""How long closing waits in total for the last messages to be sent, so that a slow subscriber does not block
-a node's shutdown.
-"""
-
 _IDLE = State.IDLE  # aliases: enum lookups per message are slow
 _pack_length = struct.Struct("<I").pack
 
@@ -154,7 +149,7 @@ class Publication:
 
     def flush(self) -> None:
         """Send the messages that a burst has collected, or leave them to the event loop."""
-        if self._batch.messages and self._lock.acquire(timeout=CLOSE_FLUSH_S):
+        if self._batch.messages and self._lock.acquire(timeout=self._context.timings.close_flush_s):
             try:
                 self._leave_batch_to_loop()
             finally:
@@ -221,6 +216,7 @@ class Publication:
             self._context.loop,
             queue_size=self.queue_size,
             limits=self._context.limits,
+            timings=self._context.timings.links,
             may_share_packets=connection.fields.get("tcp_nodelay") != "1",
             on_closed=lambda link: self._detach(link, entry),
         )
@@ -287,12 +283,14 @@ class Publication:
     def close(self, end: float | None = None) -> None:
         """Close all links; later messages are discarded.
 
-        Queued messages are sent until `end` (a `time.monotonic()` time), by default for CLOSE_FLUSH_S.
+        Queued messages are sent until `end` (a `time.monotonic()` time), by default for
+        `NodeTimings.close_flush_s`.
         """
         self.flush()
         self._is_closed = True
         self._sharing.close()
-        end = time.monotonic() + CLOSE_FLUSH_S if end is None else end
+        if end is None:
+            end = time.monotonic() + self._context.timings.close_flush_s
         for peer in (*self._joining, *self.links):
             if peer.link.is_behind:
                 peer.link.drain(end - time.monotonic())

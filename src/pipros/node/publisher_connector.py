@@ -12,14 +12,8 @@ from pipros.node.context import NodeContext
 from pipros.node.throttled_warnings import ThrottledWarnings
 
 RETRY_FIRST_S = 0.1
-RETRY_LONGEST_S = 5.0
-"""Delays between attempts to reach a publisher that the master still lists."""
-
-RETRY_REFUSED_FIRST_S = 5.0
 RETRY_REFUSED_LONGEST_S = 60.0
-"""Delays after a refusal. A refusal rarely resolves itself, but a publisher at its connection limit may have
-room later.
-"""
+"""First delay between attempts, and the longest after a refusal; `NodeTimings` has the others."""
 
 LOST_GRACE_S = 3.0
 """Time after a link has ended in which failures to connect again are not logged: the publisher's process may
@@ -47,6 +41,7 @@ class PublisherConnector:
         self.attempts = 0
         self._topic = topic
         self._context = context
+        self._timings = context.timings
         self._connect = connect
         self._listed: set[str] = set()
         self._linked: set[str] = set()
@@ -94,7 +89,7 @@ class PublisherConnector:
     async def _keep_linked(self, uri: str) -> None:
         """Keep a link to a publisher for as long as the master lists the publisher."""
         delay_s, explained, is_first = RETRY_FIRST_S, "", True
-        refused_s, quiet_until = RETRY_REFUSED_FIRST_S, 0.0
+        refused_s, quiet_until = self._timings.retry_refused_first_s, 0.0
         now = asyncio.get_running_loop().time
         try:
             while uri in self._listed:
@@ -115,13 +110,13 @@ class PublisherConnector:
                         delay_s, explained, is_first = RETRY_FIRST_S, "", True
                     quiet_until = now() + LOST_GRACE_S
                 await asyncio.sleep(delay_s)
-                delay_s = min(2 * delay_s, RETRY_LONGEST_S)
+                delay_s = min(2 * delay_s, self._timings.retry_longest_s)
         finally:
             if self._tasks.get(uri) is asyncio.current_task():
                 del self._tasks[uri]
 
     async def _wait_for_end(self, uri: str, ended: LinkEnd) -> bool:
-        """Wait until a link ends; return True if it lasted longer than RETRY_LONGEST_S."""
+        """Wait until a link ends; return True if it lasted longer than `retry_longest_s`."""
         loop = asyncio.get_running_loop()
         self._linked.add(uri)
         began = loop.time()
@@ -131,7 +126,7 @@ class PublisherConnector:
             self._linked.discard(uri)
         if broken and not self._is_stopped and self._warnings.should_log(f"{printable(uri)}: {broken}"):
             self._context.log.error(broken)
-        return loop.time() - began > RETRY_LONGEST_S
+        return loop.time() - began > self._timings.retry_longest_s
 
     async def _wait_refused(self, uri: str, delay_s: float) -> float:
         """Wait after a refusal, at most until the next `update`. Return the delay to use next."""

@@ -17,14 +17,13 @@ from pipros.basics.errors import Interrupted, PiprosError, ProtocolError, Refuse
 from pipros.basics.printable import listed
 from pipros.net.master_client import MasterClient
 from pipros.net.rpc_async_client import AsyncRpcClient
+from pipros.node.timings import NODE_TIMINGS
 from pipros.wire.xmlrpc import Fault, encode_call
 
 WATCH_INTERVAL_S = 1.0
 """Interval at which the node checks whether the master still knows it."""
 WATCH_DEADLINE_S = 5.0
 """A master that takes longer to answer is considered busy; the next round checks again."""
-UNREGISTER_TIMEOUT_S = 0.3
-"""How long a node waits, while shutting down, for a master that does not answer."""
 UNREGISTERED_AT_ONCE = 20
 """Entries that a node unregisters with one call while shutting down."""
 
@@ -114,11 +113,21 @@ class ParameterEntry:
 class Registrations:
     """Keeps a node's registrations with the master up to date."""
 
-    def __init__(self, master: MasterClient, node_name: str, api: str, log: logging.Logger) -> None:
+    def __init__(
+        self,
+        master: MasterClient,
+        node_name: str,
+        api: str,
+        log: logging.Logger,
+        *,
+        unregister_s: float = NODE_TIMINGS.unregister_s,
+    ) -> None:
+        """Store the settings. `close` waits for a master that does not answer for at most `unregister_s`."""
         self._master = master
         self._node_name = node_name
         self._api = api
         self._log = log
+        self._unregister_s = unregister_s
         self._entries: list[Entry] = []
         self._observers: list[Callable[[Entry, bool], object]] = []
         self._lock = threading.RLock()  # prevents entries from changing during a re-registration
@@ -173,8 +182,8 @@ class Registrations:
         """Unregister all entries in reverse order. Give up if the master does not answer."""
         self._is_closed = True
         # A thread that is still registering an entry holds the lock, and might wait forever.
-        self._master.interrupt(UNREGISTER_TIMEOUT_S)
-        master = MasterClient(self._master.uri, self._node_name, timeout_s=UNREGISTER_TIMEOUT_S)
+        self._master.interrupt(self._unregister_s)
+        master = MasterClient(self._master.uri, self._node_name, timeout_s=self._unregister_s)
         with self._lock:
             entries = self._entries[::-1]
             self._entries.clear()

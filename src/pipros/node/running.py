@@ -20,6 +20,7 @@ from pipros.net.tcpros import TcprosServer
 from pipros.node.endpoints import Endpoints
 from pipros.node.registration import Registrations
 from pipros.node.slave import on_bad_arity
+from pipros.node.timings import NodeTimings
 
 SHUTDOWN_DEADLINE_S = 2.0
 """How long shutdown waits for the event loop to close everything."""
@@ -40,8 +41,11 @@ class RunningNode:
     registrations: Registrations
     endpoints: Endpoints
 
-    def __init__(self, name: str, master: MasterClient, loop: BackgroundLoop, log: logging.Logger) -> None:
+    def __init__(
+        self, name: str, master: MasterClient, loop: BackgroundLoop, log: logging.Logger, timings: NodeTimings
+    ) -> None:
         """Store the settings; `open` opens the ports."""
+        self._timings = timings
         self._name = name
         self._master = master
         self._loop = loop
@@ -91,10 +95,13 @@ class RunningNode:
             on_http=self._rpc.adopt if is_shared else None,
             limits=limits,
             log=self._log,
+            timings=self._timings.links,
         )
         await self._rpc.start()
         self.uri = address.uri(*advertised.outside(self._tcpros.port if is_shared else self._rpc.port))
-        self.registrations = Registrations(self._master, self._name, self.uri, self._log)
+        self.registrations = Registrations(
+            self._master, self._name, self.uri, self._log, unregister_s=self._timings.unregister_s
+        )
         self.endpoints = Endpoints(
             self._name,
             port=self._tcpros.port,
@@ -104,6 +111,7 @@ class RunningNode:
             log=self._log,
             limits=limits,
             connections=self._tcpros.connections,
+            timings=self._timings,
         )
         self.endpoints.local_name = self._tcpros.listen_locally(name_of(self.endpoints.service_uri))
         self._tcpros.start()

@@ -22,13 +22,11 @@ from pipros.node.codec import decoder, number
 from pipros.node.open_calls import OpenCalls
 from pipros.node.service_link import NotDelivered, ServiceFailed, ServiceLink
 from pipros.node.service_server import ServiceClass
+from pipros.node.timings import NODE_TIMINGS
 from pipros.wire.handshake import WireType
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
-
-EARLY_LIMIT_S = 0.05
-"""Maximum time for connecting to the server of the last call before the master's response is read."""
 
 PROBE_INTERVAL_S = 0.3
 PROBE_LIMIT_S = 10.0
@@ -56,6 +54,7 @@ class ServiceClient:
         persistent: bool = False,
         headers: Mapping[str, str] | None = None,
         limits: Limits | None = None,
+        early_s: float = NODE_TIMINGS.early_connect_s,
     ) -> None:
         """Store the settings; the first call connects.
 
@@ -68,8 +67,11 @@ class ServiceClient:
             persistent: whether to keep one connection for all calls.
             headers: extra connection header fields, which the service handler can read.
             limits: limits on the resources that the server can use; defaults to the process-wide limits.
+            early_s: maximum time for connecting to the server of the last call before the master's response
+                is read.
         """
         self._limits = limits
+        self._early_s = early_s
         self.calls = OpenCalls(part_of=calls)
         self.service = service
         self.uri: str | None = None  # the server's URI at the last call
@@ -212,7 +214,7 @@ class ServiceClient:
 
         def connect_early() -> None:
             nonlocal early
-            soon = time.monotonic() + EARLY_LIMIT_S
+            soon = time.monotonic() + self._early_s
             if expected is not None and early is None:
                 try:
                     early = self._link(expected, soon if deadline is None else min(soon, deadline))

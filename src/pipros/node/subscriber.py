@@ -200,7 +200,9 @@ class Subscription:
                 self._tcp_only.add(uri)
                 return await self._connect(uri)
         else:
-            connection = await tcpros.connect(*address, wanted, limits=limits)
+            connection = await tcpros.connect(
+                *address, wanted, limits=limits, timings=self._context.timings.links
+            )
         try:
             peer = address if isinstance(address, str) else f"{address[0]}:{address[1]}"
             check_topic_reply(connection.fields, self.interface, peer)
@@ -224,6 +226,7 @@ class Subscription:
             limit_bytes=self._context.limits.frame_bytes,
             keeps_large=issubclass(self.message_class, AnyMsg),
             received=connection.rest,
+            timings=self._context.timings.links,
         )
         peer = SubscriberLink(uri, header.get("callerid", "?"), self._context.next_link_number(), link, last)
         with self._lock:

@@ -46,7 +46,9 @@ class WatchedSystem:
         changes: nodes and topics that were recently added or removed.
     """
 
-    def __init__(self, graph: GraphClient, node: Node) -> None:
+    def __init__(self, graph: GraphClient, node: Node, *, interval_s: float = LOOK_INTERVAL_S) -> None:
+        """Store the resources. The system is observed at most once per `interval_s`."""
+        self._interval_s = interval_s
         self.graph = graph
         self.node = node
         self.topics = TopicWatches(node)
@@ -86,7 +88,7 @@ class WatchedSystem:
         return time.time()
 
     async def observations(self) -> AsyncIterator[Observation]:
-        """Yield the newest observation, at most once per `LOOK_INTERVAL_S`."""
+        """Yield the newest observation, at most once per `interval_s`."""
         while True:
             future: asyncio.Future[Observation] = asyncio.get_running_loop().create_future()
             self._waiting.add(future)
@@ -113,7 +115,7 @@ class WatchedSystem:
                 observation = replace(self.observation, error=text)
             with contextlib.suppress(RuntimeError):  # the loop has stopped in the meantime
                 loop.call_soon_threadsafe(self._publish, observation)
-            self._is_over.wait(LOOK_INTERVAL_S)
+            self._is_over.wait(self._interval_s)
 
     def _publish(self, observation: Observation) -> None:
         self.observation = observation

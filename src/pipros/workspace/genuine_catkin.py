@@ -17,6 +17,7 @@ from pipros.workspace.layout import SourcePackage, WorkspaceFolders
 from pipros.workspace.shipped_packages import has_cmake, is_below, shipped_packages, write_configuration
 
 _PREFIXES = ("/opt/ros/noetic", "/opt/ros/one", "/opt/ros/melodic", "/usr")
+"""Where genuine ROS is installed, besides the prefixes in the environment."""
 _TOPLEVEL = "share/catkin/cmake/toplevel.cmake"
 _PYTHON = "/usr/bin/python3"
 
@@ -44,7 +45,7 @@ class NativeTools:
         return self.prefix / _TOPLEVEL
 
 
-def find_tools(variables: Mapping[str, str]) -> NativeTools:
+def find_tools(variables: Mapping[str, str], prefixes: Sequence[str] = _PREFIXES) -> NativeTools:
     """Find CMake and genuine catkin, and check that a compiler is installed.
 
     Args:
@@ -63,7 +64,7 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
         )
     if shutil.which("make", path=path) is None or shutil.which("c++", path=path) is None:
         raise MissingTools("make or c++ is not in PATH. Install them (Debian: apt install make g++)")
-    toplevel = find_toplevel(variables)
+    toplevel = find_toplevel(variables, prefixes)
     if toplevel is not None:
         return NativeTools(cmake, toplevel.parents[3])
     raise MissingTools(
@@ -72,19 +73,21 @@ def find_tools(variables: Mapping[str, str]) -> NativeTools:
     )
 
 
-def has_tools(variables: Mapping[str, str]) -> bool:
+def has_tools(variables: Mapping[str, str], prefixes: Sequence[str] = _PREFIXES) -> bool:
     """Return whether all tools needed to build C++ packages are installed."""
     try:
-        find_tools(variables)
+        find_tools(variables, prefixes)
     except MissingTools:
         return False
     return True
 
 
-def find_toplevel(variables: Mapping[str, str] | None = None) -> Path | None:
+def find_toplevel(
+    variables: Mapping[str, str] | None = None, prefixes: Sequence[str] = _PREFIXES
+) -> Path | None:
     """Return genuine catkin's top-level `CMakeLists.txt` for workspaces, or None if it is not installed."""
     prefix_path = (os.environ if variables is None else variables).get("CMAKE_PREFIX_PATH", "")
-    for prefix in (*filter(None, prefix_path.split(os.pathsep)), *_PREFIXES):
+    for prefix in (*filter(None, prefix_path.split(os.pathsep)), *prefixes):
         if Path(prefix, _TOPLEVEL).is_file():
             return Path(prefix, _TOPLEVEL)
     return None

@@ -63,7 +63,7 @@ class PythonSetup:
     scripts: Sequence[str]
 
 
-def read_setup_py(folder: str) -> PythonSetup:
+def read_setup_py(folder: str, *, limit_s: float = _TIME_LIMIT_S) -> PythonSetup:
     """Run the `setup.py` in a folder; `ROS_DISTRO` and similar variables default to Noetic's values.
 
     Raises:
@@ -77,11 +77,11 @@ def read_setup_py(folder: str) -> PythonSetup:
             env={**DISTRIBUTION, **os.environ},
             capture_output=True,
             text=True,
-            timeout=_TIME_LIMIT_S,
+            timeout=limit_s,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise SetupPyError(f"{folder}/setup.py did not finish within {_TIME_LIMIT_S:.0f} s") from None
+        raise SetupPyError(f"{folder}/setup.py did not finish within {limit_s:.0f} s") from None
     if ended.returncode != 0 or "\0" not in ended.stdout:
         last_lines = ended.stderr.strip().splitlines()[-3:]
         raise SetupPyError(f"{folder}/setup.py failed:\n  " + "\n  ".join(last_lines))

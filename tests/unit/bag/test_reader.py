@@ -103,6 +103,7 @@ def test_overlapping_chunks_beyond_the_cache_are_read_again() -> None:
 
 
 def test_messages_of_a_large_chunk_are_read_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Not an argument, because no user has a reason to change it, and a real large chunk has 16 MiB.
     monkeypatch.setattr(chunk_data_module, "LARGE_BYTES", 100)
     rows = some_rows()
 

@@ -8,9 +8,6 @@ from signal import Signals
 from types import SimpleNamespace
 from typing import Any
 
-import pytest
-
-from pipros.launch import terminate
 from pipros.launch.process import SIGINT, SIGKILL, SIGTERM
 from pipros.launch.terminate import end, report_end
 
@@ -57,7 +54,7 @@ class Recorder:
         self.errors.append(text)
 
 
-def end_all(*processes: FakeProcess) -> tuple[Recorder, list[float]]:
+def end_all(*processes: FakeProcess, **timeouts: float) -> tuple[Recorder, list[float]]:
     """End the processes; return the output and the timeouts of the steps."""
     console, waits = Recorder(), []
 
@@ -66,7 +63,7 @@ def end_all(*processes: FakeProcess) -> tuple[Recorder, list[float]]:
         return [process for process in left if process.exit_code is None]
 
     arguments: Any = (processes, console, await_ends)
-    end(*arguments, sigint_timeout_s=15, sigterm_timeout_s=2)
+    end(*arguments, sigint_timeout_s=15, sigterm_timeout_s=2, **timeouts)
     return console, waits
 
 
@@ -93,10 +90,9 @@ def test_children_of_an_ended_process_are_ended_and_released() -> None:
     assert shell.is_released
 
 
-def test_a_process_that_survives_sigkill_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(terminate, "_LEFT_BEHIND_TIMEOUT_S", 0.01)
+def test_a_process_that_survives_sigkill_is_not_waited_for() -> None:
     immortal = FakeProcess("a-1", None)
-    end_all(immortal)
+    end_all(immortal, left_behind_timeout_s=0.01)
     assert immortal.exit_code is None
 
 

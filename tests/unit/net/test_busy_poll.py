@@ -37,7 +37,7 @@ class SleepySocket:
 
 @pytest.fixture
 def sleepy(monkeypatch: pytest.MonkeyPatch) -> SleepySocket:
-    """A `SleepySocket` on a system that permits busy polling."""
+    """A `SleepySocket` on a system that permits busy polling: properties of the machine, no arguments."""
     monkeypatch.setattr(busy_poll, "_DONTWAIT", 0x40)
     monkeypatch.setattr(busy_poll, "_MAY_POLL", True)
     return SleepySocket()
@@ -88,9 +88,8 @@ def test_a_deadline_holds_for_a_peer_that_trickles(ends: tuple[socket.socket, so
         PollingReceiver().receive(ends[0], 1, deadline=time.monotonic() - 1)
 
 
-def test_unsuccessful_polls_become_rare(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
-    monkeypatch.setattr(busy_poll, "LONGEST_PAUSE", 4)
-    one = PollingReceiver(ONE_LOOK)
+def test_unsuccessful_polls_become_rare(sleepy: SleepySocket) -> None:
+    one = PollingReceiver(ONE_LOOK, longest_pause=4)
     polled_waits = []
     for wait in range(22):
         before = len(sleepy.waits)
@@ -116,6 +115,6 @@ def test_a_successful_poll_is_repeated(
 
 
 def test_without_busy_polling_it_sleeps(monkeypatch: pytest.MonkeyPatch, sleepy: SleepySocket) -> None:
-    monkeypatch.setattr(busy_poll, "_MAY_POLL", False)
+    monkeypatch.setattr(busy_poll, "_MAY_POLL", False)  # as on a machine with one processor
     wait_on(PollingReceiver(), sleepy)
     assert sleepy.waits == ["slept"]

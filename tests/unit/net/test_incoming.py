@@ -10,16 +10,14 @@ import pytest
 from pipros.net import incoming
 from pipros.net.busy_poll import PollingReceiver, PublishCount
 from pipros.net.incoming import DeliveryLock, IncomingLink
+from pipros.net.timings import LinkTimings
 from tests.support.waiting import wait_until
 
 FRAME = b"\x01\x00\x00\x00x"
 
 
 @pytest.mark.parametrize("queue_size", [None, 100])
-def test_a_link_with_a_backlog_lets_others_have_their_turn(
-    queue_size: int | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(incoming, "TURN_S", -1.0)  # over with each message
+def test_a_link_with_a_backlog_lets_others_have_their_turn(queue_size: int | None) -> None:
     delivery_lock, began, order = DeliveryLock(), threading.Event(), list[str]()
 
     def make_link(name: str, received: bytes = b"") -> tuple[IncomingLink, socket.socket]:
@@ -41,6 +39,7 @@ def test_a_link_with_a_backlog_lets_others_have_their_turn(
             published=PublishCount(),
             received_count=PublishCount(),
             received=received,
+            timings=LinkTimings(turn_s=-1.0),  # over with each message
         )
         return link, theirs
 

@@ -5,7 +5,6 @@ from collections.abc import Awaitable, Callable
 
 import pytest
 
-from pipros.node import attempts
 from pipros.node.attempts import Attempts
 
 
@@ -25,10 +24,9 @@ class Peers:
         return connect
 
 
-@pytest.fixture(autouse=True)
-def no_attempt_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not even while this machine is busy."""
-    monkeypatch.setattr(attempts, "SLOW_S", 1000.0)
+def attempts(limit: int) -> Attempts:
+    """Return attempts of which none is slow, not even while this machine is busy."""
+    return Attempts(limit, slow_s=1000.0)
 
 
 async def turns(count: int = 5) -> None:
@@ -38,7 +36,7 @@ async def turns(count: int = 5) -> None:
 
 def test_concurrent_attempts_are_bounded_and_the_others_wait() -> None:
     async def run() -> None:
-        bound, peers = Attempts(2), Peers()
+        bound, peers = attempts(2), Peers()
         tasks = [
             asyncio.create_task(bound.make(peers.attempt(str(number)), is_first=True)) for number in range(5)
         ]
@@ -53,7 +51,7 @@ def test_concurrent_attempts_are_bounded_and_the_others_wait() -> None:
 
 def test_untried_peers_precede_failed_ones() -> None:
     async def run() -> None:
-        bound, peers = Attempts(1), Peers()
+        bound, peers = attempts(1), Peers()
         tasks = [
             asyncio.create_task(bound.make(peers.attempt(name), is_first=name != "failed"))
             for name in ("busy", "failed", "new")
@@ -66,12 +64,9 @@ def test_untried_peers_precede_failed_ones() -> None:
     asyncio.run(run())
 
 
-def test_slow_attempts_make_room_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(attempts, "SLOW_S", 0.01)
-    monkeypatch.setattr(attempts, "SLOW_FACTOR", 3)
-
+def test_slow_attempts_make_room_up_to_a_bound() -> None:
     async def run() -> None:
-        bound, peers = Attempts(1), Peers()
+        bound, peers = Attempts(1, slow_s=0.01, slow_factor=3), Peers()
         tasks = [
             asyncio.create_task(bound.make(peers.attempt(str(number)), is_first=True)) for number in range(9)
         ]
@@ -90,7 +85,7 @@ def test_slow_attempts_make_room_up_to_a_bound(monkeypatch: pytest.MonkeyPatch) 
 
 def test_a_cancelled_attempt_lets_the_next_one_start() -> None:
     async def run() -> None:
-        bound, peers = Attempts(1), Peers()
+        bound, peers = attempts(1), Peers()
         busy, waiting, last = (
             asyncio.create_task(bound.make(peers.attempt(name), is_first=True)) for name in ("a", "b", "c")
         )
@@ -112,7 +107,7 @@ def test_a_failed_attempt_raises_and_lets_the_next_one_start() -> None:
         raise ConnectionRefusedError
 
     async def run() -> None:
-        bound = Attempts(1)
+        bound = attempts(1)
         for _ in range(3):
             with pytest.raises(ConnectionRefusedError):
                 await bound.make(fail, is_first=True)

@@ -6,7 +6,6 @@ import threading
 
 import pytest
 
-from pipros.node import clock as clock_module
 from pipros.node.clock import SimulatedClock, TimeMovedBackwards, WallClock
 from pipros.node.rate import Rate
 from tests.support.waiting import wait_until
@@ -132,10 +131,9 @@ def test_a_rate_with_reset_restarts_when_time_jumps_back() -> None:
     assert lenient.last_ns == clock.ns
 
 
-def test_a_sleep_without_a_clock_is_reported_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(clock_module, "SILENCE_S", 0.01)
+def test_a_sleep_without_a_clock_is_reported_once() -> None:
     told = threading.Event()
-    clock = SimulatedClock(told.set)
+    clock = SimulatedClock(told.set, 0.01)
     sleeper = Sleeper(clock, 1)
     assert told.wait(30)
     assert sleeper.is_alive()

@@ -16,6 +16,7 @@ from pipros.node import message_batch, publisher
 from pipros.node.message_batch import MOST_AGE_S, MOST_MESSAGES
 from pipros.node.packet_sharing import CLOSE_S, RUN_LENGTH, SHARED_BYTES
 from pipros.node.publisher import Publication
+from pipros.node.timings import NODE_TIMINGS
 
 UInt32: Any = load_message_class("std_msgs/UInt32")
 ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
@@ -55,6 +56,7 @@ class Topic:
         self.received = PublishCount()
         context: Any = SimpleNamespace(
             limits=SimpleNamespace(stall_s=2.0),
+            timings=NODE_TIMINGS,
             loop=SimpleNamespace(call=lambda _: None),
             published=PublishCount(),
             received=self.received,

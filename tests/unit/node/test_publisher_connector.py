@@ -15,10 +15,10 @@ from pipros.node.context import NodeContext
 from pipros.node.publisher_connector import (
     LOST_GRACE_S,
     RETRY_FIRST_S,
-    RETRY_LONGEST_S,
     LinkEnd,
     PublisherConnector,
 )
+from pipros.node.timings import NODE_TIMINGS
 from tests.support.instant_loop import run_instantly
 from tests.support.nodes import listening_log
 
@@ -140,7 +140,7 @@ def test_an_unreachable_publisher_is_retried_with_growing_delays_and_logged_once
         moments = publishers.moments[A]
         waits = [round(later - earlier, 3) for earlier, later in pairwise(moments)]
         assert waits[:3] == [RETRY_FIRST_S, 2 * RETRY_FIRST_S, 4 * RETRY_FIRST_S]
-        assert set(waits[-2:]) == {RETRY_LONGEST_S}
+        assert set(waits[-2:]) == {NODE_TIMINGS.retry_longest_s}
         (line,) = lines
         assert "cannot receive [/chatter]" in line
         assert "Is it switched on?" in line

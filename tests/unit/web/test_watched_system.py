@@ -33,11 +33,10 @@ def test_polling_continues_after_an_error(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(watched_system, "SystemObserver", ClumsyObserver)
-    monkeypatch.setattr(watched_system, "LOOK_INTERVAL_S", 0.01)
     nothing: Any = SimpleNamespace(master=None)
 
     async def errors() -> list[str]:
-        system = WatchedSystem(nothing, nothing)
+        system = WatchedSystem(nothing, nothing, interval_s=0.01)
         system.start()
         found = []
         async for observation in system.observations():

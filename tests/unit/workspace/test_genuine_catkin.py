@@ -92,14 +92,13 @@ def programs(folder: Path, *names: str, code: int = 0) -> dict[str, str]:
     ],
 )
 def test_missing_tools_are_named_with_the_packages_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...], advice: str
+    tmp_path: Path, names: tuple[str, ...], advice: str
 ) -> None:
-    monkeypatch.setattr(genuine_catkin, "_PREFIXES", ())
     environment = programs(tmp_path / "bin", *names)
 
-    assert not has_tools(environment)
+    assert not has_tools(environment, prefixes=())
     with pytest.raises(MissingTools) as error:
-        find_tools(environment)
+        find_tools(environment, prefixes=())
     assert advice in str(error.value)
 
 

@@ -167,7 +167,7 @@ def test_cfg_files_without_dynamic_reconfigure_do_not_fail_the_rest(
         built.extend(package.name for package in packages)
         return {}
 
-    monkeypatch.setattr(genuine_catkin, "find_tools", lambda _variables: tools)
+    monkeypatch.setattr(genuine_catkin, "find_tools", lambda *_: tools)
     monkeypatch.setattr(genuine_catkin, "build", build)
     workspace.add("cpp", "add_executable(x x.cpp)")
     cfg = "find_package(catkin REQUIRED dynamic_reconfigure)\ngenerate_dynamic_reconfigure_options(cfg/P.cfg)"

@@ -17,7 +17,7 @@ DEADLINE_S = 3.0
 CHECK_S = 10.0
 
 
-def offset_from(server: str, port: int = sntp.PORT) -> float:
+def offset_from(server: str, port: int = sntp.PORT, deadline_s: float = DEADLINE_S) -> float:
     """Return the server's clock minus this machine's, in seconds.
 
     Raises:
@@ -26,7 +26,7 @@ def offset_from(server: str, port: int = sntp.PORT) -> float:
     """
     family, kind, protocol, _, address = socket.getaddrinfo(server, port, type=socket.SOCK_DGRAM)[0]
     with socket.socket(family, kind, protocol) as connection:
-        connection.settimeout(DEADLINE_S)
+        connection.settimeout(deadline_s)
         connection.connect(address)
         sent_s = time.time()
         asked = sntp.question(sent_s)
@@ -35,10 +35,16 @@ def offset_from(server: str, port: int = sntp.PORT) -> float:
         return sntp.offset_s(answer, asked, sent_s, time.time())
 
 
-def check(server: str, tolerance_us: float, error_us: float, port: int = sntp.PORT) -> Report:
+def check(
+    server: str,
+    tolerance_us: float,
+    error_us: float,
+    port: int = sntp.PORT,
+    deadline_s: float = DEADLINE_S,
+) -> Report:
     """Return the report on one server."""
     try:
-        return ntp_report(offset_from(server, port) * 1e6, tolerance_us, error_us)
+        return ntp_report(offset_from(server, port, deadline_s) * 1e6, tolerance_us, error_us)
     except (OSError, BadReading, UnicodeError) as error:
         return ntp_failure(f"{server}: {error}", tolerance_us, error_us)
 

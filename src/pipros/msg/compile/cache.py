@@ -18,7 +18,7 @@ from pipros.basics.errors import NotFound
 
 TYPE_CHECKING = False  # type checkers treat this as True; importing `typing` takes milliseconds
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from types import CodeType
 
     from pipros.msg.language.definition_files import DefinitionFiles
@@ -51,11 +51,12 @@ _MAGIC = b"pipros message 1\n"
 class CompiledTypes:
     """A folder in which the compiled code of types is cached."""
 
-    def __init__(self, folder: str, files: DefinitionFiles) -> None:
+    def __init__(self, folder: str, files: DefinitionFiles, compiler: Sequence[str] = _COMPILER) -> None:
+        """Store the settings. A change of one of the files `compiler` makes all entries invalid."""
         self._folder = CacheFolder(folder)
         self._files = files
         folder_of_msg = os.path.dirname(os.path.dirname(__file__))
-        self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in _COMPILER)
+        self._compiler = tuple(_file_stamp(os.path.join(folder_of_msg, name)) for name in compiler)
 
     def get(self, kind: str, type_name: str) -> tuple[CodeType, Mapping[str, str]] | None:
         """Return a type's code and the names that it uses for embedded types; None if no entry is valid."""

@@ -67,9 +67,18 @@ class BagViews:
     Args:
         folder: the folder whose bags browsers may open; None if they may open none.
         open_bags: the bags that are open.
+        computed_s: maximum processor time for one sample of an expression.
     """
 
-    def __init__(self, system: WatchedSystem, folder: BagFolder | None, open_bags: OpenBags) -> None:
+    def __init__(
+        self,
+        system: WatchedSystem,
+        folder: BagFolder | None,
+        open_bags: OpenBags,
+        *,
+        computed_s: float = COMPUTED_S,
+    ) -> None:
+        self._computed_s = computed_s
         self._system = system
         self._folder = folder
         self._open_bags = open_bags
@@ -168,7 +177,7 @@ class BagViews:
         def take(message: Any, time_s: float) -> list[float | None]:
             return sample_of(message, chosen, axis, time_s, time_s)
 
-        limit_s = math.inf if field.expression is None else COMPUTED_S
+        limit_s = math.inf if field.expression is None else self._computed_s
         async for piece in self._samples(arguments, {field.topic}, take, limit_s):
             yield piece
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import os
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import CodeType
 
@@ -39,8 +39,8 @@ class Place:
     def code(self) -> tuple[CodeType, Mapping[str, str]]:
         return Library(self.find, str(self.cache)).code("msg", "robot/Arm")
 
-    def cached(self) -> tuple[CodeType, Mapping[str, str]] | None:
-        return CompiledTypes(str(self.cache), DefinitionFiles(self.find)).get("msg", "robot/Arm")
+    def cached(self, compiler: Sequence[str] = cache._COMPILER) -> tuple[CodeType, Mapping[str, str]] | None:
+        return CompiledTypes(str(self.cache), DefinitionFiles(self.find), compiler).get("msg", "robot/Arm")
 
     def entry(self) -> Path:
         (entry,) = self.cache.glob("robot.Arm.msg.*")
@@ -81,10 +81,9 @@ def test_another_package_in_front_is_noticed(place: Place, tmp_path: Path) -> No
     assert place.cached() is None
 
 
-def test_another_compiler_is_noticed(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_compiler_is_noticed(place: Place) -> None:
     place.code()
-    monkeypatch.setattr(cache, "_COMPILER", ("base.py",))
-    assert place.cached() is None
+    assert place.cached(compiler=("base.py",)) is None
 
 
 def test_a_change_of_any_file_that_makes_or_serves_compiled_types_is_noticed() -> None:

@@ -29,7 +29,7 @@ from pipros.web.bags.folder import BagFolder
 from pipros.web.bags.open_bags import OpenBags
 from pipros.web.bags.playback import BagPlayback
 from pipros.web.limits import PageLimits
-from pipros.web.views import bags
+from pipros.web.views import bags as bag_views
 from pipros.web.views.bags import BagViews
 from pipros.web.watched_system import COMPUTATIONS_AT_ONCE, WatchedSystem
 from tests.support.bags import bag_bytes
@@ -40,12 +40,12 @@ EXPORT = {"name": "run.bag", "format": "bag", "topics": ["/number"], "begin": 0,
 class Browser:
     """One browser that has opened a bag of ten numbers."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, **settings: float) -> None:
         path = folder / "run.bag"
         path.write_bytes(bag_bytes([("/number", Float64(number), 1000 + number, 0) for number in range(10)]))
         self.system = WatchedSystem(GraphClient("test"), Node("test"))
         self.open_bags = OpenBags()
-        self.views = BagViews(self.system, BagFolder(folder), self.open_bags)
+        self.views = BagViews(self.system, BagFolder(folder), self.open_bags, **settings)
         self._path = path
         self._showing = contextlib.ExitStack()
 
@@ -135,15 +135,14 @@ def test_views_that_wait_for_a_bag_to_close_do_not_exceed_the_limit_together(bro
         released.set()
 
 
-def test_an_expression_that_takes_too_long_ends_the_curve_of_a_bag(
-    browser: Browser, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_expression_that_takes_too_long_ends_the_curve_of_a_bag(tmp_path: Path) -> None:
+    browser = Browser(tmp_path, computed_s=0.01)  # so that the expression is slow on any machine
+
     async def check() -> None:
         slow = "/number=len([1 for a in range(1000) for b in range(1000) for c in range(1000)])"
         with pytest.raises(RequestRefused, match=r"a sample takes .* s, and the limit is 0\.01 s"):
             await whole(browser.views.bag_curve({"name": "run.bag", "field": slow}))
 
-    monkeypatch.setattr(bags, "COMPUTED_S", 0.01)  # so that the expression is slow on any machine
     browser.run(check)
 
 
@@ -163,7 +162,7 @@ def test_a_bag_that_fails_to_open_after_its_view_was_closed_leaves_no_error(
         futures.append(start(*arguments))
         return futures[-1]
 
-    monkeypatch.setattr(bags, "open_bag", fail)
+    monkeypatch.setattr(bag_views, "open_bag", fail)
     monkeypatch.setattr(browser.system.computations, "start", recording_start)
 
     async def check() -> None:

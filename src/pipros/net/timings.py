@@ -1,0 +1,39 @@
+"""Times that the links of a node use. Programs keep the defaults; tests and special networks pass others."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class LinkTimings(NamedTuple):
+    """Times of the connections between two nodes.
+
+    Attributes:
+        keepalive_idle_s: time after which an idle connection is probed.
+        keepalive_interval_s: interval between probes.
+        keepalive_count: number of probes without an answer after which the system closes the connection.
+        unanswered_s: time after which a peer that does not acknowledge data is considered lost: as long as
+            the probes of an idle connection take.
+        check_peer_interval_s: interval between checks for such peers.
+        slow_delivery_s: after a delivery that takes longer, the socket is read again. A smaller value would
+            slow down fast callbacks.
+        turn_s: how long a link may deliver before the topic's other links get the lock. (Passing the lock on
+            after each message would cost more than delivering the messages.)
+        drain_limit_s: how long reading may continue if the peer sends faster than the link reads.
+        quiet_s: if a socket was full, its TCP window was closed, so the peer has more data to send. Reading
+            continues until nothing has arrived for this time.
+    """
+
+    keepalive_idle_s: int = 20
+    keepalive_interval_s: int = 5
+    keepalive_count: int = 4
+    unanswered_s: float = 20 + 5 * 4
+    check_peer_interval_s: float = 5.0
+    slow_delivery_s: float = 0.001
+    turn_s: float = 0.001
+    drain_limit_s: float = 0.1
+    quiet_s: float = 0.002
+
+
+LINK_TIMINGS = LinkTimings()
+"""The defaults."""
