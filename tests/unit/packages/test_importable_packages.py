@@ -47,6 +47,33 @@ def test_modules_of_all_packages_on_the_path_are_found(
     assert packages.find_module("other", None) is None
 
 
+def test_only_packages_of_the_workspace_hide_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = add(tmp_path / "src", "robot")
+    packages = ImportablePackages()
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    assert packages.find_hiding("robot") is None
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    assert packages.find_hiding("robot") == str(robot)
+    assert packages.find_hiding("std_msgs") is None
+
+
+def test_modules_of_the_workspace_are_below_src_or_declared_by_setup_py(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot, arm = add(tmp_path / "src", "robot"), add(tmp_path / "src", "arm")
+    for module in (robot / "src" / "robot", arm / "py" / "arm"):
+        module.mkdir(parents=True)
+        (module / "__init__.py").touch()
+    (arm / "setup.py").write_text("setup(packages=['arm'], package_dir={'': 'py'})")
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "src"))
+    packages = ImportablePackages()
+
+    assert packages.find_in_workspace("robot", "robot") == str(robot / "src" / "robot")
+    assert packages.find_in_workspace("arm", "arm") == str(arm / "py" / "arm")
+    assert packages.find_in_workspace("other", "robot") is None
+    assert packages.find_in_workspace("std_msgs", "std_msgs") is None
+
+
 @pytest.mark.parametrize(
     ("home", "expected"),
     [("/somewhere", "/somewhere/pipros/x"), ("~/r", "{home}/r/pipros/x"), ("", "{home}/.ros/pipros/x")],

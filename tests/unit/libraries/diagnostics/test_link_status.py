@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from pipros.libraries.diagnostics.link_status import Level, LinkStatus, Traffic, link_statuses
+from typing import Any
+
+from pipros.libraries.diagnostics.link_status import (
+    Level,
+    LinkDiagnostics,
+    LinkStatus,
+    Traffic,
+    link_statuses,
+)
 
 
 def statuses(is_connected: bool = True, **before: Traffic) -> list[LinkStatus]:
@@ -38,3 +46,36 @@ def test_a_link_that_is_down_is_an_error() -> None:
 def test_a_member_that_has_sent_nothing() -> None:
     (link,) = link_statuses("a", is_connected=True, sent=[], received={}, before={})
     assert link.values["sent"] == "0"
+
+
+class Topic:
+    """A node with one topic, and the messages on it."""
+
+    def __init__(self) -> None:
+        self.name = ""
+        self.connection_count = 0
+        self.messages: list[Any] = []
+
+    def advertise(self, name: str, _kind: Any, queue_size: int) -> Topic:
+        self.name = name
+        return self
+
+    def publish(self, message: Any) -> None:
+        self.messages.append(message)
+
+
+def test_statuses_are_published_as_diagnostics() -> None:
+    topic: Any = Topic()
+    diagnostics = LinkDiagnostics(topic, "this machine")
+    assert (topic.name, diagnostics.is_wanted) == ("/diagnostics", False)
+    topic.connection_count = 1
+    assert diagnostics.is_wanted
+
+    diagnostics.publish([LinkStatus("/link", Level.WARN, "slow", {"sent": "5"}), *statuses()])
+    (array,) = topic.messages
+    first, second, *_ = array.status
+    assert (first.name, first.level, first.message) == ("/link", Level.WARN, "slow")
+    assert first.hardware_id == "this machine"
+    assert [(each.key, each.value) for each in first.values] == [("sent", "5")]
+    assert second.name == "/Fleet/operator"
+    assert array.header.stamp.to_sec() > 0
