@@ -3,8 +3,10 @@
     python benchmarks/hostile_clients.py [--control]
 
 Another client calls a service of rosapi all the time. For each attack, a line shows how much the server grew
-at most, how much of this was left 10 s after the attackers had gone, and the longest time that the other
-client waited for a response. The exit status is 1 if a figure exceeds what docs/SECURITY.md promises.
+at most, how much of this was left 10 s after the attackers had gone, the longest time that the other client
+waited for a response, the same in the 10 s before the attack, and the load of the machine (the mean number of
+processes that run or wait for a processor). The exit status is 1 if a figure exceeds what docs/SECURITY.md
+promises; on a busy machine, only what the pause exceeds the one before the attack by counts.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import logging
 import os
 import re
 import subprocess
@@ -23,11 +26,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
 from pipros.master.master import Master
 
+CONTROL_S = 10.0
 ATTACK_S = 10.0
 RETURNED_S = 10.0
 MOST_MIB = {1: 64, 20: 256}
@@ -76,7 +80,22 @@ def unread_answers(client: ClientConnection) -> None:
         client.send(json.dumps({"op": "call_service", "service": "/rosapi/topics", "id": number}))
 
 
-ATTACKS: Sequence[Attack] = (long_ids, repetitions, many_values, unfinished, empty_fragments, unread_answers)
+def latched_messages(client: ClientConnection) -> None:
+    for number in range(100):
+        topic = {"topic": f"/latched{number}", "type": "std_msgs/String"}
+        client.send(json.dumps({"op": "advertise", "latch": True, **topic}))
+        client.send(json.dumps({"op": "publish", **topic, "msg": {"data": "x" * 900_000}}))
+
+
+ATTACKS: Sequence[Attack] = (
+    long_ids,
+    repetitions,
+    many_values,
+    unfinished,
+    empty_fragments,
+    unread_answers,
+    latched_messages,
+)
 
 
 @dataclass
@@ -102,7 +121,7 @@ def memory_mib(pid: int) -> float:
 
 
 def attack_once(attack: Attack, port: int) -> None:
-    with contextlib.suppress(ConnectionClosed, OSError, EOFError, TimeoutError):
+    with contextlib.suppress(WebSocketException, OSError, EOFError):
         client = connect(f"ws://127.0.0.1:{port}", max_size=None, open_timeout=60, close_timeout=0.1)
         with client:
             ended = threading.Timer(ATTACK_S, client.socket.close)
@@ -113,8 +132,10 @@ def attack_once(attack: Attack, port: int) -> None:
 
 def measure(attack: Attack, count: int, pid: int, port: int, waits: Waits) -> bool:
     """Print the line of one attack. Return whether all figures are within the limits."""
-    before = memory_mib(pid)
     waits.longest_s = 0.0
+    time.sleep(CONTROL_S)
+    control_s, waits.longest_s = waits.longest_s, 0.0
+    before = memory_mib(pid)
     threads = [threading.Thread(target=attack_once, args=(attack, port), daemon=True) for _ in range(count)]
     for thread in threads:
         thread.start()
@@ -125,10 +146,11 @@ def measure(attack: Attack, count: int, pid: int, port: int, waits: Waits) -> bo
         time.sleep(0.05)
     grown, left = most - before, memory_mib(pid) - before
     pause_s = waits.longest_s
-    is_good = grown <= MOST_MIB[count] and left <= LEFT_MIB and pause_s <= MOST_PAUSE_S
+    is_good = grown <= MOST_MIB[count] and left <= LEFT_MIB and pause_s - control_s <= MOST_PAUSE_S
     print(
         f"{attack.__name__:16} {count:3} clients: +{grown:4.0f} MiB, {left:4.0f} MiB left, "
-        f"longest pause {pause_s:5.2f} s{'' if is_good else '  TOO MUCH'}",
+        f"longest pause {pause_s:5.2f} s, before {control_s:5.2f} s, load {os.getloadavg()[0]:4.1f}"
+        f"{'' if is_good else '  TOO MUCH'}",
         flush=True,
     )
     return is_good
@@ -137,6 +159,7 @@ def measure(attack: Attack, count: int, pid: int, port: int, waits: Waits) -> bo
 def main() -> int:
     raw = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # ends of connections are expected
     parser.add_argument("--control", action="store_true", help="the clients may change the system")
     options = parser.parse_args()
     with contextlib.ExitStack() as ends:

@@ -41,6 +41,7 @@ class Echo:
         self.sessions: list[Echo] = []
         self.is_closed = False
         self.is_unused = False
+        self.worked_s = 0.0
         self.client: Client
 
     def open(self, client: Client) -> Echo:

@@ -29,6 +29,7 @@ from websockets.typing import Subprotocol
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.bridges.admission import Admission
 from pipros.bridges.client import BridgeConnection, Client, Wakeups
+from pipros.bridges.freed_memory import FreedMemory
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.outbox import Traffic
 from pipros.bridges.pace import Pace
@@ -57,6 +58,10 @@ class Session(Protocol):
 
         The next message is not read before this returns, so a client cannot flood the server.
         """
+
+    @property
+    def worked_s(self) -> float:
+        """Processor time (s) that the client's messages have taken so far in threads."""
 
     def takes(self) -> Mapping[Hashable, str]:
         """Return the client's subscriptions: a mapping from outbox keys to names in the client list."""
@@ -149,6 +154,7 @@ class Door:
         self._numbers = itertools.count(1)
         self._has_reported_origin = False
         self._wakeups: Wakeups
+        self._freed_memory: FreedMemory
         self._access: Access
 
     async def open(
@@ -175,6 +181,7 @@ class Door:
             OSError: the port is in use, or the address does not belong to this machine.
         """
         self._wakeups = Wakeups(asyncio.get_running_loop())
+        self._freed_memory = FreedMemory()
         self.port = await self._server_port.open(
             host,
             port,
@@ -292,14 +299,14 @@ class Door:
         )
         session = handler.open(client)
         self._clients[client] = session, time.time()
-        pace = Pace(self._limits)
+        pace = Pace(self._limits, work=self.shares.work)
         try:
             async for data in connection:
                 client.active_s = time.monotonic()
                 client.received.messages += 1
                 client.received.bytes += len(data)
                 await session.receive(data)
-                if delay_s := pace.delay_s(len(data)):
+                if delay_s := pace.delay_s(len(data), session.worked_s):
                     await asyncio.sleep(delay_s)
         except ConnectionClosed:
             pass
@@ -310,6 +317,7 @@ class Door:
             del self._clients[client]
             session.close()
             client.close()
+            self._freed_memory.note_left(client.received.bytes + client.outbox.total.bytes)
 
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect the client that has been silent longest, to make room for a new one.

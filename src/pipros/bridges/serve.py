@@ -17,6 +17,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import ProgramLife, run_until_signalled
 from pipros.bridges.admission import Admission
 from pipros.bridges.door import Door, Handler
+from pipros.bridges.freed_memory import share_one_arena
 from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.start_params import is_on
@@ -107,6 +108,7 @@ def serve(
     Raises:
         ServerFailed: the port is in use, or the certificate cannot be read.
     """
+    share_one_arena()
     run_until_signalled(lambda life: _serve(node, options, make, secret, life))
     return 0
 

@@ -13,6 +13,7 @@ from pipros.basics.budget import Budget
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import Limits, limit_text
 from pipros.bridges.limits import BridgeLimits
+from pipros.bridges.pace import SharedWork
 
 PART: Final = 0.5
 """Largest part of what other clients leave that one client gets."""
@@ -135,6 +136,7 @@ class ServerShares:
     Attributes:
         memory: everything that the server holds for its clients.
         left_behind: the part of it that outlives the client that caused it.
+        work: the clients that keep the server busy.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -145,6 +147,7 @@ class ServerShares:
         self.client_bytes = max(limits.of(BridgeLimits).bridge_client_bytes, largest)
         self.memory = Budget(max(limits.of(BridgeLimits).bridge_total_bytes, 2 * largest))
         self.left_behind = Budget(self.client_bytes, self.memory, part=PART)
+        self.work = SharedWork()
 
     def client(self, *, is_reader: bool = False) -> ClientShares:
         """Return the shares of a new client."""

@@ -143,6 +143,11 @@ class ClientSession:
         except (PiprosError, ValueError, TypeError, OverflowError, OSError) as error:
             self._report(str(error))
 
+    @property
+    def worked_s(self) -> float:
+        """Zero: what the requests of these clients may cost is limited for each of them."""
+        return 0.0
+
     def takes(self) -> Mapping[Hashable, str]:
         """Return the topics to which the client subscribes, keyed by subscription id."""
         return {number: channel.topic for number, (channel, _) in self._taken.items()}

@@ -93,6 +93,10 @@ class DoorSession:
         if self._session.ended:
             self._client.end(self._session.ended)
 
+    @property
+    def worked_s(self) -> float:
+        return self._session.worked_s
+
     def takes(self) -> Mapping[Hashable, str]:
         """Return the topics to which the client subscribes."""
         return {topic: topic for topic in self._session.topics}

@@ -7,6 +7,7 @@ state shared by all clients, and `ClientSession` holds the state of one client.
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -53,6 +54,8 @@ from pipros.node.service_client import ServiceClient
 
 CALLS_AT_ONCE: Final = 64
 """Maximum number of concurrent service calls of all clients, beyond one for each; further calls wait."""
+QUESTIONS_AT_ONCE: Final = 8
+"""The same for questions to rosapi. They seldom wait, so more threads would only delay each other."""
 CALLS_OF_A_CLIENT: Final = 256
 """Maximum number of running and queued calls of one client."""
 SMALL_CALL_BYTES: Final = 4096
@@ -101,7 +104,7 @@ class Bridge:
         )
         self.calls = CallTurns("service calls of a bridge", CALLS_AT_ONCE)
         # Questions to rosapi are short, and do not wait for calls that may take minutes.
-        self.questions = CallTurns("questions of a bridge", CALLS_AT_ONCE)
+        self.questions = CallTurns("questions of a bridge", QUESTIONS_AT_ONCE)
 
     def connect(self, outbox: Outbox, shares: ClientShares | None = None) -> ClientSession:
         """Return a session for a new client. The caller must send the session's outbox to the client."""
@@ -125,12 +128,14 @@ class ClientSession:
     Attributes:
         outbox: data for the client.
         ended: reason for disconnecting the client; empty while it may stay connected.
+        worked_s: processor time (s) that the client's messages have taken so far.
     """
 
     def __init__(self, bridge: Bridge, outbox: Outbox, shares: ClientShares) -> None:
         self.outbox = outbox
         self._shares = shares
         self.ended = ""
+        self.worked_s = 0.0
         self._bridge = bridge
         self._node = bridge.node
         self._protocol = ClientProtocol(bridge.settings, bridge.node.resolve, bridge.limits, shares=shares)
@@ -210,6 +215,13 @@ class ClientSession:
         self._send({**operation, "args": self._bridge.encoder.values_of(request)})
 
     def _handle(self, effects: Iterator[Effect]) -> None:
+        began_s = time.thread_time()
+        try:
+            self._carry_out_all(effects)
+        finally:
+            self.worked_s += time.thread_time() - began_s
+
+    def _carry_out_all(self, effects: Iterator[Effect]) -> None:
         for effect in effects:
             if self.ended or self._is_closed:
                 return

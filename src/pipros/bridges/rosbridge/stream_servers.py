@@ -148,7 +148,7 @@ class TcpServer(StreamServer):
             return
         self._sessions[writer] = session
         sender = asyncio.create_task(self._send(session.outbox, has_data, writer))
-        pace = Pace(self._limits)
+        pace = Pace(self._limits, work=self.shares.work)
         source = TcpInput(session, reader, self._limits, shares)
         receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
         try:
@@ -156,7 +156,7 @@ class TcpServer(StreamServer):
                 if session.ended or sender.done():
                     break
                 self._sessions[writer] = self._sessions.pop(writer)
-                await asyncio.sleep(pace.delay_s(size))
+                await asyncio.sleep(pace.delay_s(size, session.worked_s))
         except (OSError, EOFError, ValueError, asyncio.TimeoutError):
             pass
         finally:

@@ -108,7 +108,7 @@ class UdpServer(StreamServer):
             self._disconnect(address, client.session)
 
     async def _attend(self, client: _UdpClient, address: Any) -> None:
-        pace = Pace(self._limits)
+        pace = Pace(self._limits, work=self.shares.work)
         session = client.session
         try:
             while not session.ended:
@@ -118,7 +118,7 @@ class UdpServer(StreamServer):
                 else:
                     await self._threads.run(session.receive_stream, data.decode(errors="replace"))
                 client.note_handled(data)
-                await asyncio.sleep(pace.delay_s(len(data)))
+                await asyncio.sleep(pace.delay_s(len(data), session.worked_s))
         except asyncio.TimeoutError:
             pass
         finally:

@@ -1,0 +1,52 @@
+"""Returns the memory of clients that have left to the system.
+
+Threads that parse large messages each get an arena from glibc's allocator. It keeps up to two of the largest
+messages in each arena, and no call returns them. Therefore all threads share one arena, which costs little,
+as Python runs one thread at a time, and `malloc_trim` returns its free parts. Other systems lack such calls.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import ctypes
+import sys
+from typing import Final
+
+LARGE_BYTES: Final = 1024 * 1024
+"""Data sent and received by a client after which its memory is worth returning."""
+DELAY_S: Final = 1.0
+"""Time (s) for a client's threads to finish, and for other clients to leave."""
+_ARENA_MAX: Final = -8
+"""`M_ARENA_MAX` in glibc's malloc.h."""
+
+
+def _glibc() -> ctypes.CDLL | None:
+    """Return the C library if it is glibc."""
+    library = ctypes.CDLL(None) if sys.platform == "linux" else None
+    return library if hasattr(library, "malloc_trim") else None
+
+
+def share_one_arena() -> None:
+    """Let all threads that start later allocate from one arena. Call before the first thread starts."""
+    glibc = _glibc()
+    if glibc is not None:
+        glibc.mallopt(_ARENA_MAX, 1)
+
+
+class FreedMemory:
+    """For use in one event loop."""
+
+    def __init__(self) -> None:
+        self._glibc = _glibc()
+        self._is_due = False
+
+    def note_left(self, traffic_bytes: int) -> None:
+        """Return free memory soon, if a client that has left has sent and received this much data."""
+        if self._glibc is not None and not self._is_due and traffic_bytes >= LARGE_BYTES:
+            self._is_due = True
+            asyncio.get_running_loop().call_later(DELAY_S, self._trim)
+
+    def _trim(self) -> None:
+        self._is_due = False
+        if self._glibc is not None:
+            self._glibc.malloc_trim(0)
