@@ -35,6 +35,7 @@ from tests.fuzz import (
     rtps,
     rtps_announcements,
     strange_messages,
+    wheel_files,
     yaml_texts,
 )
 from tests.fuzz.mutation import Target, TooSlow, bounded, corpus, mutations
@@ -73,6 +74,7 @@ SUBJECTS = {
     "fleet_directories": Subject(lambda: fleet_directories.target, fleet_directories.WORDS, 500),
     "ros2_bags": Subject(lambda: ros2_bags.target, ros2_bags.WORDS, 60),
     "cdr": Subject(lambda: cdr.target, (), 1000),
+    "wheel_files": Subject(lambda: wheel_files.target, wheel_files.WORDS, 150),
     "replies": Subject(replies.Replies, replies.WORDS, 500),
     "listings": Subject(listings.Listings, listings.WORDS, 40),
 }

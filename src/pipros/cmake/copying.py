@@ -215,6 +215,9 @@ def _copy_folder(item: Copy, source: Path, target: Path, say: Say) -> None:
         ]
         below = target / os.path.relpath(folder, source)
         below.mkdir(exist_ok=True)
+        links = [name for name in folders if os.path.islink(os.path.join(folder, name))]
+        for name in links if not item.only_matching else ():  # os.walk() does not follow them
+            copy_file(Path(folder, name), Path(os.path.normpath(below / name)), say)
         for name in files:
             path = os.path.join(folder, name)
             if not _is_excluded(item, path) and (_matching(item, path) or not item.only_matching):

@@ -14,7 +14,7 @@ from pipros.basics.input_file import read_text
 
 OS_RELEASE = "/etc/os-release"
 
-_PROGRAMS: Mapping[str, str] = {
+PROGRAM_PACKAGES: Mapping[str, str] = {
     "image_proc": "ros-image-proc",
     "image_publisher": "ros-image-publisher",
     "image_rotate": "ros-image-rotate",
@@ -80,7 +80,7 @@ def how_to_have(programs: Sequence[str], plugins: Sequence[str] = ()) -> str:
     if here.is_noetics:
         return f"Install it (apt-get install {noetic}), or run it on another machine: {graph}"
     known = [
-        *((name, _PROGRAMS.get(name) or _PLUGINS.get(name)) for name in programs),
+        *((name, PROGRAM_PACKAGES.get(name) or _PLUGINS.get(name)) for name in programs),
         *((name, _PLUGINS.get(name)) for name in plugins),
     ]
     missing = [name for name, package in known if package is None or not here.is_debian]

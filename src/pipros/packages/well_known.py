@@ -39,7 +39,7 @@ _PACKAGE_OF_COMMAND = {
     "gzclient": "gazebo_ros",
     "gzserver": "gazebo_ros",
 }
-_PYPI = {"catkin": "catkin-tools", "rosdep": "rosdep"}
+_PYPI = {"catkin": "catkin-tools"}
 """Commands of Noetic, and the distributions on PyPI that contain them."""
 
 _PYTHON_NAMES = """

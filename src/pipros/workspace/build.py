@@ -180,7 +180,7 @@ class _Build:
         sources = self._options.sources or (self._layout.source,)
         write_setup_files(self._layout.devel, sources, underlays)
         if self._options.installs:
-            self._install(packages, underlays)
+            self._install(packages, underlays, definitions)
         write_if_changed(self._state_file, json.dumps(self._state, indent=1, sort_keys=True))
         return self._result
 
@@ -438,12 +438,15 @@ class _Build:
                 continue
             self._build_package(package, definitions)
 
-    def _install(self, packages: Sequence[SourcePackage], underlays: Sequence[Path]) -> None:
+    def _install(
+        self, packages: Sequence[SourcePackage], underlays: Sequence[Path], definitions: Definitions
+    ) -> None:
         for package in packages:
             if package.name in self._result.projects and package.name not in self._failed:
                 project = self._result.projects[package.name]
                 try:
-                    install_package(project, self._layout, self._settings(package), self._say)
+                    settings = self._settings(package)
+                    install_package(project, self._layout, definitions, settings, self._say)
                 except PiprosError as error:
                     self._fail(package, f"{project.file}: {error}")
         write_setup_files(self._layout.install, [], underlays)

@@ -36,12 +36,17 @@ sys.path[0] = os.path.dirname(script)
 runpy.run_path(script, run_name="__main__")
 """
 
-_PACKAGE = '''\
-"""Made by catkin_make of pipros: the Python modules of the ROS package {name}.
+MADE = '"""Made by catkin_make of pipros: the Python modules of the ROS package '
+"""The beginning of the `__init__.py` of a package that has none."""
+
+_PACKAGE = (
+    MADE
+    + '''{name}.
 
 The classes of its messages and services are made from their definitions when they are first used.
 """
 '''
+)
 
 _RELAYED_PACKAGE = (
     _PACKAGE
@@ -142,20 +147,24 @@ def _write_python_packages(project: Project, setup: PythonSetup | None, devel: P
         say(f"[100%] Built target {project.name}_generate_messages")
 
 
-def _write_stubs(project: Project, definitions: Definitions, devel: Path) -> None:
+def _write_stubs(project: Project, definitions: Definitions, prefix: Path) -> None:
     """Write type stubs for editors, which cannot see classes that are generated on import."""
     try:
         stubs = package_stubs(project.name, definitions, has_module=True)
     except (DefinitionError, NotFound):
         return  # the package does not list the invalid file, so the build ignores it
     for path, text in stubs.items():
-        write_if_changed(devel / PYTHON_DESTINATION / project.name / path, text)
+        write_if_changed(prefix / PYTHON_DESTINATION / project.name / path, text)
 
 
 def install_package(
-    project: Project, layout: WorkspaceFolders, settings: Mapping[str, str], say: Say
+    project: Project,
+    layout: WorkspaceFolders,
+    definitions: Definitions,
+    settings: Mapping[str, str],
+    say: Say,
 ) -> None:
-    """Copy the files that a package installs.
+    """Copy the files that a package installs, and write type stubs for its messages. Wheels have these files.
 
     Args:
         settings: CMake variables for `install(CODE)` and `install(SCRIPT)`.
@@ -178,6 +187,8 @@ def install_package(
     has_modules = bool(project.interfaces or project.config_files)
     if has_modules and (setup is None or project.name not in setup.packages):
         write_if_changed(modules / project.name / "__init__.py", _PACKAGE.format(name=project.name))
+    if project.interfaces:
+        _write_stubs(project, definitions, layout.install)
     for script in setup.scripts if setup else ():
         target = layout.install / "lib" / project.name / os.path.basename(script)
         copy_file(Path(script), target, say, mode=PROGRAM_MODE)

@@ -81,18 +81,20 @@ class SourceSpace:
     errors: list[str] = field(default_factory=list)
 
 
-def read_source_space(source: Path, variables: Mapping[str, str]) -> SourceSpace:
-    """Return all packages below a source folder. Packages with invalid manifests are only listed as errors.
+def read_source_space(source: Path, variables: Mapping[str, str], *more: Path) -> SourceSpace:
+    """Return all packages below source folders. Packages with invalid manifests are only listed as errors.
+
+    Args:
+        variables: the environment, for conditions in manifests.
+        more: further source folders.
 
     Raises:
         WorkspaceError: two packages have the same name, or packages depend on each other in a cycle.
     """
     space = SourceSpace()
     found: dict[str, SourcePackage] = {}
-    for crawled in crawl(str(source)).packages:
-        if crawled.kind == DRY:
-            continue
-        folder = Path(crawled.path)
+    crawled = [package for folder in (source, *more) for package in crawl(str(folder)).packages]
+    for folder in dict.fromkeys(Path(package.path) for package in crawled if package.kind != DRY):
         manifest = _read_manifest(folder, variables, space.errors)
         if manifest is None:
             continue

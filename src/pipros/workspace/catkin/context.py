@@ -105,9 +105,9 @@ class ReadContext:
         """Record that the package uses a feature that only CMake itself provides."""
         self.need_native_build(command, f"needs {what}, which only CMake itself can execute")
 
-    def need_native_build(self, command: Command, what: str) -> None:
-        """Record that genuine catkin must build the package. `what` completes "the package [x] …"."""
-        self.project.needs_cmake.append(NativeTarget(what, self.file, command.line))
+    def need_native_build(self, command: Command, what: str, target: str = "") -> None:
+        """Record that genuine catkin must build the package; see `NativeTarget` for the arguments."""
+        self.project.needs_cmake.append(NativeTarget(what, self.file, command.line, target))
 
     def run_extras(self, package: FoundPackage) -> None:
         """Execute the CMake extras of a found package. Empy templates are recorded, not executed."""

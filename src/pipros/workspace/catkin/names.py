@@ -52,6 +52,9 @@ COMPONENT_COMMANDS: Mapping[str, tuple[str, ...]] = {
     name: components for name, components in CATKIN_COMMANDS.items() if components is not None
 }
 
+INTERPRETED_PACKAGES = frozenset(name for names in COMPONENT_COMMANDS.values() for name in names)
+"""Packages whose commands have handlers. Their own CMake files, which define these commands, are not run."""
+
 CATKIN_VERSION = "0.8.10"
 """The catkin version that defines these commands; the value of `${catkin_VERSION}`."""
 

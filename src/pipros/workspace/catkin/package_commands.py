@@ -13,7 +13,7 @@ from pipros.cmake.language import Command
 from pipros.cmake.message import Kind, read_message
 from pipros.cmake.words import sections
 from pipros.workspace.catkin.context import FoundPackage, Handler, ReadContext
-from pipros.workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES
+from pipros.workspace.catkin.names import CATKIN_VERSION, CORE_PACKAGES, INTERPRETED_PACKAGES
 from pipros.workspace.catkin.project import AbsentPackage, EnvironmentHook
 from pipros.workspace.catkin.templates import can_expand, expanded, needs_empy, write
 
@@ -134,7 +134,7 @@ def _find_component(context: ReadContext, command: Command, name: str, *, is_req
     context.scope.values[f"{name}_FOUND"] = "1"
     if package is not None:
         context.scope.values[f"{name}_VERSION"] = package.version
-        if name not in CORE_PACKAGES:
+        if name not in CORE_PACKAGES | INTERPRETED_PACKAGES:
             context.run_extras(package)
 
 

@@ -27,11 +27,16 @@ class Interface:
 
 @dataclass(frozen=True, slots=True)
 class NativeTarget:
-    """A reason to build a package with genuine catkin. `what` completes "the package [x] …"."""
+    """A reason to build a package with genuine catkin. `what` completes "the package [x] …".
+
+    Attributes:
+        target: the compiled target; empty if the reason is another, such as an unknown command.
+    """
 
     what: str
     file: str
     line: int
+    target: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,8 @@ def _compiled_target(context: ReadContext, command: Command, words: list[str]) -
     if words:
         context.project.targets.add(words[0])
     if not {"IMPORTED", "INTERFACE", "ALIAS"} & set(words[1:3]):
-        context.need_native_build(command, f"compiles [{words[0] if words else command.written_name}]")
+        target = words[0] if words else command.written_name
+        context.need_native_build(command, f"compiles [{target}]", target)
 
 
 def _custom_target(context: ReadContext, command: Command, words: list[str]) -> None:

@@ -136,7 +136,7 @@ if [[ $- == *i* && $(declare -f command_not_found_handle) != *pipros-complete* ]
   fi
   command_not_found_handle() {
     case $1 in
-      catkin | gazebo | gzclient | gzserver | rosdep) pipros-complete --absent "$1" ;;
+      catkin | gazebo | gzclient | gzserver) pipros-complete --absent "$1" ;;
       *)
         if declare -F _pipros_former_command_not_found_handle > /dev/null; then
           _pipros_former_command_not_found_handle "$@"
@@ -165,4 +165,4 @@ _pipros_complete() {
 complete -F _pipros_complete -o default roscd rospd rosls rosed roscat roscp rosmv rosrun roslaunch rostest rospack
 complete -F _pipros_complete -o default rostopic rosnode rosparam rosservice rosmsg rossrv rosaction rosbag
 complete -F _pipros_complete -o default roscore rosclean rosversion catkin_make catkin_make_isolated catkin_find catkin_topological_order catkin_create_pkg catkin_test_results
-complete -F _pipros_complete -o default rosconsole rosstack pipros
+complete -F _pipros_complete -o default rosconsole rosdep rosstack pipros

@@ -122,7 +122,7 @@ if status is-interactive; and not functions -q _pipros_former_command_not_found
     end
     function fish_command_not_found
         switch $argv[1]
-            case catkin gazebo gzclient gzserver rosdep
+            case catkin gazebo gzclient gzserver
                 pipros-complete --absent $argv[1]
             case '*'
                 _pipros_former_command_not_found $argv
@@ -137,6 +137,6 @@ end
 
 for command in roscd rosls rosed roscat roscp rosmv rosrun roslaunch rostest rospack rostopic rosnode rosparam \
         rosservice rosmsg rossrv rosaction rosbag roscore rosclean rosversion catkin_make catkin_make_isolated catkin_find catkin_topological_order catkin_create_pkg \
-        rosconsole rosstack pipros
+        rosconsole rosdep rosstack pipros
     complete -c $command -a '(_pipros_complete)'
 end

@@ -136,7 +136,7 @@ if [[ -o interactive && ${functions[command_not_found_handler]:-} != *pipros-com
   fi
   command_not_found_handler() {
     case $1 in
-      catkin | gazebo | gzclient | gzserver | rosdep) pipros-complete --absent $1 ;;
+      catkin | gazebo | gzclient | gzserver) pipros-complete --absent $1 ;;
       *)
         if (( $+functions[_pipros_former_command_not_found_handler] )); then
           _pipros_former_command_not_found_handler "$@"
@@ -163,5 +163,5 @@ _pipros_complete() {
 if (( $+functions[compdef] )); then
   compdef _pipros_complete roscd rospd rosls rosed roscat roscp rosmv rosrun roslaunch rostest rospack \
     rostopic rosnode rosparam rosservice rosmsg rossrv rosaction rosbag roscore rosclean rosversion \
-    catkin_make catkin_make_isolated catkin_find catkin_topological_order catkin_create_pkg catkin_test_results rosconsole rosstack pipros
+    catkin_make catkin_make_isolated catkin_find catkin_topological_order catkin_create_pkg catkin_test_results rosconsole rosdep rosstack pipros
 fi

@@ -1,0 +1,1 @@
+"""Wheels of ROS packages: building, installing and publishing them with pip or uv."""

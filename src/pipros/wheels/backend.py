@@ -1,0 +1,115 @@
+"""The build backend for pip and uv (PEP 517 and 660) of ROS packages.
+
+`pyproject.toml` needs three lines, which `pipros wheel --init` writes. The settings `strict` and `whole`
+(`--config-settings strict=true`) correspond to the options of `pipros wheel`.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from pipros.wheels.archive import Entry, write_source_archive
+from pipros.wheels.file_tree import WheelRefused, source_entries
+from pipros.wheels.metadata import base_name, wheel_text
+from pipros.wheels.package_build import read_package
+from pipros.wheels.wheel_build import (
+    WheelOptions,
+    build_wheels,
+    metadata_of,
+    source_packages,
+    surroundings_of,
+)
+from pipros.workspace.layout import SourcePackage
+
+Settings = Mapping[str, object] | None
+
+
+def get_requires_for_build_wheel(config_settings: Settings = None) -> list[str]:
+    """Return nothing: pipros is all that a build needs."""
+    return []
+
+
+get_requires_for_build_editable = get_requires_for_build_wheel
+get_requires_for_build_sdist = get_requires_for_build_wheel
+
+
+def prepare_metadata_for_build_wheel(metadata_directory: str, config_settings: Settings = None) -> str:
+    """Write the `.dist-info` folder of the wheel, and return its name."""
+    package = _package()
+    with tempfile.TemporaryDirectory(prefix="pipros-wheel-") as folder:
+        project = read_package(package, Path(folder), surroundings_of([package]), {}, _say)
+        return _write_info(package, metadata_of(package, project, WheelOptions()), metadata_directory)
+
+
+def prepare_metadata_for_build_editable(metadata_directory: str, config_settings: Settings = None) -> str:
+    """Write the `.dist-info` folder of the editable wheel, and return its name."""
+    package = _package()
+    return _write_info(package, metadata_of(package, None, WheelOptions()), metadata_directory)
+
+
+def build_wheel(
+    wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None
+) -> str:
+    """Build the wheel of the package in the working directory, and return its name."""
+    return _build(wheel_directory, config_settings, is_editable=False)
+
+
+def build_editable(
+    wheel_directory: str, config_settings: Settings = None, metadata_directory: str | None = None
+) -> str:
+    """Build a wheel that points to the working directory, and return its name."""
+    return _build(wheel_directory, config_settings, is_editable=True)
+
+
+def build_sdist(sdist_directory: str, config_settings: Settings = None) -> str:
+    """Write the source archive of the package in the working directory, and return its name."""
+    package = _package()
+    base = base_name(package)
+    entries = {f"{base}/{path}": entry for path, entry in source_entries(package.folder).items()}
+    entries[f"{base}/PKG-INFO"] = Entry(metadata_of(package, None, WheelOptions()).encode())
+    file = Path(sdist_directory, f"{base}.tar.gz")
+    write_source_archive(file, entries)
+    return file.name
+
+
+def _package() -> SourcePackage:
+    folder = Path.cwd()
+    if not (folder / "package.xml").is_file():
+        raise WheelRefused(f"{folder} has no package.xml")
+    (package,) = source_packages([folder])
+    return package
+
+
+def _build(folder: str, settings: Settings, *, is_editable: bool) -> str:
+    options = WheelOptions(
+        is_strict=_is_on(settings, "strict"), is_whole=_is_on(settings, "whole"), is_editable=is_editable
+    )
+    (wheel,) = build_wheels([_package()], Path(folder), options, _say)
+    for note in wheel.notes:
+        _say(f"{wheel.package.name}: {note}")
+    return wheel.file.name
+
+
+def _write_info(package: SourcePackage, metadata: str, folder: str) -> str:
+    name = f"{base_name(package)}.dist-info"
+    info = Path(folder, name)
+    shutil.rmtree(info, ignore_errors=True)
+    info.mkdir(parents=True)
+    for file, text in (("METADATA", metadata), ("WHEEL", wheel_text())):
+        (info / file).write_bytes(text.encode())
+    return name
+
+
+def _is_on(settings: Settings, name: str) -> bool:
+    value = str((settings or {}).get(name, "false")).lower()
+    if value not in ("true", "false", "1", "0", ""):
+        raise WheelRefused(f"the setting {name} must be true or false, got [{value}]")
+    return value in ("true", "1", "")
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

@@ -1,0 +1,1 @@
+"""The commands that build, install and index wheels, and rosdep."""

@@ -1,0 +1,102 @@
+"""`pipros install`: builds ROS packages and installs them, with what they need, by pip or uv."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipros.basics.errors import PiprosError
+from pipros.cli.entry_point import command
+
+if TYPE_CHECKING:
+    from pipros.wheels.plan import Step
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Install the packages. Return the exit code, which is 1 if something failed."""
+    arguments = _parser().parse_args(argv)
+    try:
+        with tempfile.TemporaryDirectory(prefix="pipros-install-") as folder:
+            return _install(arguments, Path(folder))
+    except (PiprosError, OSError) as error:
+        print(f"pipros install: {error}", file=sys.stderr)
+        return 1
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser(
+        prog="pipros install",
+        description="Builds the packages in folders, git repositories and lists of repositories, and "
+        "installs them into the running environment, with what their package.xml files name.",
+    )
+    parser.add_argument("sources", nargs="+", metavar="PATH|GIT-URL|FILE.rosinstall|FILE.repos")
+    parser.add_argument("-n", "--dry-run", action="store_true", help="print the plan, and do nothing")
+    parser.add_argument(
+        "-f",
+        "--find-links",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="a folder of wheels",
+    )
+    parser.add_argument("--index-url", default="", metavar="URL", help="the only index to use")
+    parser.add_argument("--no-index", action="store_true", help="use folders of wheels alone")
+    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps keys of rosdep to requirements")
+    parser.add_argument("--installer", choices=("pip", "uv"), default="", help="default: pip, or else uv")
+    parser.add_argument("--strict", action="store_true", help="fail if a package has compiled targets")
+    parser.add_argument("--whole", action="store_true", help="add each package's folder as a whole")
+    return parser
+
+
+def _install(arguments: Namespace, folder: Path) -> int:
+    from pipros.wheels.installer import Installer, find_installer
+    from pipros.wheels.plan import Places, Provider, make_plan, plan_table
+    from pipros.wheels.python_keys import read_keys
+    from pipros.wheels.sources import source_folders
+    from pipros.wheels.wheel_build import WheelOptions, build_wheels, source_packages
+
+    for name in ("clones", "wheels"):
+        (folder / name).mkdir()
+    keys = read_keys(arguments.keys)
+    packages = source_packages(source_folders(arguments.sources, folder / "clones"))
+    words = find_installer(arguments.installer)
+    places = tuple(item.resolve() for item in arguments.find_links)
+    installer = Installer(words, places, arguments.index_url, arguments.no_index)
+    has_in_index = installer.has if arguments.index_url else None
+    plan = make_plan(packages, Places(places, has_in_index, keys))
+    print("\n".join(plan_table(plan)))
+    _print_advice(plan)
+    if arguments.dry_run:
+        return 0
+    options = WheelOptions(is_strict=arguments.strict, is_whole=arguments.whole, keys=keys)
+    wheels = build_wheels(packages, folder / "wheels", options, _print_line)
+    for wheel in wheels:
+        for note in wheel.notes:
+            print(f"{wheel.package.name}: {note}")
+    more = [step.target for step in plan if step.provider in (Provider.FOLDER, Provider.INDEX, Provider.PYPI)]
+    sources = (*installer.folders, folder / "wheels")
+    Installer(words, sources, installer.index_url, installer.no_index).install(
+        [*(wheel.file for wheel in wheels), *dict.fromkeys(more)]
+    )
+    return 0
+
+
+def _print_advice(plan: Sequence[Step]) -> None:
+    from pipros.wheels.plan import Provider
+
+    debian = sorted({step.target for step in plan if step.provider is Provider.DEBIAN})
+    if debian:
+        print(f"Not installed, because it needs root: apt-get install {' '.join(debian)}")
+    unknown = [step.name for step in plan if step.provider is Provider.UNKNOWN]
+    if unknown:
+        print(f"Unknown, and not installed: {' '.join(unknown)}. --keys FILE names their PyPI projects")
+
+
+def _print_line(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

@@ -1,0 +1,116 @@
+"""`rosdep`: answers for pip what the packages of a workspace need. A genuine rosdep takes precedence."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.basics.errors import PiprosError
+from pipros.cli.entry_point import command
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a genuine rosdep if there is one; otherwise answer from the table of Python keys."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    _run_genuine(arguments)
+    options = _parser().parse_args(arguments)
+    if options.verb in ("init", "update"):
+        print("nothing to do: the table of Python keys comes with pipros")
+        return 0
+    from pipros.wheels.plan import Places, Provider, make_plan, plan_table
+    from pipros.wheels.python_keys import read_keys
+    from pipros.wheels.wheel_build import source_packages
+
+    try:
+        keys = read_keys(options.keys)
+        packages = source_packages(options.from_paths or [Path.cwd()])
+        plan = [
+            step
+            for step in make_plan(packages, Places((), None, keys))
+            if step.provider is not Provider.SOURCE
+        ]
+        if options.verb == "keys":
+            print("\n".join(step.name for step in plan))
+            return 0
+        wanted = [step for step in plan if step.provider is Provider.PYPI and not _is_installed(step.target)]
+        others = [step for step in plan if step.provider in (Provider.DEBIAN, Provider.UNKNOWN)]
+        if options.verb == "check":
+            if not wanted and not others:
+                print("All system dependencies have been satisfied")
+                return 0
+            print("System dependencies have not been satisfied:")
+            print("\n".join(plan_table([*wanted, *others])))
+            return 1
+        for step in others:
+            print(f"{step.name}: {step.provider.value} {step.target}".rstrip())
+        requirements = list(dict.fromkeys(step.target for step in wanted))
+        if options.simulate or not requirements:
+            print(
+                f"pip install {' '.join(requirements)}"
+                if requirements
+                else "#All required rosdeps installed successfully"
+            )
+            return 0
+        from pipros.wheels.installer import Installer, find_installer
+
+        Installer(find_installer()).install(requirements)
+    except (PiprosError, OSError) as error:
+        print(f"rosdep: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser(
+        prog="rosdep",
+        description="Answers from pipros's table of Python keys: check lists what is missing, keys lists all "
+        "dependencies, install installs Python projects with pip. Debian's packages are only named; init and "
+        "update do nothing.",
+    )
+    parser.add_argument("verb", choices=("check", "init", "install", "keys", "update"))
+    parser.add_argument("--from-paths", type=Path, nargs="+", default=[], metavar="DIR")
+    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps keys of rosdep to requirements")
+    parser.add_argument("-s", "--simulate", action="store_true", help="print the command, and do nothing")
+    # Options that workspaces' scripts pass to genuine rosdep; packages in the folders are always left out.
+    for names in (("-i", "--ignore-src"), ("-y", "--default-yes"), ("-r",), ("-q", "--quiet")):
+        parser.add_argument(*names, action="store_true", help="accepted, without effect")
+    parser.add_argument("--rosdistro", metavar="NAME", help="accepted, without effect")
+    return parser
+
+
+def _is_installed(requirement: str) -> bool:
+    import re
+    from importlib.metadata import PackageNotFoundError, distribution
+
+    name = re.match(r"[\w.-]+", requirement)
+    try:
+        distribution(name[0] if name else requirement)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def _run_genuine(arguments: Sequence[str]) -> None:
+    """Replace this process by a genuine rosdep, from PyPI or Debian, if there is one."""
+    if importlib.util.find_spec("rosdep2") is not None:
+        code = "import sys; from rosdep2.main import rosdep_main; sys.exit(rosdep_main())"
+        os.execv(sys.executable, [sys.executable, "-c", code, *arguments])  # noqa: S606
+    own = os.path.realpath(sys.argv[0])
+    for folder in os.environ.get("PATH", "").split(os.pathsep):
+        program = os.path.join(folder, "rosdep")
+        if not os.access(program, os.X_OK) or os.path.realpath(program) == own or _is_ours(program):
+            continue
+        os.execv(program, [program, *arguments])  # noqa: S606
+
+
+def _is_ours(program: str) -> bool:
+    try:
+        with open(program, "rb") as file:
+            return b"pipros" in file.read(2000)
+    except OSError:
+        return True

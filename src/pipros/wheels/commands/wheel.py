@@ -1,0 +1,60 @@
+"""`pipros wheel`: builds wheels of ROS packages."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from argparse import ArgumentParser
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipros.basics.errors import PiprosError
+from pipros.cli.entry_point import command
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Build the wheels. Return the exit code, which is 1 if nothing was written."""
+    parser = ArgumentParser(
+        prog="pipros wheel",
+        description="Builds a wheel for each package in folders, workspaces and git repositories.",
+    )
+    parser.add_argument("sources", nargs="*", metavar="DIR|GIT-URL", help="default: the working directory")
+    parser.add_argument(
+        "-o", "--output", type=Path, default=Path("dist"), metavar="OUT", help="default: dist"
+    )
+    parser.add_argument("--strict", action="store_true", help="fail if a package has compiled targets")
+    parser.add_argument("--whole", action="store_true", help="add each package's folder as a whole")
+    parser.add_argument("--keys", metavar="FILE", help="YAML file that maps keys of rosdep to requirements")
+    parser.add_argument(
+        "--init", action="store_true", help="write the pyproject.toml files with which pip install . works"
+    )
+    arguments = parser.parse_args(argv)
+    from pipros.wheels.init_file import ADVICE, write_build_system
+    from pipros.wheels.python_keys import read_keys
+    from pipros.wheels.sources import source_folders
+    from pipros.wheels.wheel_build import WheelOptions, build_wheels, source_packages
+
+    try:
+        with tempfile.TemporaryDirectory(prefix="pipros-sources-") as clones:
+            packages = source_packages(source_folders(arguments.sources or ["."], Path(clones)))
+            if arguments.init:
+                for package in packages:
+                    print(write_build_system(package.folder))
+                print(ADVICE)
+                return 0
+            options = WheelOptions(
+                is_strict=arguments.strict, is_whole=arguments.whole, keys=read_keys(arguments.keys)
+            )
+            for wheel in build_wheels(packages, arguments.output, options, _print_line):
+                for note in wheel.notes:
+                    print(f"{wheel.package.name}: {note}")
+                print(wheel.file)
+    except (PiprosError, OSError) as error:
+        print(f"pipros wheel: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _print_line(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

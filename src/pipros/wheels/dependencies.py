@@ -1,0 +1,116 @@
+"""What the dependencies in a `package.xml` mean to pip.
+
+A dependency comes with pipros, is a PyPI project (`python_keys.py`), or is another ROS package, whose wheel
+is named after it. The rest cannot be installed by pip: C++ libraries, Debian packages and unknown names.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from pipros.packages import SHARE
+from pipros.packages.well_known import COMPILED
+from pipros.wheels.names import distribution_name
+from pipros.workspace.catkin.names import CORE_PACKAGES
+from pipros.workspace.catkin.project import Project
+from pipros.workspace.layout import SourcePackage
+
+_VERSIONS = {
+    "version_lt": "<",
+    "version_lte": "<=",
+    "version_eq": "==",
+    "version_gte": ">=",
+    "version_gt": ">",
+}
+
+
+class Source(Enum):
+    """What provides a dependency."""
+
+    PIPROS = auto()
+    PYPI = auto()
+    ROS = auto()
+    OTHER = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Dependency:
+    """A run-time dependency of a package.
+
+    Attributes:
+        name: the name in the manifest.
+        requirement: the requirement for pip; empty if there is nothing to install, or pip cannot install it.
+    """
+
+    name: str
+    source: Source
+    requirement: str = ""
+
+
+def dependencies_of(
+    package: SourcePackage,
+    project: Project | None,
+    is_ros_package: Callable[[str], bool],
+    keys: Mapping[str, str],
+) -> list[Dependency]:
+    """Return the run-time dependencies of a package, sorted by name.
+
+    Args:
+        project: its `CMakeLists.txt`, which names ROS packages; None if it was not read.
+        is_ros_package: returns whether a package of this name is known, for example in the same workspace.
+        keys: requirements by key of rosdep.
+    """
+    versions: dict[str, list[str]] = {}
+    for kind in ("exec_depends", "build_export_depends"):
+        for item in getattr(package.manifest, kind):
+            if item.evaluated_condition is not False:
+                bounds = [
+                    f"{sign}{getattr(item, name)}" for name, sign in _VERSIONS.items() if getattr(item, name)
+                ]
+                versions.setdefault(str(item.name), []).extend(bounds)
+    named: set[str] = set()
+    if project is not None:
+        for name in project.message_dependencies:
+            versions.setdefault(name, [])
+        named.update(project.message_dependencies)
+        if not project.needs_cmake:  # otherwise they may be C++ libraries
+            named.update(name for name, _ in project.components)
+            named.update(absent.name for absent in project.absent)
+    versions.pop(package.name, None)
+    found = []
+    for name, bounds in sorted(versions.items()):
+        is_known = is_ros_package(name) or (name in named and not _is_elsewhere(name, keys))
+        found.append(classify(name, is_known, keys, bounds))
+    return found
+
+
+def classify(
+    name: str, is_ros_package: bool, keys: Mapping[str, str], bounds: list[str] | None = None
+) -> Dependency:
+    """Return what provides the dependency `name`.
+
+    Args:
+        is_ros_package: whether the name is known as that of a ROS package.
+        bounds: the versions of the ROS package that are required, such as `>=1.2`.
+    """
+    if is_ros_package:
+        return Dependency(name, Source.ROS, distribution_name(name) + ",".join(dict.fromkeys(bounds or ())))
+    if is_shipped(name):
+        return Dependency(name, Source.PIPROS, "pipros")
+    if name in keys:
+        requirement = keys[name]
+        return Dependency(name, Source.PYPI if requirement else Source.PIPROS, requirement)
+    return Dependency(name, Source.OTHER)
+
+
+def _is_elsewhere(name: str, keys: Mapping[str, str]) -> bool:
+    """Return whether a name that a `CMakeLists.txt` uses is not that of a ROS package with a wheel."""
+    return name in COMPILED | CORE_PACKAGES or name in keys or is_shipped(name)
+
+
+def is_shipped(name: str) -> bool:
+    """Return whether pipros has the package `name`."""
+    return name.isidentifier() and os.path.isfile(os.path.join(SHARE, name, "package.xml"))

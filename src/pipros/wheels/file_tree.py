@@ -1,0 +1,103 @@
+"""The files of a wheel or source archive, from an install space or a package's folder."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import process_limits
+from pipros.wheels.archive import Entry
+from pipros.wheels.limits import WheelLimits
+from pipros.workspace.catkin.project import PYTHON_DESTINATION
+
+_NOT_INSTALLED = frozenset(("__pycache__", "build", "dist"))
+
+
+class WheelRefused(PiprosError):
+    """A package cannot be made a wheel."""
+
+
+def source_entries(folder: Path) -> dict[str, Entry]:
+    """Return the files of a source archive: the package's folder, without hidden files and build results.
+
+    Raises:
+        WheelRefused: a link leads out of the folder.
+    """
+    files = _files_below(folder, (folder.resolve(),))
+    return {
+        file.relative_to(folder).as_posix(): Entry(file, bool(file.stat().st_mode & 0o111))
+        for file in files
+        if not any(part.startswith(".") or part in _NOT_INSTALLED for part in file.relative_to(folder).parts)
+    }
+
+
+def copy_whole(source: Path, target: Path) -> None:
+    """Copy a package's folder, except hidden files and results of builds, over what is installed already."""
+    for parent, folders, files in os.walk(source):
+        folders[:] = [name for name in folders if name not in _NOT_INSTALLED and _is_shown(name)]
+        below = target / os.path.relpath(parent, source)
+        for name in (*files, *(name for name in folders if os.path.islink(os.path.join(parent, name)))):
+            made = below / name
+            if _is_shown(name) and not name.endswith(".pyc") and not os.path.lexists(made):
+                below.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(os.path.join(parent, name), made, follow_symlinks=False)
+
+
+def _is_shown(name: str) -> bool:
+    return not name.startswith(".") and not name.endswith(".egg-info")
+
+
+def collected(prefix: Path, source: Path) -> dict[str, Entry]:
+    """Return the files below the prefix, by their path in a wheel.
+
+    Links become what they lead to, which must be inside the prefix or the package.
+
+    Args:
+        source: the package's folder.
+
+    Raises:
+        WheelRefused: a link leaves both, the files are too large, or a file has an impossible name.
+    """
+    entries: dict[str, Entry] = {}
+    limit_bytes, total_bytes = process_limits().of(WheelLimits).wheel_bytes, 0
+    for file in _files_below(prefix, (prefix.resolve(), source.resolve())):
+        path = file.relative_to(prefix).as_posix()
+        status = file.stat()
+        total_bytes += status.st_size
+        if total_bytes > limit_bytes:
+            raise WheelRefused(f"{source}: the files exceed {limit_bytes} bytes (wheel_bytes); install fewer")
+        place = _place_of(path)
+        if any(sign in place for sign in "\r\n\0\\"):
+            raise WheelRefused(f"{source}: a wheel cannot hold the file name {place!r}")
+        entries[place] = Entry(file, bool(status.st_mode & 0o111))
+    return entries
+
+
+def _files_below(folder: Path, allowed: tuple[Path, ...]) -> Iterator[Path]:
+    for entry in sorted(folder.iterdir()):
+        if entry.is_symlink():
+            real = Path(os.path.realpath(entry))
+            if not real.exists() or not any(real.is_relative_to(root) for root in allowed):
+                raise WheelRefused(
+                    f"{entry.name} is a link to {os.readlink(entry)}, which is not installed with it; "
+                    "a wheel holds no links: install the file itself"
+                )
+            if real.is_dir() and entry.is_relative_to(real):
+                raise WheelRefused(f"{entry.name} is a link to a folder that contains it")
+        if entry.is_dir():
+            if entry.name != "__pycache__":
+                yield from _files_below(entry, allowed)
+        elif entry.is_file():
+            yield entry
+
+
+def _place_of(path: str) -> str:
+    """Return where a wheel has a file of the install space."""
+    if path.startswith(f"{PYTHON_DESTINATION}/"):
+        return path.removeprefix(f"{PYTHON_DESTINATION}/")
+    if path.startswith("bin/") and path.count("/") == 1:
+        return f"data/scripts/{path.removeprefix('bin/')}"
+    return f"data/data/{path}"

@@ -1,0 +1,181 @@
+"""Write a static index of a folder of wheels (PEP 503), and a lock file with hashes.
+
+pip takes the highest version of all its indexes, so a public project of the same name could replace a lab's
+own. An installation is safe with this index alone (`--index-url`), or with `--require-hashes` and the lock
+file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import lzma
+import re
+import struct
+import zipfile
+import zlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from email.parser import HeaderParser
+from html import escape
+from pathlib import Path
+from urllib.parse import quote
+
+from pipros.basics.errors import PiprosError
+from pipros.wheels.names import normalized
+
+LOCK_FILE = "requirements.lock"
+INDEX_FOLDER = "simple"
+
+_WHEEL = re.compile(
+    r"(?P<name>[A-Za-z0-9](?:[A-Za-z0-9_.]*[A-Za-z0-9])?)-(?P<version>[A-Za-z0-9_.!+]+)(?:-\d[^-]*)?"
+    r"-[\w.]+-[\w.]+-[\w.]+\.whl",
+    re.ASCII,
+)
+_METADATA_BYTES = 4 * 1024 * 1024
+_CHUNK_BYTES = 1024 * 1024
+
+
+# What zipfile raises for damaged files, beside its own error.
+_DAMAGES = (
+    zipfile.BadZipFile,
+    zlib.error,
+    lzma.LZMAError,
+    struct.error,
+    OSError,
+    EOFError,
+    OverflowError,
+    RuntimeError,
+    ValueError,
+)
+
+
+class BadWheel(PiprosError):
+    """A file is not a wheel, although its name ends in `.whl`."""
+
+
+@dataclass(frozen=True, slots=True)
+class IndexedWheel:
+    """A wheel in a folder. `name` is normalized; `requires_python` is empty if the wheel does not say."""
+
+    file: Path
+    name: str
+    version: str
+    sha256: str
+    requires_python: str
+
+
+def read_wheel_name(file_name: str) -> tuple[str, str]:
+    """Return the normalized name and the version in a wheel's file name.
+
+    Raises:
+        BadWheel: the name is not that of a wheel.
+    """
+    found = _WHEEL.fullmatch(file_name)
+    if found is None:
+        raise BadWheel(
+            f"[{file_name[:200]!a}] is not the file name of a wheel: NAME-VERSION-PYTHON-ABI-PLATFORM.whl"
+        )
+    return normalized(found["name"]), found["version"].replace("_", "-")
+
+
+def wheels_in(folder: Path) -> list[IndexedWheel]:
+    """Return the wheels in a folder, sorted by name and file.
+
+    Raises:
+        BadWheel: a file is not a wheel.
+        OSError: a file cannot be read.
+    """
+    return sorted(map(_read, folder.glob("*.whl")), key=lambda wheel: (wheel.name, wheel.file.name))
+
+
+def _read(file: Path) -> IndexedWheel:
+    name, version = read_wheel_name(file.name)
+    digest = hashlib.sha256()
+    with file.open("rb") as opened:
+        while chunk := opened.read(_CHUNK_BYTES):
+            digest.update(chunk)
+    return IndexedWheel(
+        file, name, version, digest.hexdigest(), metadata_of_wheel(file).get("Requires-Python", "")
+    )
+
+
+def metadata_of_wheel(file: Path) -> dict[str, str]:
+    """Return the headers in a wheel's `METADATA`, the first of each name.
+
+    Raises:
+        BadWheel: the file is not a wheel.
+    """
+    try:
+        with zipfile.ZipFile(file) as archive:
+            for info in archive.infolist():
+                folder, _, name = info.filename.partition("/")
+                if folder.endswith(".dist-info") and name == "METADATA" and info.file_size <= _METADATA_BYTES:
+                    parsed = HeaderParser().parsestr(archive.read(info).decode("utf-8", "replace"))
+                    return {key: str(value) for key, value in reversed(parsed.items())}
+    except _DAMAGES as error:
+        raise BadWheel(f"{file} is not a wheel: {error}") from None
+    raise BadWheel(f"{file} is not a wheel: it has no METADATA")
+
+
+def write_index(folder: Path) -> list[Path]:
+    """Write the index and the lock file of the wheels in a folder, and return the paths of the files.
+
+    Raises:
+        BadWheel: a file is not a wheel, or the folder has none.
+        OSError: a file cannot be read or written.
+    """
+    wheels = wheels_in(folder)
+    if not wheels:
+        raise BadWheel(f"{folder} has no wheels; pipros wheel -o {folder} builds them")
+    simple = folder / INDEX_FOLDER
+    names = sorted({wheel.name for wheel in wheels})
+    pages = {simple / "index.html": _page("Index", [_link(f"{name}/", name) for name in names])}
+    for name in names:
+        own = [wheel for wheel in wheels if wheel.name == name]
+        pages[simple / name / "index.html"] = _page(name, map(_link_to_wheel, own))
+    pages[folder / LOCK_FILE] = lock_text(wheels)
+    for outdated in simple.glob("*/index.html"):
+        if outdated not in pages:
+            outdated.unlink()
+            outdated.parent.rmdir()
+    for file, text in pages.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, "utf-8")
+    return list(pages)
+
+
+def lock_text(wheels: Sequence[IndexedWheel]) -> str:
+    """Return requirements with hashes: the newest version of each distribution."""
+    lines = ["# Written by pipros index. pip install --require-hashes -r requirements.lock"]
+    for name in dict.fromkeys(wheel.name for wheel in wheels):
+        own = [wheel for wheel in wheels if wheel.name == name]
+        newest = max(own, key=lambda wheel: _version_key(wheel.version)).version
+        hashes = sorted(wheel.sha256 for wheel in own if wheel.version == newest)
+        lines.append(
+            " \\\n    ".join([f"{name}=={newest}", *(f"--hash=sha256:{digest}" for digest in hashes)])
+        )
+    return "\n".join([*lines, ""])
+
+
+def _version_key(version: str) -> tuple[tuple[int, ...], int, str]:
+    """Return a key for versions such as 1.10.2; a pre-release such as 1.10.2rc1 precedes its release."""
+    numbers = re.match(r"(?:\d+!)?((?:\d+\.)*\d+)", version)
+    release = tuple(int(part[:9]) for part in numbers[1].split(".")) if numbers else ()
+    rest = version[numbers.end() :] if numbers else version
+    is_final = not rest or rest.startswith((".post", "+"))
+    return release, int(is_final), rest
+
+
+def _link_to_wheel(wheel: IndexedWheel) -> str:
+    link = f"../../{quote(wheel.file.name)}#sha256={wheel.sha256}"
+    return _link(link, wheel.file.name, wheel.requires_python)
+
+
+def _link(target: str, text: str, requires_python: str = "") -> str:
+    needed = f' data-requires-python="{escape(requires_python)}"' if requires_python else ""
+    return f'<a href="{escape(target)}"{needed}>{escape(text)}</a><br>'
+
+
+def _page(title: str, lines: Iterable[str]) -> str:
+    head = '<!DOCTYPE html>\n<html><head><meta charset="utf-8">'
+    return "\n".join([f"{head}<title>{escape(title)}</title></head><body>", *lines, "</body></html>", ""])

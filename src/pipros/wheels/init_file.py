@@ -1,0 +1,37 @@
+"""The `pyproject.toml` with which plain `pip install .` builds a ROS package."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipros.wheels.file_tree import WheelRefused
+
+BUILD_SYSTEM = """\
+[build-system]
+requires = ["pipros"]
+build-backend = "pipros.wheels.backend"
+"""
+
+ADVICE = (
+    "pip looks for pipros in an index. Until it is in one: PIP_FIND_LINKS=FOLDER pip install . , with the "
+    "wheels of pipros and of its requirements in FOLDER"
+)
+"""What to do, because pipros is not on PyPI yet."""
+
+
+def write_build_system(folder: Path) -> Path:
+    """Add the three lines to a package's `pyproject.toml`, and return its path.
+
+    Raises:
+        WheelRefused: the folder is not a package, or the file names a build system already.
+        OSError: the file cannot be written.
+    """
+    if not (folder / "package.xml").is_file():
+        raise WheelRefused(f"{folder} has no package.xml")
+    file = folder / "pyproject.toml"
+    text = file.read_text("utf-8") if file.exists() else ""
+    if BUILD_SYSTEM not in text:
+        if any(line.strip() == "[build-system]" for line in text.splitlines()):
+            raise WheelRefused(f"{file} has a [build-system] already; its lines must be:\n{BUILD_SYSTEM}")
+        file.write_text(f"{BUILD_SYSTEM}\n{text}" if text else BUILD_SYSTEM, "utf-8")
+    return file

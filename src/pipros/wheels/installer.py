@@ -1,0 +1,103 @@
+"""Install built wheels and their requirements with the command line of pip or uv, which resolves them."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipros.basics.errors import PiprosError
+
+_QUERY_LIMIT_S = 120.0
+
+
+class NoInstaller(PiprosError):
+    """Neither pip nor uv can be run."""
+
+
+class InstallFailed(PiprosError):
+    """pip or uv failed; its output says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Installer:
+    """A command line that installs into the running environment.
+
+    Attributes:
+        command: the words up to the requirements.
+        folders: folders of wheels.
+        index_url: the only index to use; empty for the one that pip or uv uses by default.
+        no_index: whether no index is used.
+    """
+
+    command: tuple[str, ...]
+    folders: tuple[Path, ...] = ()
+    index_url: str = ""
+    no_index: bool = False
+
+    def options(self) -> list[str]:
+        """Return the options for the places of wheels."""
+        words = ["--python", sys.executable] if self.command[1:] == ("pip",) else []  # uv
+        words += ["--no-index"] if self.no_index else []
+        words += ["--index-url", self.index_url] if self.index_url else []
+        return [*words, *(word for folder in self.folders for word in ("--find-links", str(folder)))]
+
+    def install(self, requirements: Sequence[str | Path]) -> None:
+        """Install wheels and requirements. Blocks; the output is that of the installer.
+
+        Raises:
+            InstallFailed: the installer failed.
+        """
+        words = [*self.command, "install", *self.options(), *map(str, requirements)]
+        code = subprocess.run(words, env=self.environment(os.environ), check=False).returncode  # noqa: S603
+        if code != 0:
+            raise InstallFailed(f"[{' '.join(words[:4])} …] failed with exit code {code}")
+
+    def has(self, distribution: str) -> bool:
+        """Return whether the index has a distribution, and install nothing. Blocks for up to two minutes."""
+        words = [*self.command, "install", *self.options(), "--dry-run", "--no-deps", "--quiet", distribution]
+        try:
+            ended = subprocess.run(  # noqa: S603
+                words,
+                env=self.environment(os.environ),
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=_QUERY_LIMIT_S,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return False
+        return ended.returncode == 0
+
+    def environment(self, variables: Mapping[str, str]) -> dict[str, str]:
+        """Return the variables of the installer: builds in isolation find pipros in the same folders."""
+        links = [variables.get("PIP_FIND_LINKS", ""), *map(str, self.folders)]
+        return {**variables, "PIP_FIND_LINKS": " ".join(filter(None, links))}
+
+
+def find_installer(name: str = "") -> tuple[str, ...]:
+    """Return the words that run pip, or else uv, for the running environment.
+
+    Args:
+        name: `pip` or `uv` to use only this one; empty for any.
+
+    Raises:
+        NoInstaller: there is none.
+    """
+    if name in ("", "pip"):
+        if importlib.util.find_spec("pip") is not None:
+            return (sys.executable, "-m", "pip")
+        pip = shutil.which("pip3") or shutil.which("pip")
+        if pip is not None:
+            return (pip, "--python", sys.executable)
+    uv = shutil.which("uv") if name in ("", "uv") else None
+    if uv is None:
+        raise NoInstaller(
+            f"{name or 'neither pip nor uv'} is {'not ' if name else ''}installed: python -m ensurepip"
+        )
+    return (uv, "pip")

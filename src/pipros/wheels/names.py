@@ -1,0 +1,63 @@
+"""Names of distributions for ROS packages: `my_msgs` becomes `ros1-my-msgs`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pipros
+from pipros.basics.errors import InvalidName
+from pipros.basics.printable import printable
+
+PREFIX = "ros1-"
+
+_NAME_CHARACTERS = 200  # so that the names of files fit, too
+_REQUIREMENT_CHARACTERS = 300
+
+_REQUIREMENT = re.compile(
+    r"[A-Za-z0-9](?:[\w.-]*[A-Za-z0-9])?(?:\[[\w., -]+\])?"
+    r"\s*(?:(?:[<>=!~]=|[<>])\s*[\w.*+!-]+\s*(?:,\s*(?:[<>=!~]=|[<>])\s*[\w.*+!-]+\s*)*)?(?:;[^\n\r]*)?",
+    re.ASCII,
+)
+_LEGAL = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:[_.-][A-Za-z0-9]+)*")
+
+
+def distribution_name(package: str) -> str:
+    """Return the distribution of a ROS package.
+
+    Raises:
+        InvalidName: the name cannot be that of a distribution.
+    """
+    if len(package) > _NAME_CHARACTERS or not _LEGAL.fullmatch(package):
+        raise InvalidName(
+            f"package name [{printable(package)}]: a distribution needs letters and digits, separated by "
+            "single underscores or dashes, with a letter first; rename the package in package.xml"
+        )
+    return PREFIX + normalized(package)
+
+
+def normalized(name: str) -> str:
+    """Return a distribution's name as PEP 503 compares it."""
+    return re.sub(r"[-_.]+", "-", name).lower()
+
+
+def escaped(distribution: str) -> str:
+    """Return a distribution's name as file names of wheels have it."""
+    return normalized(distribution).replace("-", "_")
+
+
+def is_requirement(text: str) -> bool:
+    """Return whether a text is a requirement with a name and versions, such as `pyserial>=3.5`."""
+    return len(text) <= _REQUIREMENT_CHARACTERS and _REQUIREMENT.fullmatch(text) is not None
+
+
+def own_modules() -> frozenset[str]:
+    """Return the top-level modules that pipros itself installs. Wheels must not overwrite them."""
+    home = Path(pipros.__file__).resolve().parents[1]
+    facades = home.parent / "facades"
+    if facades.is_dir():  # a source tree
+        found = [entry for kind in facades.iterdir() if kind.is_dir() for entry in kind.iterdir()]
+        return frozenset(("pipros", *(entry.stem for entry in found if not entry.name.startswith("_"))))
+    from importlib.metadata import files
+
+    return frozenset(file.parts[0].removesuffix(".py") for file in files("pipros") or ())

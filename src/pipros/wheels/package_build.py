@@ -1,0 +1,249 @@
+"""Build the files of one package's wheel: those that `catkin_make install` installs.
+
+The install space is written to a temporary folder by the same code, and becomes the wheel: Python modules are
+at its top, and everything else is below `.data`, from where pip copies it to the prefix of the environment.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pipros.basics.input_file import read_text
+from pipros.msg.language.definition_files import DefinitionFiles
+from pipros.msg.language.definitions import Definitions
+from pipros.packages.installed_packages import EDITABLE, MODULES
+from pipros.reconfigure import cfg_file
+from pipros.wheels.archive import Entry
+from pipros.wheels.file_tree import WheelRefused, collected, copy_whole
+from pipros.wheels.names import own_modules
+from pipros.workspace.catkin.context import FoundPackage
+from pipros.workspace.catkin.installation import Installation
+from pipros.workspace.catkin.project import PYTHON_DESTINATION, Project
+from pipros.workspace.catkin.project_reader import read_project
+from pipros.workspace.catkin.step_runner import StepRunner
+from pipros.workspace.devel import MADE, install_package
+from pipros.workspace.layout import SourcePackage, WorkspaceFolders
+from pipros.workspace.validate import check_interfaces, check_manifest
+
+if TYPE_CHECKING:
+    from pipros.basics.printable import Say
+
+FindFolder = Callable[[str], Path | None]
+"""Function that returns the folder of a package, or None."""
+
+_USUAL_FOLDERS = ("config", "launch", "maps", "meshes", "nodes", "param", "params", "rviz", "scripts", "urdf")
+
+
+@dataclass(slots=True)
+class PackageFiles:
+    """The files of a wheel, except `.dist-info`.
+
+    Attributes:
+        entries: the files by path; `data` begins the paths of those below `.data`.
+        notes: what the wheel lacks and why, one line each.
+    """
+
+    entries: dict[str, Entry] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def read_package(
+    package: SourcePackage, folder: Path, find_folder: FindFolder, projects: Mapping[str, Project], say: Say
+) -> Project:
+    """Return what the package's `CMakeLists.txt` says, if it has one. Output is written below `folder`.
+
+    Args:
+        find_folder: finds packages that are needed; those that are not found are allowed if nothing is
+            compiled.
+        projects: the packages of the same workspace that were read before.
+
+    Raises:
+        PiprosError: the file or a message is invalid; the message names the file and line.
+    """
+    if not (package.folder / "CMakeLists.txt").is_file():
+        project = Project(package.name, str(package.folder), str(package.folder / "CMakeLists.txt"))
+        project.has_python_setup = (package.folder / "setup.py").is_file()
+        return project
+
+    def find_for_cmake(name: str) -> FoundPackage | None:
+        if name in projects:
+            return FoundPackage(extras=projects[name].cfg_extras)
+        return FoundPackage() if find_folder(name) is not None else None
+
+    lines: list[str] = []
+    version = str(package.manifest.version)
+    project = read_project(
+        str(package.folder),
+        package.name,
+        settings_of(folder),
+        os.environ,
+        find_for_cmake,
+        version,
+        status_lines=lines,
+    )
+    check_manifest(project, package)
+    definitions = Definitions(DefinitionFiles(find_folder))
+    check_interfaces(project, definitions, find_folder, allows_absent=True)
+    _check_names(project)
+    for line in lines:
+        say(line)
+    return project
+
+
+def settings_of(folder: Path) -> dict[str, str]:
+    """Return the CMake variables of a build below a temporary folder."""
+    return {
+        "CATKIN_DEVEL_PREFIX": str(folder / "devel"),
+        "CATKIN_ENABLE_TESTING": "OFF",
+        "CMAKE_BINARY_DIR": str(folder / "build"),
+        "CMAKE_CURRENT_BINARY_DIR": str(folder / "build"),
+        "CMAKE_INSTALL_PREFIX": str(folder / "install"),
+    }
+
+
+def package_files(
+    package: SourcePackage,
+    project: Project,
+    folder: Path,
+    find_folder: FindFolder,
+    say: Say,
+    *,
+    is_strict: bool = False,
+    is_whole: bool = False,
+) -> PackageFiles:
+    """Install a package below a temporary folder, and return the files of its wheel. They are in that folder.
+
+    Args:
+        is_strict: whether compiled targets are an error.
+        is_whole: whether the package's folder is added as a whole, as if `CMakeLists.txt` installed nothing.
+
+    Raises:
+        WheelRefused: the package cannot be a wheel, or has compiled targets and `is_strict` is true.
+        PiprosError, OSError: a file is missing or invalid, or a command of the package failed.
+    """
+    result = PackageFiles()
+    _note_compiled(package, project, result, is_strict=is_strict)
+    for file in project.config_files:
+        cfg_file.read(Path(project.folder, file))  # reports errors during the build
+    prefix = folder / "install"
+    layout = WorkspaceFolders(folder, package.folder, folder / "build", folder / "devel", prefix)
+    _leave_out(project, prefix, result)
+    StepRunner(project.steps, project.binary, os.environ, say).run_wanted(
+        item.source for item in project.installations
+    )
+    definitions = Definitions(DefinitionFiles(find_folder))
+    install_package(project, layout, definitions, settings_of(folder), lambda _line: None)
+    has_installed = any(item.copy is not None for item in project.installations)
+    unfollowed = [reason for reason in project.needs_cmake if not reason.target]
+    if unfollowed or is_whole or not has_installed:
+        for reason in unfollowed:
+            result.notes.append(
+                f"{reason.file}:{reason.line}: the package {reason.what}; so its folder is added as a whole"
+            )
+        if not unfollowed and not is_whole and _has_more_than_messages(package.folder):
+            verb = "installs no files" if os.path.exists(project.file) else "does not exist"
+            result.notes.append(f"{project.file} {verb}; so the folder is added as a whole")
+        copy_whole(package.folder, prefix / "share" / package.name)
+        modules = package.folder / "src" / package.name
+        if not project.has_python_setup and (modules / "__init__.py").is_file():
+            # pipros imports these without a build; the generated package must not hide them
+            target = prefix / PYTHON_DESTINATION / package.name
+            (target / "__init__.py").unlink(missing_ok=True)
+            copy_whole(modules, target)
+    else:
+        _note_missing(package, prefix, result)
+    result.entries |= collected(prefix, package.folder)
+    _remove_own_modules(result)
+    for module in sorted(_top_modules(result.entries)):
+        result.entries[f"data/data/share/{MODULES}/{module}"] = Entry(f"{package.name}\n".encode())
+    return result
+
+
+def editable_files(package: SourcePackage) -> PackageFiles:
+    """Return the one file of an editable wheel: it names the folder of the package."""
+    pointer = Entry(f"{package.folder.resolve()}\n".encode())
+    return PackageFiles({f"data/data/share/{EDITABLE}/{package.name}": pointer})
+
+
+def _check_names(project: Project) -> None:
+    """Check that no two files define one type."""
+    known: dict[tuple[str, str], str] = {}
+    for interface in project.interfaces:
+        other = known.setdefault((interface.kind, interface.name), interface.path)
+        if other != interface.path:
+            raise WheelRefused(
+                f"{project.name}/{interface.name} is defined twice: {other} and {interface.path}; rename one"
+            )
+
+
+def _note_compiled(
+    package: SourcePackage, project: Project, result: PackageFiles, *, is_strict: bool
+) -> None:
+    compiled = [reason for reason in project.needs_cmake if reason.target]
+    if not compiled:
+        return
+    names = ", ".join(f"{reason.target} ({reason.file}:{reason.line})" for reason in compiled)
+    if is_strict:
+        raise WheelRefused(f"{package.name} compiles {names}; a wheel of pipros has no compiled code")
+    result.notes.append(f"left out, because they are compiled: {names}")
+
+
+def _leave_out(project: Project, prefix: Path, result: PackageFiles) -> None:
+    """Take out what a wheel cannot install: files outside of the prefix, and results of a compiler."""
+    kept = []
+    for item in project.installations:
+        target = os.path.normpath(prefix / item.copy.target) if item.copy is not None else str(prefix)
+        if not Path(target).is_relative_to(prefix):
+            result.notes.append(f"left out: {item.source}, installed outside of the prefix, to {target}")
+        elif project.needs_cmake and _is_missing(item, project):
+            result.notes.append(f"left out: {item.source}, which a compiler makes")
+        else:
+            kept.append(item)
+    project.installations[:] = kept
+
+
+def _is_missing(item: Installation, project: Project) -> bool:
+    is_file = item.copy is not None and not item.copy.is_folder
+    return is_file and not os.path.lexists(item.source) and item.source not in project.steps.rules
+
+
+def _has_more_than_messages(folder: Path) -> bool:
+    known = {"CMakeLists.txt", "package.xml", "msg", "srv", "action", "README.md", "CHANGELOG.rst", "LICENSE"}
+    return any(not entry.name.startswith(".") and entry.name not in known for entry in folder.iterdir())
+
+
+def _note_missing(package: SourcePackage, prefix: Path, result: PackageFiles) -> None:
+    """Note folders that users expect in a wheel and that `CMakeLists.txt` does not install."""
+    installed = {file.name for file in prefix.rglob("*") if not file.is_dir()}
+    for name in _USUAL_FOLDERS:
+        files = [file for file in (package.folder / name).rglob("*") if file.is_file()]
+        if files and not any(file.name in installed for file in files):
+            result.notes.append(
+                f"{package.folder / name} is not in the wheel, because CMakeLists.txt does not install it; "
+                "--whole adds the package's folder as a whole"
+            )
+
+
+def _top_modules(entries: Mapping[str, Entry]) -> set[str]:
+    return {path.partition("/")[0].removesuffix(".py") for path in entries if not path.startswith("data/")}
+
+
+def _is_made(entry: Entry) -> bool:
+    """Return whether a file is the one that the installation writes for a package with messages."""
+    return isinstance(entry.content, Path) and read_text(entry.content, errors="replace").startswith(MADE)
+
+
+def _remove_own_modules(result: PackageFiles) -> None:
+    """Remove modules that pipros has, such as rospy: an installation would overwrite them."""
+    clashing = _top_modules(result.entries) & own_modules()
+    for name in sorted(clashing):
+        files = [path for path in result.entries if path.startswith((f"{name}/", f"{name}.py"))]
+        has_code = any(path.endswith(".py") and not _is_made(result.entries[path]) for path in files)
+        for path in files:
+            del result.entries[path]
+        if has_code:
+            result.notes.append(f"left out: the Python module {name}, which pipros itself installs")

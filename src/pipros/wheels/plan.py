@@ -1,0 +1,163 @@
+"""The plan of `pipros install` and of `rosdep`: what provides each dependency of packages.
+
+Only `package.xml` files are read, so that `--dry-run` runs no code of the packages.
+"""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+from pipros.basics.errors import InvalidName
+from pipros.packages.apt_names import PROGRAM_PACKAGES
+from pipros.wheels.dependencies import Source, classify, is_shipped
+from pipros.wheels.index import read_wheel_name
+from pipros.wheels.names import distribution_name, normalized
+from pipros.workspace.index import PackageIndex
+from pipros.workspace.layout import SourcePackage
+
+_QUERY_LIMIT_S = 20.0
+
+
+class Provider(Enum):
+    """What provides a package or a dependency."""
+
+    SOURCE = "built from source"
+    PIPROS = "pipros"
+    FOLDER = "wheel in a folder"
+    INDEX = "wheel in an index"
+    INSTALLED = "installed"
+    PYPI = "PyPI"
+    DEBIAN = "Debian (not installed)"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A package or a dependency, what provides it, and how it is called there.
+
+    Attributes:
+        needed_by: the packages whose manifests name it.
+    """
+
+    name: str
+    provider: Provider
+    target: str = ""
+    needed_by: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """Where wheels of ROS packages are searched.
+
+    Attributes:
+        folders: folders of wheels.
+        has_in_index: returns whether the chosen index has a distribution; None if no index was chosen.
+        keys: requirements by key of rosdep.
+    """
+
+    folders: Sequence[Path] = ()
+    has_in_index: Callable[[str], bool] | None = None
+    keys: Mapping[str, str] | None = None
+
+
+def make_plan(packages: Sequence[SourcePackage], places: Places) -> list[Step]:
+    """Return the steps for packages and their run-time dependencies, sorted by name.
+
+    A dependency is, in this order: one of the packages; a wheel in a folder or index; part of pipros; an
+    installed package; a PyPI project; a Debian package, which is only named.
+    """
+    own = {package.name for package in packages}
+    users: dict[str, list[str]] = {name: [] for name in own}
+    for package in packages:
+        for name in sorted(run_dependencies(package)):
+            users.setdefault(name, []).append(package.name)
+    known = _wheels_in(places.folders)
+    index = PackageIndex.from_environment()
+    steps = []
+    for name, needed_by in sorted(users.items()):
+        if name in own:
+            step = Step(name, Provider.SOURCE, distribution_name(name))
+        else:
+            step = _step(name, known, places, index)
+        steps.append(Step(step.name, step.provider, step.target, tuple(needed_by)))
+    return steps
+
+
+def run_dependencies(package: SourcePackage) -> set[str]:
+    """Return the names of what a package needs at run time."""
+    return package.dependencies("exec_depends", "build_export_depends")
+
+
+def _step(name: str, known: set[str], places: Places, index: PackageIndex) -> Step:
+    found = classify(name, False, places.keys or {})
+    wheel = _distribution(name)
+    if wheel in known:
+        return Step(name, Provider.FOLDER, wheel)
+    if found.source is Source.PYPI:
+        return Step(name, Provider.PYPI, found.requirement)
+    if found.source is Source.PIPROS:
+        return Step(name, Provider.PIPROS, "pipros" if is_shipped(name) else "")
+    if wheel and places.has_in_index is not None and places.has_in_index(wheel):
+        return Step(name, Provider.INDEX, wheel)
+    package = index.get(name)
+    if package is not None:
+        return Step(name, Provider.INSTALLED, str(package.path))
+    debian = debian_package(name)
+    return Step(name, Provider.DEBIAN, debian) if debian else Step(name, Provider.UNKNOWN)
+
+
+def _distribution(name: str) -> str:
+    try:
+        return distribution_name(name)
+    except InvalidName:
+        return ""
+
+
+def _wheels_in(folders: Iterable[Path]) -> set[str]:
+    return {normalized(read_wheel_name(file.name)[0]) for folder in folders for file in folder.glob("*.whl")}
+
+
+def debian_package(name: str) -> str:
+    """Return Debian's package for a dependency, or an empty string if apt knows none. Nothing is guessed.
+
+    A key of rosdep is often the name of Debian's package; apt is asked whether it has one.
+    """
+    table = PROGRAM_PACKAGES.get(name)
+    if table is not None:
+        return table
+    program = shutil.which("apt-cache")
+    if program is None or not name.isprintable() or name.startswith("-"):
+        return ""
+    for candidate in (name, f"ros-{name.replace('_', '-')}"):
+        try:
+            ended = subprocess.run(  # noqa: S603
+                [program, "show", "--no-all-versions", "--", candidate],
+                stdin=subprocess.DEVNULL,
+                capture_output=True,
+                timeout=_QUERY_LIMIT_S,
+                check=False,
+            )
+        except (OSError, subprocess.TimeoutExpired):
+            return ""
+        if ended.returncode == 0 and ended.stdout.strip():
+            return candidate
+    return ""
+
+
+def plan_table(steps: Sequence[Step]) -> list[str]:
+    """Return the plan as lines: name, provider, target, and the packages that need it."""
+    rows = [("package or key", "provided by", "as", "needed by")]
+    rows += [
+        (step.name, step.provider.value, step.target or "-", ", ".join(step.needed_by) or "-")
+        for step in steps
+    ]
+    widths = [max(len(row[column]) for row in rows) for column in range(3)]
+    return [
+        "  ".join([*(text.ljust(width) for text, width in zip(row, widths, strict=False)), row[3]]).rstrip()
+        for row in rows
+    ]

@@ -1,0 +1,32 @@
+"""The declaration of wheels; see `pipros.basics.rooms`."""
+
+from pipros.basics.rooms import Command, Room
+
+_HEADING = "Make packages pip packages"
+
+ROOM = Room(
+    "wheels",
+    "wheels of ROS packages, for pip",
+    programs={
+        "rosdep": Command(
+            "pipros.wheels.commands.rosdep:main",
+            "list and install the Python projects that packages need",
+            _HEADING,
+            "check init install keys update",
+        ),
+    },
+    subcommands={
+        "wheel": Command("pipros.wheels.commands.wheel:main", "build wheels of packages", _HEADING),
+        "install": Command(
+            "pipros.wheels.commands.install:main",
+            "build packages and install them, with what they need",
+            _HEADING,
+        ),
+        "index": Command(
+            "pipros.wheels.commands.index:main",
+            "write an index for pip, and a lock file, of a folder of wheels",
+            _HEADING,
+        ),
+    },
+    limits="pipros.wheels.limits:WheelLimits",
+)

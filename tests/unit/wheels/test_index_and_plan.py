@@ -1,0 +1,207 @@
+"""Indexes of wheels, the plan of an installation, and the tables of keys."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from pipros.basics.errors import InvalidName, PiprosError
+from pipros.wheels import installer, plan
+from pipros.wheels.commands import index as index_command
+from pipros.wheels.commands import install as install_command
+from pipros.wheels.commands import rosdep
+from pipros.wheels.commands import wheel as wheel_command
+from pipros.wheels.index import read_wheel_name, write_index
+from pipros.wheels.names import distribution_name, is_requirement
+from pipros.wheels.plan import Places, Provider, make_plan
+from pipros.wheels.python_keys import PYTHON_KEYS, read_keys
+from pipros.wheels.wheel_build import source_packages
+from tests.support.workspaces import Workspace
+
+
+def add_wheel(folder: Path, name: str, version: str, python: str = ">=3.10") -> Path:
+    folder.mkdir(exist_ok=True)
+    file = folder / f"{name}-{version}-py3-none-any.whl"
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr(f"{name}-{version}.dist-info/METADATA", f"Name: {name}\nRequires-Python: {python}\n")
+    return file
+
+
+def test_an_index_lists_wheels_with_hashes(tmp_path: Path) -> None:
+    for version in ("1.9.0", "1.10.0", "1.10.0rc1"):
+        add_wheel(tmp_path, "ros1_arm", version)
+    add_wheel(tmp_path, "Other", "2.0")
+    assert index_command.main([str(tmp_path)]) == 0
+    pages = {file.relative_to(tmp_path).as_posix(): file.read_text() for file in tmp_path.rglob("*.html")}
+    assert set(pages) == {"simple/index.html", "simple/other/index.html", "simple/ros1-arm/index.html"}
+    assert '<a href="ros1-arm/">ros1-arm</a>' in pages["simple/index.html"]
+    assert 'data-requires-python="&gt;=3.10"' in pages["simple/ros1-arm/index.html"]
+    assert pages["simple/ros1-arm/index.html"].count("#sha256=") == 3
+    lock = (tmp_path / "requirements.lock").read_text()
+    assert "ros1-arm==1.10.0 \\\n    --hash=sha256:" in lock
+    assert lock.count("ros1-arm") == 1
+    (tmp_path / "Other-2.0-py3-none-any.whl").unlink()
+    write_index(tmp_path)
+    assert not (tmp_path / "simple" / "other").exists()
+
+
+@pytest.mark.parametrize(
+    "name", ["a.whl", "a-1.whl", "../a-1-py3-none-any.whl", "a b-1-py3-none-any.whl", ""]
+)
+def test_names_that_are_not_those_of_wheels(name: str) -> None:
+    with pytest.raises(PiprosError, match="is not the file name of a wheel"):
+        read_wheel_name(name)
+
+
+def test_files_that_are_not_wheels_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(PiprosError, match="has no wheels"):
+        write_index(tmp_path)
+    (tmp_path / "a-1-py3-none-any.whl").write_text("no zip file")
+    with pytest.raises(PiprosError, match=r"a-1-py3-none-any\.whl is not a wheel"):
+        write_index(tmp_path)
+    assert index_command.main([str(tmp_path)]) == 1
+    assert not (tmp_path / "simple").exists()
+
+
+def test_keys_are_requirements(tmp_path: Path) -> None:
+    assert all(is_requirement(value) for value in PYTHON_KEYS.values() if value)
+    assert PYTHON_KEYS["python3-serial"] == PYTHON_KEYS["python-serial"] == PYTHON_KEYS["python3-serial-pip"]
+    file = tmp_path / "keys.yaml"
+    file.write_text("my_key: pyserial>=3.5\npython3-yaml: ruamel.yaml\n")
+    assert read_keys(str(file))["my_key"] == "pyserial>=3.5"
+    assert read_keys(str(file))["python3-yaml"] == "ruamel.yaml"
+    for text in ("- a", "a: [1]", "a: --index-url=x", "a: 'b @ https://example.org/c'", "a: 'b c'"):
+        file.write_text(text)
+        with pytest.raises(PiprosError, match=r"keys\.yaml"):
+            read_keys(str(file))
+
+
+@pytest.mark.parametrize("name", ["arm_", "_arm", "a__b", "2arm", "ärm", "a b", "", "a/b", "-a"])
+def test_names_that_are_not_those_of_distributions(name: str) -> None:
+    with pytest.raises(InvalidName, match="a distribution needs letters and digits"):
+        distribution_name(name)
+
+
+@pytest.fixture
+def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Workspace:
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    monkeypatch.setattr(plan, "debian_package", lambda name: "libarm-dev" if name == "libarm" else "")
+    made = Workspace(tmp_path / "ws")
+    made.add("arm", depends="hand far_msgs rospy python3-serial python3-yaml libarm strange")
+    made.add("hand", "message(FATAL_ERROR no)", setup_dot_py="raise SystemExit('was run')")
+    return made
+
+
+def test_a_plan_names_what_provides_each_dependency(workspace: Workspace, tmp_path: Path) -> None:
+    packages = source_packages([workspace.base])
+    steps = {step.name: step for step in make_plan(packages, Places((), None, PYTHON_KEYS))}
+    assert {name: step.provider for name, step in steps.items()} == {
+        "arm": Provider.SOURCE,
+        "far_msgs": Provider.UNKNOWN,
+        "hand": Provider.SOURCE,
+        "libarm": Provider.DEBIAN,
+        "python3-serial": Provider.PYPI,
+        "python3-yaml": Provider.PIPROS,
+        "rospy": Provider.PIPROS,
+        "strange": Provider.UNKNOWN,
+    }
+    assert (steps["libarm"].target, steps["hand"].needed_by) == ("libarm-dev", ("arm",))
+    add_wheel(tmp_path / "wheels", "ros1_far_msgs", "1.0")
+    places = Places((tmp_path / "wheels",), lambda name: name == "ros1-strange", PYTHON_KEYS)
+    steps = {step.name: step for step in make_plan(packages, places)}
+    assert (steps["far_msgs"].provider, steps["strange"].provider) == (Provider.FOLDER, Provider.INDEX)
+
+
+def test_a_dry_run_prints_the_plan_and_runs_no_code(
+    workspace: Workspace, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert install_command.main(["--dry-run", str(workspace.base)]) == 0
+    shown = capsys.readouterr().out
+    assert "python3-serial  PyPI" in shown
+    assert "Not installed, because it needs root: apt-get install libarm-dev" in shown
+    assert "Unknown, and not installed: far_msgs strange" in shown
+    keys = tmp_path / "keys.yaml"
+    keys.write_text("strange: oddity")
+    assert install_command.main(["--dry-run", "--keys", str(keys), str(workspace.base)]) == 0
+    assert "oddity" in capsys.readouterr().out
+    assert install_command.main([str(workspace.base)]) == 1
+    assert "no" in capsys.readouterr().err
+
+
+def test_apt_is_asked_for_names_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def run(words: list[str], **_options: object) -> subprocess.CompletedProcess[bytes]:
+        asked.append(words[1:])
+        return subprocess.CompletedProcess(words, int(words[-1] != "ros-arm"), b"Package: x")
+
+    monkeypatch.setattr(plan.shutil, "which", lambda _name: "/usr/bin/apt-cache")
+    monkeypatch.setattr(plan.subprocess, "run", run)
+    assert plan.debian_package("arm") == "ros-arm"
+    assert asked[0] == ["show", "--no-all-versions", "--", "arm"]
+    assert plan.debian_package("--option") == ""
+    assert plan.debian_package("image_proc") == "ros-image-proc"
+
+
+def test_the_installer_is_pip_or_uv(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert installer.find_installer() == (sys.executable, "-m", "pip")
+    monkeypatch.setattr(installer.importlib.util, "find_spec", lambda _name: None)
+    monkeypatch.setattr(installer.shutil, "which", lambda name: f"/bin/{name}" if name == "uv" else None)
+    assert installer.find_installer() == ("/bin/uv", "pip")
+    made = installer.Installer(("/bin/uv", "pip"), (tmp_path,), "https://example.org/simple")
+    assert made.options() == [
+        *(
+            "--python",
+            sys.executable,
+            "--index-url",
+            "https://example.org/simple",
+            "--find-links",
+            str(tmp_path),
+        ),
+    ]
+    assert made.environment({"PIP_FIND_LINKS": "/a"})["PIP_FIND_LINKS"] == f"/a {tmp_path}"
+    monkeypatch.setattr(installer.shutil, "which", lambda _name: None)
+    with pytest.raises(PiprosError, match="neither pip nor uv is installed"):
+        installer.find_installer()
+
+
+def test_rosdep_answers_from_the_same_table(
+    workspace: Workspace, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", "/nowhere")
+    paths = ["--from-paths", str(workspace.base), "--ignore-src", "-y"]
+    assert rosdep.main(["update"]) == 0
+    assert capsys.readouterr().out.startswith("nothing to do")
+    assert rosdep.main(["keys", *paths]) == 0
+    assert "python3-serial" in capsys.readouterr().out.splitlines()
+    assert rosdep.main(["check", *paths]) == 1
+    assert "strange" in capsys.readouterr().out
+    assert rosdep.main(["install", "--simulate", *paths]) == 0
+    shown = capsys.readouterr().out
+    assert "libarm: Debian (not installed) libarm-dev" in shown
+    assert shown.endswith("pip install pyserial\n")
+
+
+def test_a_genuine_rosdep_is_run_instead(tmp_path: Path) -> None:
+    genuine = tmp_path / "rosdep"
+    genuine.write_text('#!/bin/sh\necho "genuine $*"\n')
+    genuine.chmod(0o755)
+    code = "from pipros.wheels.commands.rosdep import main; main(['check', '--os=x'])"
+    ended = subprocess.run(
+        [sys.executable, "-c", code], env={"PATH": str(tmp_path)}, capture_output=True, text=True
+    )
+    assert ended.stdout == "genuine check --os=x\n"
+
+
+def test_commands_print_errors_on_one_line(
+    workspace: Workspace, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert wheel_command.main([str(workspace.base), "-o", str(tmp_path / "out")]) == 1
+    assert capsys.readouterr().err.startswith("pipros wheel: ")
+    assert list(tmp_path.glob("out/*")) == []
+    assert wheel_command.main([str(tmp_path / "gone")]) == 1
+    assert "must be a folder, the URL" in capsys.readouterr().err

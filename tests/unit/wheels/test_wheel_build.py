@@ -1,0 +1,311 @@
+"""The contents of wheels: those of catkin's install space, and what packages of many forms lack."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import hashlib
+import os
+import zipfile
+from email.parser import HeaderParser
+from pathlib import Path
+
+import pytest
+
+from pipros.basics.errors import PiprosError
+from pipros.basics.limits import Limits
+from pipros.wheels import file_tree
+from pipros.wheels.limits import WheelLimits
+from pipros.wheels.wheel_build import BuiltWheel, WheelOptions, build_wheels, source_packages
+from tests.support.workspaces import Workspace
+
+MESSAGES = (
+    "find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)\n"
+    "add_message_files(FILES State.msg)\ngenerate_messages(DEPENDENCIES std_msgs)\ncatkin_package()"
+)
+SETUP = (
+    "from distutils.core import setup\n"
+    "setup(packages=['{0}'], package_dir={{'': 'src'}}, scripts=['bin/tool'])\n"
+)
+
+
+@pytest.fixture
+def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Workspace:
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    return Workspace(tmp_path / "ws")
+
+
+def wheels(workspace: Workspace, **options: bool) -> dict[str, BuiltWheel]:
+    packages = source_packages([workspace.base])
+    output = workspace.base / "dist"
+    built = build_wheels(packages, output, WheelOptions(**options), workspace.lines.append)  # type: ignore[arg-type]
+    return {wheel.package.name: wheel for wheel in built}
+
+
+def names(wheel: BuiltWheel) -> dict[str, zipfile.ZipInfo]:
+    """Return the entries, with the name of the package for the folder of data."""
+    with zipfile.ZipFile(wheel.file) as archive:
+        infos = {info.filename: info for info in archive.infolist()}
+    return {path.partition(".data/data/")[2] or path: info for path, info in infos.items()}
+
+
+def content(wheel: BuiltWheel, end: str) -> str:
+    with zipfile.ZipFile(wheel.file) as archive:
+        (path,) = [name for name in archive.namelist() if name.endswith(end)]
+        return archive.read(path).decode()
+
+
+def required(wheel: BuiltWheel) -> list[str]:
+    return HeaderParser().parsestr(content(wheel, "METADATA")).get_all("Requires-Dist") or []
+
+
+def add_arm(workspace: Workspace) -> Path:
+    cmake = (
+        "find_package(catkin REQUIRED COMPONENTS message_generation std_msgs)\n"
+        "catkin_python_setup()\nadd_message_files(FILES State.msg)\n"
+        "generate_messages(DEPENDENCIES std_msgs)\ncatkin_package()\n"
+        "catkin_install_python(PROGRAMS scripts/move DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})\n"
+        "install(DIRECTORY launch DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})"
+    )
+    files = {
+        "msg__State_dot_msg": "std_msgs/Header header\nint8 now\n",
+        "setup_dot_py": SETUP.format("arm_lib"),
+        "src__arm_lib____init____dot_py": "",
+        "scripts__move": "#!/usr/bin/env python\n",
+        "launch__run_dot_launch": "<launch/>",
+        "bin__tool": "#!/bin/sh\n",
+    }
+    folder = workspace.add(
+        "arm", cmake, "std_msgs", **{key: text for key, text in files.items() if "arm_lib" not in key}
+    )
+    (folder / "src" / "arm_lib").mkdir(parents=True)
+    (folder / "src" / "arm_lib" / "__init__.py").write_text("WHO = 'arm'\n")
+    return folder
+
+
+def test_a_wheel_has_the_files_of_the_install_space(workspace: Workspace) -> None:
+    add_arm(workspace)
+    found = names(wheels(workspace)["arm"])
+    assert workspace.build(installs=True).errors == []
+    install = workspace.layout.install
+    expected = {
+        file.relative_to(install).as_posix().removeprefix("lib/python3/dist-packages/")
+        for folder in ("lib", "share")
+        for file in (install / folder).rglob("*")
+        if file.is_file()
+    }
+    made = {path for path in found if ".dist-info/" not in path and not path.startswith("share/pipros/")}
+    assert made == expected
+    assert {"arm_lib/__init__.py", "arm/msg/__init__.pyi", "lib/arm/move", "lib/arm/tool"} < made
+    programs = [path for path, info in found.items() if info.external_attr >> 16 & 0o111]
+    assert programs == ["lib/arm/move", "lib/arm/tool"]
+
+
+def test_two_builds_have_the_same_bytes(
+    workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = add_arm(workspace)
+    first = wheels(workspace)["arm"].file.read_bytes()
+    for file in folder.rglob("*"):
+        os.utime(file, (1, 1))
+    assert wheels(workspace)["arm"].file.read_bytes() == first
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    dates = {info.date_time for info in names(wheels(workspace)["arm"]).values()}
+    assert dates == {(2023, 11, 14, 22, 13, 20)}
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "soon")
+    with pytest.raises(PiprosError, match=r"number of seconds since 1970, got \[soon\]"):
+        wheels(workspace)
+
+
+def test_record_has_the_hash_and_size_of_each_file(workspace: Workspace) -> None:
+    add_arm(workspace)
+    wheel = wheels(workspace)["arm"]
+    with zipfile.ZipFile(wheel.file) as archive:
+        rows = list(csv.reader(content(wheel, "RECORD").splitlines()))
+        assert [row[0] for row in rows] == archive.namelist()
+        for path, digest, size in rows[:-1]:
+            data = archive.read(path)
+            encoded = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+            assert (digest, int(size)) == (f"sha256={encoded}", len(data))
+    assert rows[-1][1:] == ["", ""]
+
+
+def test_dependencies_become_requirements_or_are_listed(workspace: Workspace) -> None:
+    workspace.add("arm_msgs", MESSAGES, "std_msgs message_runtime", msg__State_dot_msg="int8 a")
+    folder = workspace.add(
+        "arm", "catkin_package()", "arm_msgs rospy python3-serial python3-yaml amcl strange"
+    )
+    text = (folder / "package.xml").read_text()
+    (folder / "package.xml").write_text(
+        text.replace("<depend>arm_msgs", '<depend version_gte="0.1">arm_msgs').replace(
+            "</package>", "<test_depend>rostest</test_depend><build_depend>unknown</build_depend></package>"
+        )
+    )
+    built = wheels(workspace)
+    assert list(built) == ["arm_msgs", "arm"]
+    assert required(built["arm"]) == ["pipros", "ros1-arm-msgs>=0.1", "pyserial"]
+    assert required(built["arm_msgs"]) == ["pipros"]
+    assert "Dependencies that pip does not install: amcl, strange" in content(built["arm"], "METADATA")
+
+
+def test_message_packages_that_are_absent_are_required_and_not_checked(workspace: Workspace) -> None:
+    cmake = MESSAGES.replace("std_msgs", "other_msgs")
+    workspace.add("arm_msgs", cmake, "other_msgs", msg__State_dot_msg="other_msgs/Hand[] hands")
+    wheel = wheels(workspace)["arm_msgs"]
+    assert required(wheel) == ["pipros", "ros1-other-msgs"]
+    assert "hands: list[other_msgs.msg.Hand]" in content(wheel, "msg/__init__.pyi")
+
+
+def test_compiled_targets_are_left_out_and_named(workspace: Workspace) -> None:
+    cmake = (
+        "find_package(catkin REQUIRED COMPONENTS roscpp)\ncatkin_package()\n"
+        "add_executable(talker src/talker.cpp)\n"
+        "install(TARGETS talker DESTINATION lib)\ninstall(PROGRAMS scripts/move DESTINATION lib/arm)"
+    )
+    workspace.add("arm", cmake, "roscpp", scripts__move="#!/bin/sh\n")
+    wheel = wheels(workspace)["arm"]
+    file = workspace.base / "src" / "arm" / "CMakeLists.txt"
+    assert wheel.notes == (f"left out, because they are compiled: talker ({file}:5)",)
+    assert "lib/arm/move" in names(wheel)
+    assert "Compiled targets that are left out: talker" in content(wheel, "METADATA")
+    with pytest.raises(PiprosError, match=r"arm compiles talker .*no compiled code"):
+        wheels(workspace, is_strict=True)
+
+
+def test_a_macro_that_cannot_be_followed_adds_the_folder(workspace: Workspace) -> None:
+    cmake = "find_package(catkin REQUIRED COMPONENTS far)\ncatkin_package()\nfar_install_all(config)"
+    workspace.add("arm", cmake, config__a_dot_yaml="a: 1", _dot_hidden="x")
+    wheel = wheels(workspace)["arm"]
+    assert [note for note in wheel.notes if ":5: the package needs far_install_all()" in note] == list(
+        wheel.notes
+    )
+    assert "share/arm/config/a.yaml" in names(wheel)
+    assert not any("hidden" in name for name in names(wheel))
+
+
+def test_a_package_that_installs_nothing_is_added_as_a_whole(workspace: Workspace) -> None:
+    folder = workspace.add(
+        "arm", MESSAGES, "std_msgs", msg__State_dot_msg="int8 a", launch__a_dot_launch="<launch/>"
+    )
+    (folder / "src" / "arm").mkdir(parents=True)
+    (folder / "src" / "arm" / "__init__.py").write_text("WHO = 'arm'")
+    wheel = wheels(workspace)["arm"]
+    assert "installs no files; so the folder is added as a whole" in wheel.notes[0]
+    assert "share/arm/launch/a.launch" in names(wheel)
+    with zipfile.ZipFile(wheel.file) as archive:
+        assert archive.read("arm/__init__.py") == b"WHO = 'arm'"
+
+
+def test_usual_folders_that_are_not_installed_are_named(workspace: Workspace) -> None:
+    cmake = "catkin_package()\ninstall(FILES a.txt DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})"
+    workspace.add("arm", cmake, a_dot_txt="", launch__a_dot_launch="<launch/>")
+    wheel = wheels(workspace)["arm"]
+    assert ["launch is not in the wheel" in note for note in wheel.notes] == [True]
+    assert "share/arm/launch/a.launch" in names(wheels(workspace, is_whole=True)["arm"])
+
+
+def test_an_editable_wheel_has_one_pointer(workspace: Workspace) -> None:
+    folder = add_arm(workspace)
+    wheel = wheels(workspace, is_editable=True)["arm"]
+    assert [name for name in names(wheel) if ".dist-info/" not in name] == ["share/pipros/editable/arm"]
+    assert content(wheel, "editable/arm") == f"{folder}\n"
+
+
+def test_modules_of_pipros_are_not_overwritten(workspace: Workspace) -> None:
+    folder = workspace.add(
+        "tf", "catkin_python_setup()\ncatkin_package()", setup_dot_py=SETUP.format("tf"), bin__tool=""
+    )
+    (folder / "src" / "tf").mkdir(parents=True)
+    (folder / "src" / "tf" / "__init__.py").write_text("")
+    wheel = wheels(workspace)["tf"]
+    assert "left out: the Python module tf, which pipros itself installs" in wheel.notes
+    assert "tf/__init__.py" not in names(wheel)
+
+
+def add(cmake: str = "catkin_package()", name: str = "arm", **files: str) -> tuple[str, str, dict[str, str]]:
+    return name, cmake, files
+
+
+REFUSED = {
+    "a_malformed_manifest": ([add(package_dot_xml="<package")], "package.xml:1"),
+    "a_cycle": ([add(name="a"), add(name="b")], "depend on each other"),
+    "one_name_twice": ([add(name="x1"), add(name="x2")], "Multiple packages found with the same name"),
+    "an_illegal_name": ([add(name="arm_")], r"package name \[arm_\]: a distribution needs"),
+    "one_distribution_twice": (
+        [add(name="my_arm"), add(name="my-arm")],
+        "would both be distributed as ros1-my-arm",
+    ),
+    "one_message_twice": (
+        [
+            add(
+                MESSAGES.replace("State.msg", "State.msg a/State.msg"),
+                msg__State_dot_msg="",
+                msg__a__State_dot_msg="",
+            )
+        ],
+        "arm/State is defined twice",
+    ),
+    "an_invalid_message": ([add(MESSAGES, msg__State_dot_msg="int8 8")], "State.msg:1"),
+    "a_missing_file": ([add("catkin_package()\ninstall(FILES a DESTINATION share)")], "cannot find"),
+    "no_packages": ([], "there is no package.xml in"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_wheels_that_are_refused(workspace: Workspace, case: str) -> None:
+    packages, message = REFUSED[case]
+    other = {"a": "b", "b": "a"}
+    for name, cmake, files in packages:
+        depends = other.get(name, "std_msgs message_runtime" if cmake.startswith("find") else "")
+        folder = workspace.add(name, cmake, depends, **files)
+        if name in ("x1", "x2"):
+            text = (folder / "package.xml").read_text()
+            (folder / "package.xml").write_text(text.replace(f"<name>{name}", "<name>x"))
+    with pytest.raises(PiprosError, match=message):
+        wheels(workspace)
+    assert list((workspace.base / "dist").glob("*")) == []
+
+
+@pytest.mark.parametrize(
+    ("target", "is_allowed"),
+    [("../../../secret", False), ("/etc/hostname", False), ("real.txt", True), ("gone", False)],
+)
+def test_links_that_leave_the_package_are_refused(
+    workspace: Workspace, target: str, is_allowed: bool
+) -> None:
+    cmake = (
+        "catkin_package()\ninstall(FILES real.txt link.txt DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})"
+    )
+    folder = workspace.add("arm", cmake, real_dot_txt="content")
+    (folder / "link.txt").symlink_to(target)
+    (workspace.base / "secret").write_text("secret")
+    if is_allowed:
+        assert content(wheels(workspace)["arm"], "link.txt") == "content"
+    else:
+        with pytest.raises(PiprosError, match=r"link\.txt"):
+            wheels(workspace)
+
+
+def test_files_outside_of_the_prefix_are_left_out(workspace: Workspace, tmp_path: Path) -> None:
+    cmake = (
+        f"catkin_package()\ninstall(FILES a.rules DESTINATION {tmp_path}/rules.d)\n"
+        "install(FILES a.rules DESTINATION share/../../up)\ninstall(FILES a.rules DESTINATION share)"
+    )
+    workspace.add("arm", cmake, a_dot_rules="x")
+    wheel = wheels(workspace)["arm"]
+    assert [note.split(",")[1] for note in wheel.notes] == [" installed outside of the prefix"] * 2
+    assert not (tmp_path / "rules.d").exists()
+
+
+def test_two_packages_cannot_install_one_file(workspace: Workspace) -> None:
+    for name in ("a", "b"):
+        workspace.add(name, "catkin_package()\ninstall(FILES c DESTINATION share/common)", c="")
+    with pytest.raises(PiprosError, match="packages a and b both install data/share/common/c"):
+        wheels(workspace)
+
+
+def test_a_wheel_has_a_limited_size(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(file_tree, "process_limits", lambda: Limits().with_table(WheelLimits(1000)))
+    workspace.add("arm", big_dot_stl="x" * 1001)
+    with pytest.raises(PiprosError, match=r"exceed 1000 bytes \(wheel_bytes\)"):
+        wheels(workspace)
