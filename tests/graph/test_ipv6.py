@@ -45,7 +45,8 @@ def test_the_master_is_found_at_both_loopback_addresses(master: Master) -> None:
         assert MasterClient(f"http://{host}:{master.port}", "/test", timeout_s=10).get_uri() == master.uri
 
 
-def test_topics_services_and_parameters(nodes: tuple[Node, Node]) -> None:
+def test_topics_services_and_parameters(nodes: tuple[Node, Node], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PIPROS_LOCAL", "off")
     one, two = nodes
     inbox = Inbox()
     two.subscribe("chat", String, inbox)

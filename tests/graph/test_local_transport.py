@@ -43,7 +43,7 @@ def request_topic(node: Node, *protocols: list[object]) -> Any:
 
 @pytest.fixture(autouse=True)
 def _with_unix_streams(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PIPROS_LOCAL", "on")
+    monkeypatch.delenv("PIPROS_LOCAL", raising=False)
 
 
 # -- topics ---------------------------------------------------------------------------

@@ -11,8 +11,7 @@ delays of TCP.
 
 Abstract names belong to a network namespace, as ports do: another mount, PID or IPC namespace makes no
 difference, and a name in another network namespace does not exist here. Both ends check the user at the other
-end. If anything fails, TCP is used. Until they are measured on an idle machine, Unix streams are used only
-with `PIPROS_LOCAL=on`.
+end. If anything fails, TCP is used. `PIPROS_LOCAL=off` turns Unix streams off.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ PROTOCOL: Final = "PIPROSLOCAL"
 VERSION: Final = "v1"
 
 SWITCH: Final = "PIPROS_LOCAL"
-"""The environment variable that turns Unix streams on if it is `on`."""
+"""The environment variable that turns Unix streams off if it is `off`."""
 
 _BACKLOG: Final = 1024
 _UNMAPPED_USER: Final = 65534
@@ -39,7 +38,7 @@ _UNMAPPED_USER: Final = 65534
 
 def is_enabled() -> bool:
     """Return whether this process uses Unix streams."""
-    return HAS_LOCAL_SOCKETS and os.environ.get(SWITCH) == "on"
+    return HAS_LOCAL_SOCKETS and os.environ.get(SWITCH) != "off"
 
 
 def is_local(sock: socket.socket) -> bool:
