@@ -35,6 +35,7 @@ OTHERS = {
     ("launch.md", "python"): "tests/graph/test_launch_facade.py",
     ("launch.md", "sh"): "tests/graph/test_launch_child.py",
     ("launch.md", "xml"): "tests/interop/test_remote_machines.py",
+    ("libraries.md", "python"): "tests/graph/test_zero_copy.py",
     ("messages.md", "python"): "tests/unit/msg/test_docs.py",
     ("page.md", "console"): "tests/graph/test_rqt_graph.py",
     ("page.md", "xml"): "tests/graph/test_page_tabs.py",

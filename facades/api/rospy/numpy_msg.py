@@ -39,6 +39,7 @@ def _class_of(msg_type: type[Any]) -> type[Any]:
         "__doc__": msg_type.__doc__,
         "_from_bytes": classmethod(from_bytes),
         "deserialize": deserialize,
+        "_has_numpy_arrays": True,  # for subscribers with zero_copy
     }
     for name in ("_type", "_md5sum", "_full_text", "_has_header", "_slot_types"):
         members[name] = getattr(msg_type, name)

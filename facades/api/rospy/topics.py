@@ -247,6 +247,7 @@ class Subscriber(Topic[AnyMessage]):
         queue_size: int | None = None,
         buff_size: int = DEFAULT_BUFF_SIZE,
         tcp_nodelay: bool = False,
+        zero_copy: bool = False,
     ) -> None: ...
     @overload
     def __init__(
@@ -258,6 +259,7 @@ class Subscriber(Topic[AnyMessage]):
         queue_size: int | None = None,
         buff_size: int = DEFAULT_BUFF_SIZE,
         tcp_nodelay: bool = False,
+        zero_copy: bool = False,
     ) -> None: ...
     def __init__(
         self,
@@ -268,6 +270,7 @@ class Subscriber(Topic[AnyMessage]):
         queue_size: int | None = None,
         buff_size: int = DEFAULT_BUFF_SIZE,
         tcp_nodelay: bool = False,
+        zero_copy: bool = False,
     ) -> None:
         """Register the topic, or defer this to `init_node` if the node has not started.
 
@@ -279,8 +282,11 @@ class Subscriber(Topic[AnyMessage]):
             queue_size: number of most recent messages kept for a slow callback; None for all.
             buff_size: accepted for compatibility; messages of any size are received.
             tcp_nodelay: whether to ask publishers not to delay small messages.
+            zero_copy: whether the callback gets `uint8[]` fields as read-only numpy arrays, without a copy;
+                with `numpy_msg`, also other arrays of numbers. Noetic lacks this argument.
 
         Raises:
+            ModuleNotFoundError: `zero_copy` is true, and numpy is not installed.
             ValueError: `name` is empty, `data_class` is not a message class, or this node already uses the
                 topic with another type.
         """
@@ -303,6 +309,7 @@ class Subscriber(Topic[AnyMessage]):
                     callback_args=NO_ARGS if callback_args is None else callback_args,
                     queue_size=queue_size if queue_size is None or queue_size > 0 else None,
                     tcp_nodelay=tcp_nodelay,
+                    zero_copy=zero_copy,
                 )
             except TypeConflict as error:
                 raise ValueError(str(error)) from None

@@ -77,6 +77,9 @@ class Limits(NamedTuple):
             process's descriptors.
         tcpros_connections_per_peer: the TCPROS connections that one address may open; 0 means half of
             `tcpros_connections`, or all of them for loopback.
+        shared_topic_bytes: the memory that a node shares with the subscribers of one topic on this machine.
+            Messages that do not fit are sent through sockets.
+        shared_bytes: the same for all topics of a node together.
         incoming_links: publishers that a node receives from; each needs a thread.
         connection_attempts: publishers that a node tries to connect to at the same time.
         publishers_per_topic: publishers on one topic that a node connects to.
@@ -157,6 +160,8 @@ class Limits(NamedTuple):
     notice_s: float = 10.0
     tcpros_connections: int = 0
     tcpros_connections_per_peer: int = 0
+    shared_topic_bytes: int = 64 * _MIB
+    shared_bytes: int = 256 * _MIB
     incoming_links: int = 1024
     connection_attempts: int = 20
     publishers_per_topic: int = 2000

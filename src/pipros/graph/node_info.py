@@ -104,6 +104,11 @@ def _describe_connection(connection: BusConnection, peers: _Peers) -> list[str]:
         f"    * to: {listed(peers.describe(connection.peer, connection.topic))}",
         f"    * direction: {listed(heading)}",
         f"    * transport: {listed(connection.transport)}",
+        *(
+            f"    * {listed(part)}"
+            for part in connection.remark.split(", ")
+            if part.startswith("shared memory: ")
+        ),
     ]
 
 

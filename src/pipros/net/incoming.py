@@ -20,8 +20,10 @@ from typing import Final
 from pipros.basics.errors import ProtocolError
 from pipros.net import local_stream, sockets
 from pipros.net.busy_poll import AdaptiveBackoff, PollingReceiver, PublishCount
+from pipros.net.shared_receiver import DescriptorSocket, HeldSlot, SlotReceiver
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
 from pipros.wire.messages import MessageReader
+from pipros.wire.slot_frames import FRAME_BYTES
 
 COALESCE_SLEEP_S = 1e-6
 COALESCE_MESSAGES = 8
@@ -46,6 +48,9 @@ KEEP_LARGE_S = 5.0
 """A link that is silent for this long frees the memory of its large messages."""
 
 _WAITALL: Final = socket.MSG_WAITALL
+_LARGEST: Final = 2**31 - 1  # larger lengths are those of control frames
+
+Received = memoryview | bytes | HeldSlot
 
 
 @dataclass(slots=True)
@@ -109,6 +114,10 @@ class IncomingLink:
     thread, with the reason if the link ended because of an error. The link polls longer for the next message
     if the node has published since the last one, as counted by `published`; see `pipros.net.busy_poll`.
     `received_count` changes before messages are delivered.
+
+    Attributes:
+        lends: whether a message in shared memory is delivered as an array, which is valid as long as anything
+            refers to it.
     """
 
     def __init__(
@@ -130,6 +139,7 @@ class IncomingLink:
         """Store the settings; `start` begins reading.
 
         Args:
+            sock: accepts messages in shared memory if it is a `DescriptorSocket`.
             keeps_large: whether to pass large messages as `bytes`, which `deliver` can keep without a copy.
             received: the bytes that followed the handshake.
             timings: when to read again, and when to let other links deliver.
@@ -148,12 +158,18 @@ class IncomingLink:
         self._timings = timings
         self._on_closed = on_closed
         self._buffer = MessageReader(limit_bytes, keeps_large=keeps_large)
+        self.lends = False
+        self._slots: SlotReceiver | None = None
+        if isinstance(sock, DescriptorSocket):
+            self._buffer.limit_bytes = limit = min(self._buffer.limit_bytes, _LARGEST)
+            self._slots = SlotReceiver(sock, limit)
+            self._buffer.on_control = self._receive_slot
         self._published = published
         self._received_count = received_count
         self._published_before = 0  # the value of `published` at the last wait for a message
         self._idle_poller = PollingReceiver()  # waits for the start of a message
         self._mid_message_poller = PollingReceiver()  # waits for the rest of a message
-        self._waiting: deque[memoryview | bytes] = deque()
+        self._waiting: deque[Received] = deque()
         self._thread = threading.Thread(target=self._run, args=(received,), name=name, daemon=True)
 
     def start(self) -> None:
@@ -186,9 +202,13 @@ class IncomingLink:
         except (OSError, ProtocolError) as reason:
             error = reason
         finally:
-            self.statistics.dropped += len(self._waiting)
+            while self._waiting:
+                self._drop(self._waiting.popleft())
+            if self._slots is not None:
+                self._slots.close()
             self._sock.close()
             self._on_closed(self, error)
+            error = None  # its traceback refers to this function, and to shared memory
 
     def _receive(self) -> int:
         """Wait for the next bytes.
@@ -236,7 +256,10 @@ class IncomingLink:
             end = clock() + turn_s
             for message in self._buffer.received(count):
                 statistics.frames += 1
-                deliver(message)
+                if isinstance(message, HeldSlot):
+                    self._deliver_slot(message)
+                else:
+                    deliver(message)
                 if is_wanted() and clock() > end:
                     lock.pass_on()
                     end = clock() + turn_s
@@ -244,7 +267,24 @@ class IncomingLink:
             lock.release()
         return statistics.frames - before
 
-    def _accept(self, count: int, messages: Iterable[memoryview | bytes]) -> int:
+    def _receive_slot(self, data: memoryview, offset: int) -> HeldSlot | None:
+        """Apply a control frame. The statistics count the message as if it had come through the stream."""
+        slot = self._slots.receive(data, offset) if self._slots is not None else None
+        self.statistics.bytes += (slot.size + 4 if slot is not None else 0) - FRAME_BYTES
+        return slot
+
+    def _deliver_slot(self, slot: HeldSlot) -> None:
+        try:
+            self._deliver(slot.lend() if self.lends else slot.read())
+        finally:
+            slot.release()
+
+    def _drop(self, message: Received) -> None:
+        self.statistics.dropped += 1
+        if isinstance(message, HeldSlot):
+            message.release()
+
+    def _accept(self, count: int, messages: Iterable[Received]) -> int:
         """Queue the messages completed by `count` received bytes, as views of the buffer.
 
         Return their number.
@@ -256,8 +296,7 @@ class IncomingLink:
         accepted = len(waiting) - before
         if self.queue_size:
             while len(waiting) > self.queue_size:
-                waiting.popleft()
-                self.statistics.dropped += 1
+                self._drop(waiting.popleft())
         return accepted
 
     def _deliver_waiting(self) -> None:
@@ -268,7 +307,11 @@ class IncomingLink:
                 if waited:
                     self._read_available()
                 before = time.monotonic()
-                self._deliver(waiting.popleft())
+                message = waiting.popleft()
+                if isinstance(message, HeldSlot):
+                    self._deliver_slot(message)
+                else:
+                    self._deliver(message)
             finally:
                 lock.release()
             statistics.frames += 1
@@ -295,7 +338,8 @@ class IncomingLink:
             messages += self._accept(count, self._buffer.received(count))
 
     def _keep_waiting(self) -> None:
-        """Copy the queued messages out of the buffer before it is reused."""
+        """Copy the queued messages out of the buffer before it is reused; slots stay as they are."""
         waiting = self._waiting
         for _ in range(len(waiting)):
-            waiting.append(bytes(waiting.popleft()))
+            message = waiting.popleft()
+            waiting.append(message if isinstance(message, HeldSlot) else bytes(message))

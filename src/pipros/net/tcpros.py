@@ -26,6 +26,7 @@ from pipros.net.address import LOOPBACK, address_here, plain_address
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.refusals import Refusals
 from pipros.net.rpc_client import reason_of
+from pipros.net.shared_receiver import DescriptorSocket
 from pipros.net.timings import LINK_TIMINGS, LinkTimings
 from pipros.wire.handshake import refuse
 from pipros.wire.header import HeaderReader, encode_header
@@ -324,12 +325,17 @@ async def connect(
 
 
 async def connect_locally(
-    name: str, fields: Mapping[str, str], *, limits: Limits | None = None
+    name: str, fields: Mapping[str, str], *, shares_memory: bool = False, limits: Limits | None = None
 ) -> TcprosConnection:
-    """Connect like `connect`, but by a Unix stream to an abstract socket name."""
+    """Connect like `connect`, but by a Unix stream to an abstract socket name.
+
+    If `shares_memory` is true, the socket is a `DescriptorSocket`, because the peer may send descriptors at
+    once after its header.
+    """
 
     async def open_socket() -> socket.socket:
-        return local_stream.connect(name)
+        sock = local_stream.connect(name)
+        return DescriptorSocket(sock) if shares_memory else sock
 
     return await _shake_hands(open_socket, name, fields, limits)
 

@@ -22,6 +22,7 @@ class LinkTimings(NamedTuple):
         drain_limit_s: how long reading may continue if the peer sends faster than the link reads.
         quiet_s: if a socket was full, its TCP window was closed, so the peer has more data to send. Reading
             continues until nothing has arrived for this time.
+        keep_memory_s: time without large messages after which a topic's shared memory is freed.
     """
 
     keepalive_idle_s: int = 20
@@ -33,6 +34,7 @@ class LinkTimings(NamedTuple):
     turn_s: float = 0.001
     drain_limit_s: float = 0.1
     quiet_s: float = 0.002
+    keep_memory_s: float = 5.0
 
 
 LINK_TIMINGS = LinkTimings()

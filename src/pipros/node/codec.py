@@ -34,6 +34,31 @@ def decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]
     return lambda data: message_class().deserialize(bytes(data))
 
 
+def view_decoder(message_class: type[Message]) -> Callable[[memoryview | bytes], Any]:
+    """Return a decoder that creates read-only arrays over the data, for `uint8[]` and `char[]` fields.
+
+    Classes with `_has_numpy_arrays` also get such arrays for other numbers. The data of a `memoryview` is
+    copied, unless it belongs to a numpy array, because a receive buffer is used again. Classes from genuine
+    generators, and `AnyMsg`, are decoded as usual.
+
+    Raises:
+        ModuleNotFoundError: numpy is not installed.
+    """
+    import numpy
+
+    if not hasattr(message_class, "_deserialize_views"):
+        return decoder(message_class)
+    has_numbers = bool(getattr(message_class, "_has_numpy_arrays", False))
+
+    def decode(data: memoryview | bytes) -> Any:
+        if isinstance(data, memoryview) and not isinstance(data.obj, numpy.ndarray):
+            data = bytes(data)
+        message: Any = message_class.__new__(message_class)
+        return message._deserialize_views(data, numpy, has_numbers=has_numbers)
+
+    return decode
+
+
 def number(message: Message, sequence: int) -> None:
     """Set the sequence number of a message that starts with a header, as rospy does before sending."""
     if getattr(message, "_has_header", False):

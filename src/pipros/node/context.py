@@ -9,6 +9,7 @@ from typing import NamedTuple
 from pipros.basics.limits import Limits
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
+from pipros.net.link_memory import MemoryBudget
 from pipros.net.loop import BackgroundLoop
 from pipros.node.attempts import Attempts
 from pipros.node.timings import NODE_TIMINGS, NodeTimings
@@ -27,6 +28,7 @@ class NodeContext(NamedTuple):
         attempts: limits the node's concurrent attempts to connect to publishers.
         published: counter that changes with each message that the node publishes.
         received: counter that changes whenever the node has received messages on a topic.
+        memory: the memory that the node shares with subscribers on this machine.
         timings: the node's times.
     """
 
@@ -39,4 +41,5 @@ class NodeContext(NamedTuple):
     attempts: Attempts
     published: PublishCount
     received: PublishCount
+    memory: MemoryBudget
     timings: NodeTimings = NODE_TIMINGS

@@ -16,6 +16,7 @@ from pipros.net.address import uri
 from pipros.net.busy_poll import PublishCount
 from pipros.net.connection_table import ConnectionTable
 from pipros.net.held_bytes import HeldBytes
+from pipros.net.link_memory import MemoryBudget
 from pipros.net.loop import BackgroundLoop
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers
@@ -96,6 +97,7 @@ class Endpoints:
             self.attempts,
             PublishCount(),
             PublishCount(),
+            MemoryBudget(limits.shared_bytes),
             timings,
         )
         self.service_uri = uri(*self.address, "rosrpc")
@@ -207,8 +209,9 @@ class Endpoints:
         callback_args: object = NO_ARGS,
         queue_size: int | None,
         tcp_nodelay: bool,
+        zero_copy: bool = False,
     ) -> Subscriber[Any]:
-        """Add a callback to a topic and return its handle.
+        """Add a callback to a topic and return its handle. See `Node.subscribe` for `zero_copy`.
 
         The first callback registers the topic with the master.
 
@@ -231,7 +234,9 @@ class Endpoints:
                 _same_type(subscription.interface.md5sum, message_class, topic)
                 if message_class is AnyMsg and subscription.message_class is not AnyMsg:
                     callback = taking_raw(callback)
-            listener = SubscriberCallback(callback, callback_args) if callback is not None else None
+            listener = (
+                SubscriberCallback(callback, callback_args, zero_copy) if callback is not None else None
+            )
             subscription.handles += 1
             subscription.tcp_nodelay = subscription.tcp_nodelay or tcp_nodelay
             subscription.set_queue_size(queue_size)

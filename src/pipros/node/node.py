@@ -371,13 +371,18 @@ class Node:
         callback_args: object = NO_ARGS,
         queue_size: int | None = None,
         tcp_nodelay: bool = True,
+        zero_copy: bool = False,
     ) -> Subscriber[AnyMessage]:
         """Subscribe to a topic; call `callback` with each message, in the thread that received it.
 
         If `queue_size` is n, a slow callback gets the n newest messages and misses older ones. In an asyncio
         loop, if there is no callback, the subscriber is an asynchronous iterator.
 
+        If `zero_copy` is true, the callback gets `uint8[]` fields as read-only numpy arrays over the memory
+        in which the message arrived. They are valid as long as anything refers to them.
+
         Raises:
+            ModuleNotFoundError: `zero_copy` is true, and numpy is not installed.
             TypeConflict: this node already subscribes to the topic with another type.
 
         Examples:
@@ -393,6 +398,7 @@ class Node:
             callback_args=callback_args,
             queue_size=queue_size,
             tcp_nodelay=tcp_nodelay,
+            zero_copy=zero_copy,
         )
 
     def serve(

@@ -13,8 +13,12 @@ from pipros.basics.printable import printable
 from pipros.net.backlog import Buffer, WireMessage
 from pipros.net.connection_table import LinkEntry
 from pipros.net.flush import flush_or_queue
+from pipros.net.local_stream import is_local
 from pipros.net.outgoing import OutgoingLink, SendStatistics
+from pipros.net.outgoing_local import LocalOutgoingLink
 from pipros.net.outgoing_state import State
+from pipros.net.shared_memory import LEAST_BYTES, TopicMemory
+from pipros.net.shared_memory import is_enabled as shares_memory
 from pipros.net.tcpros import TcprosConnection, refuse_connection
 from pipros.net.workers import Workers, interpreter_ends
 from pipros.node.codec import AnyMessage, encoder
@@ -23,6 +27,7 @@ from pipros.node.message_batch import MessageBatch, flush_at_exit_and_fork
 from pipros.node.packet_sharing import SHARED_BYTES, PacketSharing
 from pipros.wire.handshake import WireType, accept_topic_link, topic_refusal
 from pipros.wire.header import encode_header
+from pipros.wire.slot_frames import COPIES, HEADER_FIELD, VIEWS
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -94,6 +99,7 @@ class Publication:
         self._lock = threading.Lock()
         self._links_lock = threading.Lock()
         self._batch = MessageBatch()
+        self._memory: TopicMemory | None = None  # created for the first subscriber that accepts it
         self._received = context.received
         self._received_before = 0  # the value of `_received` at the last message
         self._sharing = PacketSharing(
@@ -132,13 +138,40 @@ class Publication:
                 if not batch:
                     return
                 self._send_together(batch)
-            if batch is None:
+            is_shared = size >= LEAST_BYTES and self._memory is not None and self._share(links, data, size)
+            if batch is None and not is_shared:
                 for peer in links:
                     peer.link.send(data, size)
         for peer in links:
             if peer.link.state is not _IDLE:
                 flush_or_queue([peer.link for peer in links], self._context.limits.stall_s)
                 return
+        if is_shared and self.queue_size is None and self._memory is not None:
+            sharing = [peer.link.memory for peer in links if isinstance(peer.link, LocalOutgoingLink)]
+            self._memory.wait_for_room(sharing, self._context.limits.stall_s)
+
+    def _share(self, links: Sequence[PublisherLink], data: WireMessage, size: int) -> bool:
+        """Send a message in shared memory if that pays; otherwise return False. The caller holds `_lock`."""
+        memory = self._memory
+        if memory is None:
+            return False
+        sharing = [
+            peer.link.memory
+            for peer in links
+            if isinstance(peer.link, LocalOutgoingLink) and peer.link.state is _IDLE
+        ]
+        placed = memory.place(sharing, data, size - len(data[0]))
+        if placed is None:
+            return False
+        try:
+            for peer in links:
+                if isinstance(peer.link, LocalOutgoingLink):
+                    peer.link.send_placed(placed, data, size)
+                else:
+                    peer.link.send(data, size)
+        finally:
+            memory.release(placed.slot)
+        return True
 
     def publish_to(self, peer: PublisherLink, message: Message) -> None:
         """Send a message to a single subscriber."""
@@ -211,15 +244,7 @@ class Publication:
             self.topic, self._context.node_name, self.interface, latching=self.is_latching
         )
         header = encode_header({**self.headers, **answer})
-        link = OutgoingLink(
-            connection.sock,
-            self._context.loop,
-            queue_size=self.queue_size,
-            limits=self._context.limits,
-            timings=self._context.timings.links,
-            may_share_packets=connection.fields.get("tcp_nodelay") != "1",
-            on_closed=lambda link: self._detach(link, entry),
-        )
+        link = self._link(connection, entry)
         entry.close = link.close
         peer = PublisherLink(printable(connection.fields["callerid"]), self._context.next_link_number(), link)
         with self._links_lock:
@@ -238,6 +263,43 @@ class Publication:
             if not interpreter_ends(error):
                 self._context.log.error("cannot serve a subscriber of [%s]: %s", self.topic, error)
             link.close()
+
+    def _link(self, connection: TcprosConnection, entry: LinkEntry) -> OutgoingLink:
+        context, wanted = self._context, connection.fields.get(HEADER_FIELD)
+        if wanted in (COPIES, VIEWS) and is_local(connection.sock) and shares_memory():
+            if self._memory is None:
+                self._memory = TopicMemory(
+                    self.topic,
+                    context.loop,
+                    context.limits,
+                    context.memory,
+                    context.log,
+                    context.timings.links.keep_memory_s,
+                )
+            return LocalOutgoingLink(
+                connection.sock,
+                context.loop,
+                queue_size=self.queue_size,
+                limits=context.limits,
+                timings=context.timings.links,
+                memory=self._memory,
+                takes_views=wanted == VIEWS,
+                on_closed=lambda link: self._detach(link, entry),
+            )
+        return OutgoingLink(
+            connection.sock,
+            context.loop,
+            queue_size=self.queue_size,
+            limits=context.limits,
+            timings=context.timings.links,
+            may_share_packets=connection.fields.get("tcp_nodelay") != "1",
+            on_closed=lambda link: self._detach(link, entry),
+        )
+
+    @property
+    def memory(self) -> TopicMemory | None:
+        """The memory that the topic shares with subscribers on this machine; None if there were none yet."""
+        return self._memory
 
     def _send_latched(self) -> None:
         """Send the latched message to all waiting subscribers, encoding it only once."""
@@ -295,6 +357,8 @@ class Publication:
             if peer.link.is_behind:
                 peer.link.drain(end - time.monotonic())
             peer.link.close()
+        if self._memory is not None:
+            self._memory.close()
 
     def statistics(self) -> dict[str, int]:
         """Return the totals of all links; see `Publisher.statistics`."""

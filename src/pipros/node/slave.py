@@ -20,6 +20,7 @@ from pipros.net.master_client import MasterClient
 from pipros.net.rpc_server import current_caller
 from pipros.node.endpoints import Endpoints
 from pipros.node.params import Parameters
+from pipros.node.publisher import Publication
 from pipros.node.registration import Registrations
 from pipros.node.verify_callers import CallerVerification
 
@@ -129,7 +130,7 @@ class SlaveApi:
                 publication.topic,
                 True,
                 f"{peer.link.transport} connection on port {port} to "
-                f"[{peer.link.peer} on socket {peer.link.descriptor}]",
+                f"[{peer.link.peer} on socket {peer.link.descriptor}]{_memory(publication)}",
             ]
             for publication in self._node.endpoints.publications
             for peer in publication.links
@@ -280,6 +281,14 @@ class SlaveApi:
                 caller.host or "a closed connection",
             )
         return False
+
+
+def _memory(publication: Publication) -> str:
+    """Describe a topic's shared memory for `getBusInfo`; empty if it has none."""
+    memory = publication.memory
+    if memory is None or not memory.used_bytes:
+        return ""
+    return f", shared memory: {memory.used_bytes} of at most {memory.limit_bytes} bytes"
 
 
 def _is_url(text: str) -> bool:

@@ -14,14 +14,17 @@ from pipros.basics.printable import printable
 from pipros.net import local_stream, tcpros
 from pipros.net.incoming import DeliveryLock, IncomingLink, ReceiveStatistics
 from pipros.net.rpc_async_client import call_async
+from pipros.net.shared_memory import is_enabled as shares_memory
+from pipros.net.shared_receiver import NoSharedMemory
 from pipros.net.workers import interpreter_ends
 from pipros.node.any_msg import AnyMsg
 from pipros.node.asyncio_support import MessageStream
-from pipros.node.codec import AnyMessage, decoder
+from pipros.node.codec import AnyMessage, decoder, encoder, view_decoder
 from pipros.node.context import NodeContext
 from pipros.node.latch import LastMessage, LatchedFirst
 from pipros.node.publisher_connector import LinkEnd, PublisherConnector
 from pipros.wire.handshake import WireType, check_topic_reply, request_topic_link
+from pipros.wire.slot_frames import COPIES, HEADER_FIELD, VIEWS
 
 if TYPE_CHECKING:
     from pipros.msg.base import Message
@@ -41,10 +44,11 @@ NO_ARGS = object()
 
 @dataclass(slots=True, eq=False, repr=False)
 class SubscriberCallback:
-    """One callback of a subscription, and its second argument, if any."""
+    """One callback of a subscription, its second argument, if any, and whether it gets views."""
 
     callback: Callback
     args: object = NO_ARGS
+    takes_views: bool = False
     stands_for: SubscriberCallback | None = (
         None  # the new callback, until it has received the latched messages
     )
@@ -89,6 +93,9 @@ class Subscription:
         self._announcements = 0  # changed only in the event loop
         self._is_closed = False
         self._tcp_only: set[str] = set()  # URIs of publishers whose Unix streams failed
+        self._without_memory: set[str] = set()  # URIs of publishers whose shared memory failed
+        self._takes_views = False  # whether a callback takes views
+        self._decode_views = decoder(message_class)
 
     # -- callbacks --------------------------------------------------------------
 
@@ -99,14 +106,18 @@ class Subscription:
         of each connected latching publisher, before newer messages.
         """
         with self._lock:
+            if listener.takes_views and not self._takes_views:
+                self._takes_views, self._decode_views = True, view_decoder(self.message_class)
+                for peer in self.links:
+                    peer.link.lends = True
             latched = [
                 peer.last.message for peer in self.links if peer.last and peer.last.message is not None
             ]
             if not latched:
                 self.listeners = (*self.listeners, listener)
                 return _nothing
-            first = LatchedFirst(latched, lambda message: self._call_back(listener, message))
-            stand_in = SubscriberCallback(first, stands_for=listener)
+            first = LatchedFirst(latched, lambda message: self._call_back(listener, message, is_latched=True))
+            stand_in = SubscriberCallback(first, takes_views=listener.takes_views, stands_for=listener)
             self.listeners = (*self.listeners, stand_in)
 
         def give_latched() -> None:
@@ -192,8 +203,13 @@ class Subscription:
         )
         limits = self._context.limits
         if isinstance(address, str):
+            shares = shares_memory() and uri not in self._without_memory
+            if shares:
+                wanted[HEADER_FIELD] = VIEWS if self._takes_views else COPIES
             try:
-                connection = await tcpros.connect_locally(address, wanted, limits=limits)
+                connection = await tcpros.connect_locally(
+                    address, wanted, shares_memory=shares, limits=limits
+                )
             except (ProtocolError, Unreachable):
                 if len(self._tcp_only) >= limits.publishers_per_topic:
                     self._tcp_only.clear()
@@ -220,16 +236,17 @@ class Subscription:
             deliver=functools.partial(self._deliver, header, last),
             delivery_lock=self._delivery_lock,
             queue_size=self.queue_size,
-            on_closed=lambda link, error: self._detach(link, error, ended),
+            on_closed=lambda link, error: self._detach(link, error, ended, uri),
             published=self._context.published,
             received_count=self._context.received,
             limit_bytes=self._context.limits.frame_bytes,
-            keeps_large=issubclass(self.message_class, AnyMsg),
+            keeps_large=self._takes_views or issubclass(self.message_class, AnyMsg),
             received=connection.rest,
             timings=self._context.timings.links,
         )
         peer = SubscriberLink(uri, header.get("callerid", "?"), self._context.next_link_number(), link, last)
         with self._lock:
+            link.lends = self._takes_views
             self.links = (*self.links, peer)
         try:
             link.start()
@@ -271,12 +288,13 @@ class Subscription:
     # -- messages -------------------------------------------------------------------
 
     def _deliver(self, header: Mapping[str, str], last: LastMessage | None, data: memoryview | bytes) -> None:
+        if self._takes_views:
+            self._deliver_views(header, last, data)
+            return
         try:
             message: Any = self._decode(data)
         except Exception as error:
-            raise ProtocolError(
-                f"cannot decode {len(data)} bytes as {self.interface.type}: {error}"
-            ) from error
+            raise self._undecodable(data, error) from error
         message._connection_header = header
         if last is None:
             listeners = self.listeners
@@ -286,10 +304,7 @@ class Subscription:
                 last.message = message
                 listeners = self.listeners
         if self.observe is not None:
-            try:
-                self.observe(self.topic, header, len(data), message)
-            except Exception:
-                self._context.log.exception("an observer of [%s] failed", self.topic)
+            self._observe(header, len(data), message)
         for listener in listeners:
             try:
                 if listener.args is NO_ARGS:
@@ -299,9 +314,53 @@ class Subscription:
             except Exception as error:
                 self._log_bad_callback(listener, error)
 
-    def _call_back(self, listener: SubscriberCallback, message: Any) -> None:
+    def _deliver_views(
+        self, header: Mapping[str, str], last: LastMessage | None, data: memoryview | bytes
+    ) -> None:
+        """Like `_deliver`, if a callback takes views. The message is also copied if others need it."""
+        with self._lock:
+            listeners = self.listeners
+            is_copied = (
+                last is not None
+                or self.observe is not None
+                or any(not listener.takes_views for listener in listeners)
+            )
+            copied = self._decoded(self._decode, header, data) if is_copied else None
+            if last is not None:
+                last.message = copied
+        if self.observe is not None:
+            self._observe(header, len(data), copied)
+        viewed = self._decoded(self._decode_views, header, data)
+        del data
+        for listener in listeners:
+            self._call_back(listener, viewed if listener.takes_views else copied)
+
+    def _decoded(
+        self, decode: Callable[[memoryview | bytes], Any], header: Mapping[str, str], data: memoryview | bytes
+    ) -> Any:
+        try:
+            message = decode(data)
+        except Exception as error:
+            raise self._undecodable(data, error) from error
+        message._connection_header = header
+        return message
+
+    def _undecodable(self, data: memoryview | bytes, error: Exception) -> ProtocolError:
+        return ProtocolError(f"cannot decode {len(data)} bytes as {self.interface.type}: {error}")
+
+    def _observe(self, header: Mapping[str, str], size: int, message: Any) -> None:
+        try:
+            if self.observe is not None:
+                self.observe(self.topic, header, size, message)
+        except Exception:
+            self._context.log.exception("an observer of [%s] failed", self.topic)
+
+    def _call_back(self, listener: SubscriberCallback, message: Any, *, is_latched: bool = False) -> None:
         """Call one callback. `_deliver` does the same inline, to avoid a function call per message."""
         try:
+            if is_latched and listener.takes_views:
+                data = b"".join(encoder(type(message))(message))
+                message = self._decoded(self._decode_views, message._connection_header, data)
             listener.callback(*(message, listener.args) if listener.args is not NO_ARGS else (message,))
         except Exception as error:
             self._log_bad_callback(listener, error)
@@ -330,8 +389,12 @@ class Subscription:
                 total.add(peer.link.statistics)
             return {**asdict(total), "links_ended": self.links_ended}
 
-    def _detach(self, link: IncomingLink, error: Exception | None, ended: LinkEnd) -> None:
+    def _detach(self, link: IncomingLink, error: Exception | None, ended: LinkEnd, uri: str) -> None:
         self._remove_link(link)
+        if isinstance(error, NoSharedMemory):
+            if len(self._without_memory) >= self._context.limits.publishers_per_topic:
+                self._without_memory.clear()
+            self._without_memory.add(uri)
         self._context.connections.release_outgoing()
         broken = ""
         if error is not None and not isinstance(error, OSError):

@@ -12,10 +12,13 @@ Source: http://wiki.ros.org/ROS/TCPROS
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import limit_text, process_limits
+from pipros.wire.slot_frames import FRAME_BYTES
+from pipros.wire.slot_frames import LENGTH as CONTROL_LENGTH
 
 _INITIAL_BYTES = 4 * 1024
 _COMFORTABLE_BYTES = 128 * 1024
@@ -45,6 +48,11 @@ class MessageReader:
     []
     >>> [bytes(message) for message in buffer.feed(b"i")]
     [b'hi']
+
+    Attributes:
+        on_control: called with the memory and the offset of each control frame (`pipros.wire.slot_frames`).
+            What it returns is yielded like a message, unless it is None. If `on_control` is None, control
+            frames are errors.
     """
 
     __slots__ = (
@@ -59,6 +67,7 @@ class MessageReader:
         "_whole",
         "is_large",
         "limit_bytes",
+        "on_control",
     )
 
     def __init__(self, limit_bytes: int | None = None, *, keeps_large: bool = False) -> None:
@@ -69,6 +78,7 @@ class MessageReader:
             keeps_large: whether to receive large messages as separate `bytes` objects; see
                 `whole_bytes`.
         """
+        self.on_control: Callable[[memoryview, int], Any] | None = None
         self._keeps_large = keeps_large
         self._expects_large = False  # whether to expect another large message, and to receive it as `bytes`
         self._whole: bytes | None = None  # a large message that is received as `bytes`
@@ -128,7 +138,7 @@ class MessageReader:
             self.space()[: len(data)] = data
         return len(data)
 
-    def received(self, count: int) -> Iterator[memoryview | bytes]:
+    def received(self, count: int) -> Iterator[Any]:
         """Yield the messages completed by `count` more bytes.
 
         Raises:
@@ -145,6 +155,13 @@ class MessageReader:
             (length,) = _unpack_length(view, self._start)
             body = self._start + 4
             if length > self.limit_bytes:
+                if length == CONTROL_LENGTH and self.on_control is not None:
+                    if end - self._start < FRAME_BYTES:
+                        return
+                    offset, self._start = self._start, self._start + FRAME_BYTES
+                    if (message := self.on_control(view, offset)) is not None:
+                        yield message
+                    continue
                 limit = limit_text("frame_bytes", self.limit_bytes)
                 raise LimitExceeded(f"a message of {length} bytes was announced; {limit}")
             if end - body < length:
@@ -152,7 +169,7 @@ class MessageReader:
             self._start = body + length
             yield view[body : body + length]
 
-    def feed(self, data: bytes) -> Iterator[memoryview | bytes]:
+    def feed(self, data: bytes) -> Iterator[Any]:
         """Yield the messages completed by `data`, which is copied before the iteration begins.
 
         Raises the same errors as `received`.
@@ -189,6 +206,8 @@ class MessageReader:
         if have < 4:
             return 4 - have
         (length,) = _unpack_length(self._view, self._start)
+        if length == CONTROL_LENGTH:
+            return FRAME_BYTES - have
         return int(length) + 4 - have
 
     def _grow(self) -> None:

@@ -10,6 +10,7 @@ from pipros.basics.errors import Refused, Unreachable
 from pipros.basics.limits import Limits
 from pipros.net import unreachable
 from pipros.net.busy_poll import PublishCount
+from pipros.net.link_memory import MemoryBudget
 from pipros.node.attempts import Attempts
 from pipros.node.context import NodeContext
 from pipros.node.publisher_connector import (
@@ -69,6 +70,7 @@ def following(publishers: Publishers, **limits: Any) -> tuple[PublisherConnector
         Attempts(100),
         PublishCount(),
         PublishCount(),
+        MemoryBudget(0),
     )
     return PublisherConnector("/chatter", context, publishers.connect), lines
 

@@ -44,19 +44,39 @@ class CompiledMessage(Message):
             cls._numpy_reader = special_reader(cls, is_numpy=True)
         return read_specially(cls._numpy_reader, self, str, numpy)
 
+    def _deserialize_views(
+        self: AnyMessage, data: Buffer, numpy: Any, *, has_numbers: bool = False
+    ) -> AnyMessage:
+        """Like `deserialize`, but create numpy arrays for `uint8[]` and `char[]` fields.
+
+        They share the memory of `data`, and are read-only if that is.
+
+        Args:
+            numpy: the module numpy.
+            has_numbers: whether to create arrays for all arrays of numbers, as `deserialize_numpy` does.
+
+        Raises:
+            DeserializationError: there are too few bytes.
+        """
+        cls: Any = type(self)
+        name = "_numpy_view_reader" if has_numbers else "_view_reader"
+        if name not in vars(cls):
+            setattr(cls, name, special_reader(cls, is_numpy=has_numbers, views_octets=True))
+        return read_specially(getattr(cls, name), self, data, numpy)
+
     @classmethod
     def _from_bytes(cls: type[AnyMessage], data: Buffer) -> AnyMessage:
         return _new(cls).deserialize(data)
 
 
-def special_reader(cls: type[Message], *, is_numpy: bool) -> Reader:
-    """Compile a reader that replaces invalid UTF-8 in strings; if `is_numpy`, it creates numpy arrays."""
+def special_reader(cls: type[Message], *, is_numpy: bool, views_octets: bool = False) -> Reader:
+    """Compile a reader that replaces invalid UTF-8 in strings; see `reader_source`."""
     from pipros.msg.compile.compiler import reader_source
     from pipros.msg.compile.run import run
     from pipros.msg.language.full_text import specs_from_text
 
     specs = specs_from_text(cls._type, cls._full_text)
-    source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy)
+    source = reader_source(specs[cls._type], specs.__getitem__, is_numpy=is_numpy, views_octets=views_octets)
     compiled: Any = next(base for base in cls.__mro__ if CompiledMessage in base.__bases__)
     names = dict(compiled.deserialize.__globals__)  # names in the generated module
     reader: Reader = run(source, names, f"<reader of {cls._type}>")["read"]

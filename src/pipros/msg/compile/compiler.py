@@ -31,7 +31,7 @@ _PREAMBLE = "from pipros.msg.compile.runtime import *\n"
 
 _METHODS = frozenset(("serialize", "deserialize", "serialize_numpy", "deserialize_numpy"))
 _ATTRIBUTES = frozenset(("_md5sum", "_type", "_has_header", "_full_text", "_slot_types"))
-_READERS = frozenset(("_numpy_reader", "_lenient_reader"))
+_READERS = frozenset(("_numpy_reader", "_lenient_reader", "_view_reader", "_numpy_view_reader"))
 _INTERNAL = _ATTRIBUTES | _READERS | frozenset(name for name in dir(Message) if name[0] == "_")
 """Names that a constant must not replace. genpy allows this, and creates a class that does not work."""
 
@@ -79,15 +79,20 @@ def service_source(
     return _module(lines, names), names.classes
 
 
-def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool) -> str:
+def reader_source(spec: MessageSpec, lookup: Lookup, *, is_numpy: bool, views_octets: bool = False) -> str:
     """Return the source of a module with a function `read(self, str, numpy)`.
 
-    The function is like `deserialize`, but replaces invalid UTF-8 in strings, and creates numpy arrays if
-    `is_numpy` is true.
+    The function is like `deserialize`, but replaces invalid UTF-8 in strings. It creates numpy arrays for
+    numbers if `is_numpy` is true, and for octets if `views_octets` is true.
     """
     names = Names()
     body = deserialize_body(
-        TypeLayouts(lookup).of(spec), names, indent=1, errors="replace", is_numpy=is_numpy
+        TypeLayouts(lookup).of(spec),
+        names,
+        indent=1,
+        errors="replace",
+        is_numpy=is_numpy,
+        views_octets=views_octets,
     )
     return _module(["def read(self, str, numpy):", *body], names)
 

@@ -31,14 +31,16 @@ def deserialize_body(
     indent: int,
     errors: str = "strict",
     is_numpy: bool = False,
+    views_octets: bool = False,
 ) -> list[str]:
     """Return the statements that read `self` from `str`, which is `bytes` or a `memoryview`.
 
     Args:
         errors: error handler for bytes in strings that are not UTF-8, as in `bytes.decode`.
         is_numpy: whether to read arrays of numbers, except octets and booleans, as numpy arrays.
+        views_octets: whether to read octets as numpy arrays, unless their number is fixed.
     """
-    decoder = _Decoder(names, indent=indent, errors=errors, is_numpy=is_numpy)
+    decoder = _Decoder(names, indent=indent, errors=errors, is_numpy=is_numpy, views_octets=views_octets)
     decoder.begin(layout)
     decoder.fields(layout, "self")
     decoder.finish(layout)
@@ -46,8 +48,9 @@ def deserialize_body(
 
 
 class _Decoder(Emitter):
-    def __init__(self, names: Names, *, indent: int, errors: str, is_numpy: bool) -> None:
+    def __init__(self, names: Names, *, indent: int, errors: str, is_numpy: bool, views_octets: bool) -> None:
         super().__init__(names, indent=indent)
+        self._views_octets = views_octets
         self._errors = errors
         self._is_numpy = is_numpy
         self._keeps_view = False
@@ -126,6 +129,13 @@ class _Decoder(Emitter):
     def _octets(self, kind: FieldType, target: str) -> None:
         if kind.length is not None:
             self._scalar(f"{kind.length}s", target)
+            return
+        if self._views_octets:
+            count = self._length()
+            self._flush()
+            self.emit(f"{target} = _numpy_numbers(numpy, 'B', data, {self._offset()}, {count})")
+            self._advance(count)
+            self._is_end_checked = True
             return
         self.emit(f"{target} = _bytes({self._slice(self._length())})")
 

@@ -1,0 +1,136 @@
+"""One subscriber's share of a topic's shared memory, and the shared memory of a whole node.
+
+See `pipros.net.shared_memory` for how they are used.
+"""
+
+from __future__ import annotations
+
+import array
+import os
+import socket
+import sys
+import threading
+from typing import Any, NamedTuple, Protocol
+
+from pipros.net.shared_segment import Segment
+from pipros.wire.slot_frames import SEGMENT, ControlFrame, Slot, encode
+
+
+class SlotGiver(Protocol):
+    """The topic whose slots a subscriber gets."""
+
+    def give(self, link: LinkMemory, placed: PlacedMessage) -> bool: ...
+
+    def take_back(self, link: LinkMemory, placed: PlacedMessage) -> None: ...
+
+    def remove(self, link: LinkMemory) -> None: ...
+
+    def report(self, error: OSError) -> None: ...
+
+
+class MemoryBudget:
+    """The shared memory of all topics of a node. Thread-safe."""
+
+    def __init__(self, limit_bytes: int) -> None:
+        self.limit_bytes = limit_bytes
+        self._used = 0
+        self._lock = threading.Lock()
+
+    def reserve(self, size: int) -> bool:
+        """Add `size` bytes. Return False if this would exceed the limit."""
+        with self._lock:
+            if self._used + size > self.limit_bytes:
+                return False
+            self._used += size
+            return True
+
+    def release(self, size: int) -> None:
+        with self._lock:
+            self._used -= size
+
+
+class SharingLink(Protocol):
+    """The link to a subscriber that shares memory."""
+
+    def end(self, reason: str) -> object:
+        """Close the link, and log the reason."""
+
+    def send_drop(self, frame: bytes) -> bool:
+        """Send a frame that says that the subscriber's segment is no longer used.
+
+        Return False if it must wait.
+        """
+
+
+class PlacedMessage(NamedTuple):
+    """A message in a slot that the publisher holds until it calls `TopicMemory.release`."""
+
+    segment: Segment
+    slot: Slot
+    frame: bytes
+
+
+class LinkMemory:
+    """One subscriber's share of a topic's memory. Its methods are called with the link's lock held.
+
+    Attributes:
+        takes_views: whether the subscriber's callbacks get arrays that refer to the slots.
+        is_slow: whether the publisher has waited for it in vain. It gets no slot until it has returned all.
+        known: the number of the newest segment that it was given; 0 for none.
+    """
+
+    def __init__(self, topic: SlotGiver, owner: SharingLink, *, takes_views: bool) -> None:
+        self.owner = owner
+        self.takes_views = takes_views
+        self.is_slow = False
+        self.acknowledgements = -1  # the pipe's end, opened when the subscriber gets its first segment
+        self.known = 0
+        self._pipe_to_send = -1
+        self._topic = topic
+
+    def give(self, placed: PlacedMessage) -> tuple[bytes, list[Any]] | None:
+        """Add the subscriber to the holders of a slot.
+
+        Return the frames to send, with their descriptors; None if the subscriber has no room.
+        """
+        if not self._topic.give(self, placed):
+            return None
+        if self.known == placed.segment.number or sys.platform != "linux":
+            return placed.frame, []
+        segment = placed.segment
+        descriptors = [segment.descriptor]
+        if self.acknowledgements < 0:
+            try:
+                self.acknowledgements, self._pipe_to_send = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+            except OSError as error:
+                self.take_back(placed)
+                self._topic.report(error)
+                return None
+        if self._pipe_to_send >= 0:
+            descriptors.append(self._pipe_to_send)
+        introduction = encode(ControlFrame(SEGMENT, segment.number, segment.slot_bytes, segment.slots))
+        rights = (socket.SOL_SOCKET, socket.SCM_RIGHTS, array.array("i", descriptors))
+        return introduction + placed.frame, [rights]
+
+    def sent(self, placed: PlacedMessage) -> None:
+        """Note that the frames from `give` were sent."""
+        if self.known != placed.segment.number:
+            self.known = placed.segment.number
+            if self._pipe_to_send >= 0:
+                os.close(self._pipe_to_send)
+                self._pipe_to_send = -1
+
+    def take_back(self, placed: PlacedMessage) -> None:
+        """Undo `give`, because the frames could not be sent."""
+        self._topic.take_back(self, placed)
+
+    def close(self) -> None:
+        """Release all slots of the subscriber. May be called repeatedly."""
+        self._topic.remove(self)
+
+    def close_descriptors(self) -> None:
+        """Close the pipe. Called with the topic's lock held."""
+        for descriptor in (self.acknowledgements, self._pipe_to_send):
+            if descriptor >= 0:
+                os.close(descriptor)
+        self.acknowledgements = self._pipe_to_send = -1

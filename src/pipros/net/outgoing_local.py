@@ -1,0 +1,97 @@
+"""The sending end of a link to a subscriber that accepts shared memory (`pipros.net.shared_memory`)."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from typing import Any
+
+from pipros.basics.limits import Limits
+from pipros.net.backlog import WireMessage
+from pipros.net.link_memory import PlacedMessage
+from pipros.net.loop import BackgroundLoop
+from pipros.net.outgoing import OutgoingLink
+from pipros.net.outgoing_state import Event, State
+from pipros.net.shared_memory import TopicMemory
+
+_IDLE = State.IDLE  # an alias: enum lookups per message are slow
+
+
+class LocalOutgoingLink(OutgoingLink):
+    """Sends messages to one subscriber on this machine, through its stream or in shared memory.
+
+    Attributes:
+        memory: the subscriber's share of the topic's memory.
+    """
+
+    def __init__(
+        self,
+        sock: socket.socket,
+        loop: BackgroundLoop,
+        *,
+        queue_size: int | None,
+        limits: Limits,
+        memory: TopicMemory,
+        takes_views: bool,
+        on_closed: Callable[[OutgoingLink], object],
+    ) -> None:
+        self.memory = memory.add(self, takes_views=takes_views)
+        super().__init__(sock, loop, queue_size=queue_size, limits=limits, on_closed=on_closed)
+
+    def send_placed(self, placed: PlacedMessage, message: WireMessage, size: int) -> None:
+        """Like `send`, for a message that is also in a slot.
+
+        The subscriber gets the slot, if it has read everything so far and has room for another slot.
+        Otherwise, the message is sent through the stream.
+        """
+        with self._lock:
+            if self.state is _IDLE and (given := self.memory.give(placed)) is not None:
+                frames, rights = given
+                try:
+                    sent = _send(self.sock, frames, rights)
+                except OSError:  # the socket is full, or has ended, or too many descriptors are on their way
+                    self.memory.take_back(placed)
+                else:
+                    self.memory.sent(placed)
+                    self.statistics.bytes += size - len(frames) + sent
+                    if sent == len(frames):
+                        self.statistics.frames += 1
+                    else:
+                        self._backlog.append_rest((frames,), sent)
+                        self._take(Event.SOCKET_FULL)
+                    return
+        self.send(message, size)
+
+    def send_drop(self, frame: bytes) -> bool:
+        """Send a frame that says that the subscriber's segment is no longer used.
+
+        Return False if the link has to send other messages first.
+        """
+        with self._lock:
+            if self.is_closed:
+                return True
+            if self.state is not _IDLE:
+                return False
+            try:
+                sent = self.sock.send(frame)
+            except OSError:
+                return False
+            if sent < len(frame):
+                self._backlog.append_rest((frame,), sent)
+                self._take(Event.SOCKET_FULL)
+            self.memory.known = 0
+            return True
+
+    def end(self, reason: str) -> None:
+        """Close the link, and log the reason."""
+        self.end_reason = reason
+        self.close()
+
+    def _give_up(self) -> None:
+        super()._give_up()
+        self.memory.close()
+
+
+def _send(sock: socket.socket, frames: bytes, rights: list[Any]) -> int:
+    """Send frames with their descriptors, which arrive with the first byte."""
+    return sock.sendmsg([frames], rights) if rights else sock.send(frames)

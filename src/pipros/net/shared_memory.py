@@ -1,0 +1,337 @@
+"""The publisher's side of shared memory: large messages are copied once, for all subscribers of this machine.
+
+Theory of operation. A subscriber on a Unix stream says in its connection header that it accepts slots
+(`pipros.wire.slot_frames`). A message of LEAST_BYTES or more is copied once into a slot of a segment
+(`shared_segment`), and each of these subscribers gets 28 bytes through its stream, which wake it and keep
+the order of messages. It returns the slot through a pipe, which the publisher reads before the next large
+message. (The stream would wake the publisher's event loop for each slot.) No memory is changed by two
+processes, so nothing depends on the order of memory accesses.
+
+For a single subscriber that copies, the stream is as good as a slot. Slots are therefore used if at least two
+subscribers have room, or one whose callbacks get arrays. Whatever does not fit (`slot_table`) is sent
+through the streams, with their queues and limits. All segments have a limit for each topic and node. After
+KEEP_S without large messages, their memory is freed.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import select
+import sys
+import threading
+import time
+import weakref
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import Final
+
+from pipros.basics.errors import ProtocolError
+from pipros.basics.limits import Limits, limit_text
+from pipros.basics.posix import call_in_children
+from pipros.net import local_stream
+from pipros.net.backlog import WireMessage
+from pipros.net.link_memory import LinkMemory, MemoryBudget, PlacedMessage, SharingLink
+from pipros.net.loop import BackgroundLoop
+from pipros.net.shared_segment import Segment
+from pipros.net.slot_table import FEWEST_SLOTS, SLOTS, SlotTable
+from pipros.wire.slot_frames import DROP, SLOT, ControlFrame, Slot, decode_acknowledgements, encode
+
+SWITCH: Final = "PIPROS_SHARED_MEMORY"
+"""The environment variable that turns shared memory off if it is `off`."""
+
+LEAST_BYTES: Final = 128 * 1024
+"""Minimum size of a message in shared memory. Smaller messages are cheaper to send than to share."""
+
+KEEP_S: Final = 5.0
+"""Time without large messages after which a topic's memory is freed."""
+
+RETRY_S: Final = 5.0
+"""Time without further attempts after the system refused memory or descriptors."""
+
+_HEADROOM: Final = 1.25
+"""A slot is larger than the message that needed it by this factor. Memory that is not used is not allocated.
+"""
+_PAGE_BYTES: Final = 4096
+_READ_BYTES: Final = 4096
+_WATCH_CLOSE_S: Final = 0.1
+
+
+def is_enabled() -> bool:
+    """Return whether this process uses shared memory."""
+    return local_stream.is_enabled() and os.environ.get(SWITCH) != "off" and hasattr(os, "memfd_create")
+
+
+class TopicMemory:
+    """The shared memory of one topic. Thread-safe.
+
+    Its lock is the last one that a thread acquires: no other lock is acquired while it is held.
+    """
+
+    def __init__(
+        self, topic: str, loop: BackgroundLoop, limits: Limits, budget: MemoryBudget, log: logging.Logger
+    ) -> None:
+        self._topic = topic
+        self._loop = loop
+        self._limit_bytes = limits.shared_topic_bytes
+        self._budget = budget
+        self._log = log
+        self._lock = threading.Lock()
+        self._table = SlotTable()
+        self._links: set[LinkMemory] = set()
+        self._segments: dict[int, Segment] = {}
+        self._current: Segment | None = None
+        self._numbers = 0
+        self._last_use_s = 0.0
+        self._retry_s = 0.0  # no segment is created before this time
+        self._has_reported = False
+        self._is_watched = False
+        self._is_closed = False
+
+    # -- subscribers --------------------------------------------------------------
+
+    def add(self, owner: SharingLink, *, takes_views: bool) -> LinkMemory:
+        """Return a new subscriber's share."""
+        link = LinkMemory(self, owner, takes_views=takes_views)
+        with self._lock:
+            self._links.add(link)
+            self._table.add_subscriber(link)
+        return link
+
+    def remove(self, link: LinkMemory) -> None:
+        with self._lock:
+            self._links.discard(link)
+            self._table.remove_subscriber(link)
+            link.close_descriptors()
+            self._close_unused()
+
+    @property
+    def used_bytes(self) -> int:
+        """The size of all segments; memory that was never written to is not allocated."""
+        return sum(segment.size for segment in tuple(self._segments.values()))
+
+    @property
+    def held_slots(self) -> int:
+        """The number of slots that subscribers hold."""
+        with self._lock:
+            return self._table.held_slots
+
+    @property
+    def limit_bytes(self) -> int:
+        return self._limit_bytes
+
+    # -- messages -----------------------------------------------------------------
+
+    def place(self, links: Iterable[LinkMemory], message: WireMessage, size: int) -> PlacedMessage | None:
+        """Copy a message into a slot, if this pays for the subscribers that have room.
+
+        Call `release` after `LinkMemory.give`. Only one thread may call `place` at a time.
+
+        Args:
+            message: the length, then the message.
+            size: the size of the message without its length.
+        """
+        with self._lock:
+            if self._is_closed:
+                return None
+            able = [link for link in links if self._has_room(link)]
+            if len(able) < 2 and not any(link.takes_views for link in able):
+                return None
+            segment = self._segment_for(size)
+            slot = self._table.take(segment.number) if segment else None
+            if segment is None or slot is None:
+                return None
+            self._last_use_s = time.monotonic()
+        try:
+            segment.allocate(slot[1], size)
+        except OSError as error:
+            self.report(error)
+            self.release(slot)
+            return None
+        segment.write(slot[1], message[1:])
+        return PlacedMessage(segment, slot, encode(ControlFrame(SLOT, slot[0], slot[1], size)))
+
+    def release(self, slot: Slot) -> None:
+        """Give up the publisher's hold on a slot."""
+        with self._lock:
+            self._table.release(slot)
+            self._close_unused()
+
+    def wait_for_room(self, links: Sequence[LinkMemory], limit_s: float) -> None:
+        """Wait until each subscriber has room for another message, at most `limit_s` in total."""
+        end = time.monotonic() + limit_s
+        while True:
+            with self._lock:
+                for link in links:
+                    self._collect(link)
+                full = [link for link in links if self._table.is_full(link) and not link.is_slow]
+                left_s = end - time.monotonic()
+                if left_s <= 0:
+                    for link in full:
+                        link.is_slow = True
+                pipes = [link.acknowledgements for link in full]
+            if not full or left_s <= 0 or sys.platform == "win32":
+                return
+            poll = select.poll()
+            for pipe in pipes:
+                poll.register(pipe, select.POLLIN)
+            poll.poll(min(left_s, _WATCH_CLOSE_S) * 1000)
+
+    def give(self, link: LinkMemory, placed: PlacedMessage) -> bool:
+        """Add a subscriber to the holders of a slot; return False if it has no room."""
+        with self._lock:
+            if link.is_slow or not self._table.has_room(link):
+                return False
+            self._table.give(link, placed.slot)
+            return True
+
+    def take_back(self, link: LinkMemory, placed: PlacedMessage) -> None:
+        with self._lock:
+            self._table.take_back(link, placed.slot)
+
+    def close(self) -> None:
+        """Free all memory, as soon as no subscriber and no running `publish` uses it."""
+        with self._lock:
+            self._is_closed = True
+            self._current = None
+            self._close_unused()
+
+    def report(self, error: OSError) -> None:
+        """Log once that the system refuses memory or descriptors, and use the streams for some time."""
+        self._retry_s = time.monotonic() + RETRY_S
+        self._report(f"the system refuses shared memory ({error.strerror or error})")
+
+    def close_in_child(self) -> None:
+        """Close the memory in a forked process, which would otherwise keep it from being freed."""
+        self._is_closed = True
+        for segment in self._segments.values():
+            segment.close()
+        for link in self._links:
+            link.close_descriptors()
+        self._segments, self._current, self._lock = {}, None, threading.Lock()
+
+    # -- with the lock held -------------------------------------------------------
+
+    def _has_room(self, link: LinkMemory) -> bool:
+        self._collect(link)
+        return not link.is_slow and self._table.has_room(link)
+
+    def _collect(self, link: LinkMemory) -> None:
+        """Read a subscriber's acknowledgements."""
+        if link.acknowledgements < 0 or not self._table.has_slots(link):
+            return
+        try:
+            data = os.read(link.acknowledgements, _READ_BYTES)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        try:
+            if not data:
+                raise ProtocolError("it closed the pipe for acknowledgements")
+            for slot, in_use in decode_acknowledgements(data):
+                self._table.acknowledge(link, slot, in_use=in_use)
+        except ProtocolError as error:
+            self._table.remove_subscriber(link)
+            self._loop.call(link.owner.end, str(error))
+        if link.is_slow and not self._table.waiting(link):
+            link.is_slow = False
+
+    def _segment_for(self, size: int) -> Segment | None:
+        """Return a segment with slots of at least `size` bytes; None if there is no memory for it."""
+        current = self._current
+        if current is not None and size <= current.slot_bytes:
+            return current
+        if time.monotonic() < self._retry_s:
+            return None
+        slot_bytes = -(-int(size * _HEADROOM) // _PAGE_BYTES) * _PAGE_BYTES
+        slots = min(SLOTS, (self._limit_bytes - self.used_bytes) // slot_bytes)
+        if slots < FEWEST_SLOTS:
+            limit = limit_text("shared_topic_bytes", self._limit_bytes)
+            self._refuse(f"{FEWEST_SLOTS} messages of {size} bytes exceed its share; {limit}")
+            return None
+        if not self._budget.reserve(slot_bytes * slots):
+            limit = limit_text("shared_bytes", self._budget.limit_bytes)
+            self._refuse(f"this node's topics use all of it; {limit}")
+            return None
+        try:
+            created = Segment(self._numbers + 1, slot_bytes, slots)
+        except OSError as error:
+            self._budget.release(slot_bytes * slots)
+            self.report(error)
+            return None
+        self._numbers += 1
+        self._current = self._segments[created.number] = created
+        self._table.add_segment(created.number, slots)
+        self._close_unused()
+        _close_in_children(self)
+        if not self._is_watched:
+            self._is_watched = True
+            self._loop.call(self._watch)
+        return created
+
+    def _refuse(self, reason: str) -> None:
+        self._retry_s = time.monotonic() + RETRY_S
+        self._report(reason)
+
+    def _report(self, reason: str) -> None:
+        if not self._has_reported:
+            self._has_reported = True
+            self._log.info("[%s] sends its large messages without shared memory: %s", self._topic, reason)
+
+    def _close_unused(self) -> None:
+        """Close unused segments, except the current one."""
+        for segment in tuple(self._segments.values()):
+            if segment is not self._current and self._table.is_unused(segment.number):
+                self._table.remove_segment(segment.number)
+                del self._segments[segment.number]
+                segment.close()
+                self._budget.release(segment.size)
+
+    # -- in the event loop --------------------------------------------------------
+
+    def _watch(self) -> None:
+        """Free the memory after KEEP_S without large messages, once all subscribers have returned it."""
+        left_s = self._last_use_s + KEEP_S - time.monotonic()
+        if left_s <= 0:
+            self._drop_current()
+        with self._lock:
+            self._is_watched = self._current is not None
+        if self._is_watched:
+            self._loop.asyncio.call_later(left_s if left_s > 0 else KEEP_S, self._watch)
+
+    def _drop_current(self) -> None:
+        with self._lock:
+            current = self._current
+            for link in self._links:
+                self._collect(link)
+            if current is None or not self._table.is_unused(current.number):
+                return
+            knowing = [link for link in self._links if link.known == current.number]
+        frame = encode(ControlFrame(DROP, current.number))
+        if not all(link.owner.send_drop(frame) for link in knowing):
+            return
+        with self._lock:
+            # unless a message was placed in the meantime
+            if not any(link.known == current.number for link in self._links):
+                self._current = None
+                self._close_unused()
+
+
+_topics: weakref.WeakSet[TopicMemory] = weakref.WeakSet()
+
+
+def _close_in_children(topic: TopicMemory) -> None:
+    """Close the memory of a topic in forked processes, which would otherwise keep it from being freed."""
+    _register()
+    _topics.add(topic)
+
+
+@cache
+def _register() -> None:
+    call_in_children(_close_topics)
+
+
+def _close_topics() -> None:
+    for topic in _topics:
+        topic.close_in_child()

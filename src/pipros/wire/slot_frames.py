@@ -1,0 +1,108 @@
+"""Control frames of shared memory, between the messages of a Unix stream between two nodes of pipros.
+
+TCPROS limits the length of a message to far below 2**31, so a length with its highest bit set announces a
+control frame instead, of 28 bytes:
+
+    SEGMENT  a new segment of equal slots; the segment's file descriptor arrives with the frame, and with the
+             first one also the end of a pipe for acknowledgements
+    SLOT     a message of `size` bytes lies in a slot of the newest segment
+    DROP     the segment is no longer used
+
+A subscriber acknowledges each slot through the pipe with eight bytes: `IN_USE` before callbacks get arrays
+that refer to it, and `FREE` when nothing refers to it any more. A segment's numbers only increase, so a new
+one replaces the one before.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Final, NamedTuple
+
+from pipros.basics.errors import ProtocolError
+
+HEADER_FIELD: Final = "pipros_memory"
+"""The field of a subscriber's connection header that says that it accepts these frames."""
+COPIES: Final = "copies"
+"""Value of HEADER_FIELD: callbacks get `bytes`, so each message is copied out of its slot."""
+VIEWS: Final = "views"
+"""Value of HEADER_FIELD: callbacks get arrays that refer to the slot."""
+
+SEGMENT: Final = 1
+SLOT: Final = 2
+DROP: Final = 3
+
+_CONTROL: Final = 0x8000_0000
+_frame = struct.Struct("<IBxxxIQQ")
+FRAME_BYTES: Final = _frame.size
+LENGTH: Final = (FRAME_BYTES - 4) | _CONTROL
+"""The length field of every control frame."""
+
+_IN_USE: Final = 0x8000_0000
+_acknowledgement = struct.Struct("<II")
+ACKNOWLEDGEMENT_BYTES: Final = _acknowledgement.size
+
+Slot = tuple[int, int]
+"""The number of a segment, and the index of a slot in it."""
+
+
+class ControlFrame(NamedTuple):
+    """A control frame.
+
+    Attributes:
+        kind: `SEGMENT`, `SLOT` or `DROP`.
+        segment: the number of the segment.
+        first: the size of each slot in bytes, or the index of a slot.
+        second: the number of slots, or the size of a message.
+    """
+
+    kind: int
+    segment: int
+    first: int = 0
+    second: int = 0
+
+
+def encode(frame: ControlFrame) -> bytes:
+    """Return a control frame as it is sent.
+
+    >>> len(encode(ControlFrame(DROP, 7))) == FRAME_BYTES
+    True
+    """
+    return _frame.pack(LENGTH, *frame)
+
+
+def decode(data: bytes | memoryview, offset: int = 0) -> ControlFrame:
+    """Return the control frame at `offset`.
+
+    Raises:
+        ProtocolError: the kind of frame is unknown.
+
+    >>> decode(encode(ControlFrame(SLOT, 7, 2, 1_000_000)))
+    ControlFrame(kind=2, segment=7, first=2, second=1000000)
+    """
+    frame = ControlFrame(*_frame.unpack_from(data, offset)[1:])
+    if frame.kind not in (SEGMENT, SLOT, DROP):
+        raise ProtocolError(f"control frame of unknown kind {frame.kind}")
+    return frame
+
+
+def encode_acknowledgement(slot: Slot, *, in_use: bool) -> bytes:
+    """Return the acknowledgement that says whether a slot is still in use."""
+    segment, index = slot
+    return _acknowledgement.pack(segment, index | _IN_USE if in_use else index)
+
+
+def decode_acknowledgements(data: bytes) -> list[tuple[Slot, bool]]:
+    """Return the slots that are acknowledged, and whether each is still in use.
+
+    Raises:
+        ProtocolError: the last acknowledgement is incomplete.
+
+    >>> decode_acknowledgements(encode_acknowledgement((7, 2), in_use=True))
+    [((7, 2), True)]
+    """
+    if len(data) % ACKNOWLEDGEMENT_BYTES:
+        raise ProtocolError(f"acknowledgements take a multiple of 8 bytes, got {len(data)}")
+    return [
+        ((segment, index & ~_IN_USE), bool(index & _IN_USE))
+        for segment, index in _acknowledgement.iter_unpack(data)
+    ]
