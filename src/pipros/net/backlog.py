@@ -48,6 +48,15 @@ class Backlog:
         """Add a message to an empty backlog. Its first `sent` bytes have already been written."""
         self._keep_rest(_copy_mutable(message), sent)
 
+    def insert(self, frame: bytes) -> bool:
+        """Add a frame before all whole messages. It is never dropped.
+
+        Return True if `remove_sent` will count it as a message, because no message is partially written.
+        """
+        is_alone = not self._rest
+        self._rest.append(frame)
+        return is_alone
+
     def next_buffers(self) -> list[Buffer]:
         """Return the next buffers to write, at most as many as a single gathered write accepts."""
         waiting = itertools.chain.from_iterable(message for message, _ in self._waiting)

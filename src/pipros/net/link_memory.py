@@ -55,11 +55,11 @@ class SharingLink(Protocol):
     def end(self, reason: str) -> object:
         """Close the link, and log the reason."""
 
-    def send_drop(self, frame: bytes) -> bool:
-        """Send a frame that says that the subscriber's segment is no longer used.
+    def offer_memory(self) -> None:
+        """Offer shared memory, unless this has been done."""
 
-        Return False if it must wait.
-        """
+    def send_drop(self, frame: bytes) -> None:
+        """Send a frame that says that the subscriber's segment is no longer used."""
 
 
 class PlacedMessage(NamedTuple):
@@ -75,6 +75,7 @@ class LinkMemory:
 
     Attributes:
         takes_views: whether the subscriber's callbacks get arrays that refer to the slots.
+        is_ready: whether the subscriber has accepted the offer of memory.
         is_slow: whether the publisher has waited for it in vain. It gets no slot until it has returned all.
         known: the number of the newest segment that it was given; 0 for none.
     """
@@ -82,6 +83,7 @@ class LinkMemory:
     def __init__(self, topic: SlotGiver, owner: SharingLink, *, takes_views: bool) -> None:
         self.owner = owner
         self.takes_views = takes_views
+        self.is_ready = False
         self.is_slow = False
         self.acknowledgements = -1  # the pipe's end, opened when the subscriber gets its first segment
         self.known = 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 from collections.abc import Callable
 from typing import Any
@@ -13,8 +14,11 @@ from pipros.net.loop import BackgroundLoop
 from pipros.net.outgoing import OutgoingLink
 from pipros.net.outgoing_state import Event, State
 from pipros.net.shared_memory import TopicMemory
+from pipros.net.timings import LinkTimings
+from pipros.wire.slot_frames import OFFER, ControlFrame, encode
 
-_IDLE = State.IDLE  # an alias: enum lookups per message are slow
+_OFFER = encode(ControlFrame(OFFER, 0))
+_IDLE, _RECOVERING = State.IDLE, State.RECOVERING  # aliases: enum lookups per message are slow
 
 
 class LocalOutgoingLink(OutgoingLink):
@@ -31,12 +35,16 @@ class LocalOutgoingLink(OutgoingLink):
         *,
         queue_size: int | None,
         limits: Limits,
+        timings: LinkTimings,
         memory: TopicMemory,
         takes_views: bool,
         on_closed: Callable[[OutgoingLink], object],
     ) -> None:
         self.memory = memory.add(self, takes_views=takes_views)
-        super().__init__(sock, loop, queue_size=queue_size, limits=limits, on_closed=on_closed)
+        self._is_offered = False
+        super().__init__(
+            sock, loop, queue_size=queue_size, limits=limits, timings=timings, on_closed=on_closed
+        )
 
     def send_placed(self, placed: PlacedMessage, message: WireMessage, size: int) -> None:
         """Like `send`, for a message that is also in a slot.
@@ -62,30 +70,44 @@ class LocalOutgoingLink(OutgoingLink):
                     return
         self.send(message, size)
 
-    def send_drop(self, frame: bytes) -> bool:
-        """Send a frame that says that the subscriber's segment is no longer used.
+    def offer_memory(self) -> None:
+        """Offer shared memory, unless this has been done."""
+        if not self._is_offered:
+            self._is_offered = True
+            with self._lock:
+                self._send_frame(_OFFER)
 
-        Return False if the link has to send other messages first.
-        """
+    def send_drop(self, frame: bytes) -> None:
+        """Send a frame that says that the subscriber's segment is no longer used."""
         with self._lock:
-            if self.is_closed:
-                return True
-            if self.state is not _IDLE:
-                return False
-            try:
-                sent = self.sock.send(frame)
-            except OSError:
-                return False
-            if sent < len(frame):
-                self._backlog.append_rest((frame,), sent)
-                self._take(Event.SOCKET_FULL)
+            self._send_frame(frame)
             self.memory.known = 0
-            return True
 
     def end(self, reason: str) -> None:
         """Close the link, and log the reason."""
         self.end_reason = reason
         self.close()
+
+    def _send_frame(self, frame: bytes) -> None:
+        """Send a control frame, after the rest of a partially written message. The caller holds the lock."""
+        if self.is_closed:
+            return
+        sent = 0
+        if self.state is _IDLE or self.state is _RECOVERING:
+            with contextlib.suppress(OSError):  # if the socket has ended, the next message finds out
+                sent = self.sock.send(frame)
+        if sent == len(frame):
+            return
+        self.statistics.bytes -= len(frame) - sent
+        if self._backlog.insert(frame[sent:]):
+            self.statistics.frames -= 1
+        self._take(Event.SOCKET_FULL)
+        self._take(Event.LEFT_TO_LOOP)
+
+    def _read(self) -> None:
+        super()._read()
+        if self._received_bytes:  # the reply to the offer
+            self.memory.is_ready = self._is_offered
 
     def _give_up(self) -> None:
         super()._give_up()

@@ -1,16 +1,17 @@
 """The publisher's side of shared memory: large messages are copied once, for all subscribers of this machine.
 
 Theory of operation. A subscriber on a Unix stream says in its connection header that it accepts slots
-(`pipros.wire.slot_frames`). A message of LEAST_BYTES or more is copied once into a slot of a segment
-(`shared_segment`), and each of these subscribers gets 28 bytes through its stream, which wake it and keep
-the order of messages. It returns the slot through a pipe, which the publisher reads before the next large
-message. (The stream would wake the publisher's event loop for each slot.) No memory is changed by two
-processes, so nothing depends on the order of memory accesses.
+(`pipros.wire.slot_frames`). With the first large message, it is offered them, and accepts. A later message
+of LEAST_BYTES or more is copied once into a slot of a segment (`shared_segment`), and each of these
+subscribers gets 28 bytes through its stream, which wake it and keep the order of messages. It returns the
+slot through a pipe, which the publisher reads before the next large message. (The stream would wake the
+publisher's event loop for each slot.) No memory is changed by two processes, so nothing depends on the order
+of memory accesses.
 
 For a single subscriber that copies, the stream is as good as a slot. Slots are therefore used if at least two
 subscribers have room, or one whose callbacks get arrays. Whatever does not fit (`slot_table`) is sent
 through the streams, with their queues and limits. All segments have a limit for each topic and node. After
-KEEP_S without large messages, their memory is freed.
+`LinkTimings.keep_memory_s` without large messages, their memory is freed.
 """
 
 from __future__ import annotations
@@ -43,9 +44,6 @@ SWITCH: Final = "PIPROS_SHARED_MEMORY"
 LEAST_BYTES: Final = 128 * 1024
 """Minimum size of a message in shared memory. Smaller messages are cheaper to send than to share."""
 
-KEEP_S: Final = 5.0
-"""Time without large messages after which a topic's memory is freed."""
-
 RETRY_S: Final = 5.0
 """Time without further attempts after the system refused memory or descriptors."""
 
@@ -69,8 +67,15 @@ class TopicMemory:
     """
 
     def __init__(
-        self, topic: str, loop: BackgroundLoop, limits: Limits, budget: MemoryBudget, log: logging.Logger
+        self,
+        topic: str,
+        loop: BackgroundLoop,
+        limits: Limits,
+        budget: MemoryBudget,
+        log: logging.Logger,
+        keep_s: float,
     ) -> None:
+        self._keep_s = keep_s
         self._topic = topic
         self._loop = loop
         self._limit_bytes = limits.shared_topic_bytes
@@ -122,6 +127,12 @@ class TopicMemory:
 
     # -- messages -----------------------------------------------------------------
 
+    def offer(self, links: Sequence[LinkMemory]) -> None:
+        """Offer memory to new subscribers, if it would pay. Their next messages can be in slots."""
+        if not all(link.is_ready for link in links) and _pays(links):
+            for link in links:
+                link.owner.offer_memory()
+
     def place(self, links: Iterable[LinkMemory], message: WireMessage, size: int) -> PlacedMessage | None:
         """Copy a message into a slot, if this pays for the subscribers that have room.
 
@@ -134,8 +145,8 @@ class TopicMemory:
         with self._lock:
             if self._is_closed:
                 return None
-            able = [link for link in links if self._has_room(link)]
-            if len(able) < 2 and not any(link.takes_views for link in able):
+            able = [link for link in links if link.is_ready and self._has_room(link)]
+            if not _pays(able):
                 return None
             segment = self._segment_for(size)
             slot = self._table.take(segment.number) if segment else None
@@ -291,14 +302,14 @@ class TopicMemory:
     # -- in the event loop --------------------------------------------------------
 
     def _watch(self) -> None:
-        """Free the memory after KEEP_S without large messages, once all subscribers have returned it."""
-        left_s = self._last_use_s + KEEP_S - time.monotonic()
+        """Free the memory some time after the last large message, once all subscribers have returned it."""
+        left_s = self._last_use_s + self._keep_s - time.monotonic()
         if left_s <= 0:
             self._drop_current()
         with self._lock:
             self._is_watched = self._current is not None
         if self._is_watched:
-            self._loop.asyncio.call_later(left_s if left_s > 0 else KEEP_S, self._watch)
+            self._loop.asyncio.call_later(left_s if left_s > 0 else self._keep_s, self._watch)
 
     def _drop_current(self) -> None:
         with self._lock:
@@ -309,13 +320,18 @@ class TopicMemory:
                 return
             knowing = [link for link in self._links if link.known == current.number]
         frame = encode(ControlFrame(DROP, current.number))
-        if not all(link.owner.send_drop(frame) for link in knowing):
-            return
+        for link in knowing:
+            link.owner.send_drop(frame)
         with self._lock:
             # unless a message was placed in the meantime
             if not any(link.known == current.number for link in self._links):
                 self._current = None
                 self._close_unused()
+
+
+def _pays(links: Sequence[LinkMemory]) -> bool:
+    """Return whether a message for these subscribers should be in a slot."""
+    return len(links) > 1 or any(link.takes_views for link in links)
 
 
 _topics: weakref.WeakSet[TopicMemory] = weakref.WeakSet()

@@ -26,7 +26,16 @@ from typing import TYPE_CHECKING, Any, Final
 from pipros.basics.errors import ProtocolError
 from pipros.basics.posix import call_in_children
 from pipros.net.shared_segment import map_segment
-from pipros.wire.slot_frames import SEGMENT, SLOT, ControlFrame, Slot, decode, encode_acknowledgement
+from pipros.wire.slot_frames import (
+    OFFER,
+    READY,
+    SEGMENT,
+    SLOT,
+    ControlFrame,
+    Slot,
+    decode,
+    encode_acknowledgement,
+)
 
 if TYPE_CHECKING:
     import mmap
@@ -46,9 +55,10 @@ class NoSharedMemory(ProtocolError):
 
 
 class DescriptorSocket(socket.socket):
-    """A Unix stream that receives file descriptors together with bytes. A plain `recv` would close them.
+    """A Unix stream that can receive file descriptors together with bytes.
 
-    The receiving methods raise NoSharedMemory if descriptors arrive that no frame has taken.
+    Before `accept_descriptors`, it is as fast as any socket. Afterwards, the receiving methods raise
+    NoSharedMemory if descriptors arrive that no frame has taken.
     """
 
     def __init__(self, sock: socket.socket) -> None:
@@ -58,7 +68,12 @@ class DescriptorSocket(socket.socket):
         self.settimeout(timeout_s)
         self._descriptors: list[int] = []
 
-    def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0, /) -> int:
+    def accept_descriptors(self) -> None:
+        """Receive descriptors from now on. May be called repeatedly."""
+        # methods of the instance hide those of the class, which need no Python code
+        vars(self).update(recv=self._recv, recv_into=self._recv_into)
+
+    def _recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0, /) -> int:
         del nbytes
         if sys.platform != "linux":
             return super().recv_into(buffer, 0, flags)
@@ -67,7 +82,7 @@ class DescriptorSocket(socket.socket):
             self._keep(rights, seen)
         return count
 
-    def recv(self, bufsize: int, flags: int = 0, /) -> bytes:
+    def _recv(self, bufsize: int, flags: int = 0, /) -> bytes:
         if sys.platform != "linux":
             return super().recv(bufsize, flags)
         data, rights, seen, _ = self.recvmsg(bufsize, _RIGHTS_BYTES, flags | _CLOEXEC)
@@ -88,6 +103,8 @@ class DescriptorSocket(socket.socket):
     def close(self) -> None:
         """Close the socket and the descriptors that no frame has taken."""
         super().close()
+        vars(self).pop("recv", None)  # they refer to this object
+        vars(self).pop("recv_into", None)
         while self._descriptors:
             os.close(self._descriptors.pop())
 
@@ -203,6 +220,10 @@ class SlotReceiver:
             return self._find(frame)
         if frame.kind == SEGMENT:
             self._map(frame)
+        elif frame.kind == OFFER:
+            self._sock.accept_descriptors()
+            with contextlib.suppress(OSError):  # the link has ended, which the next reading call reports
+                self._sock.send(READY)
         elif frame.segment == self._segment.segment:
             self._memory = None
         return None

@@ -329,8 +329,7 @@ async def connect_locally(
 ) -> TcprosConnection:
     """Connect like `connect`, but by a Unix stream to an abstract socket name.
 
-    If `shares_memory` is true, the socket is a `DescriptorSocket`, because the peer may send descriptors at
-    once after its header.
+    If `shares_memory` is true, the socket is a `DescriptorSocket`.
     """
 
     async def open_socket() -> socket.socket:

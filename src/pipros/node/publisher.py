@@ -155,12 +155,10 @@ class Publication:
         memory = self._memory
         if memory is None:
             return False
-        sharing = [
-            peer.link.memory
-            for peer in links
-            if isinstance(peer.link, LocalOutgoingLink) and peer.link.state is _IDLE
-        ]
-        placed = memory.place(sharing, data, size - len(data[0]))
+        local = [peer.link for peer in links if isinstance(peer.link, LocalOutgoingLink)]
+        memory.offer([link.memory for link in local])
+        able = [link.memory for link in local if link.state is _IDLE]
+        placed = memory.place(able, data, size - len(data[0]))
         if placed is None:
             return False
         try:

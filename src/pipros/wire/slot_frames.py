@@ -3,6 +3,8 @@
 TCPROS limits the length of a message to far below 2**31, so a length with its highest bit set announces a
 control frame instead, of 28 bytes:
 
+    OFFER    the publisher wants to send segments; a subscriber replies with one byte in the stream, once it
+             receives descriptors (a plain `recv` would close them, but is faster)
     SEGMENT  a new segment of equal slots; the segment's file descriptor arrives with the frame, and with the
              first one also the end of a pipe for acknowledgements
     SLOT     a message of `size` bytes lies in a slot of the newest segment
@@ -30,6 +32,10 @@ VIEWS: Final = "views"
 SEGMENT: Final = 1
 SLOT: Final = 2
 DROP: Final = 3
+OFFER: Final = 4
+
+READY: Final = b"\x01"
+"""The reply to an OFFER."""
 
 _CONTROL: Final = 0x8000_0000
 _frame = struct.Struct("<IBxxxIQQ")
@@ -49,8 +55,8 @@ class ControlFrame(NamedTuple):
     """A control frame.
 
     Attributes:
-        kind: `SEGMENT`, `SLOT` or `DROP`.
-        segment: the number of the segment.
+        kind: `SEGMENT`, `SLOT`, `DROP` or `OFFER`.
+        segment: the number of the segment; 0 in an OFFER.
         first: the size of each slot in bytes, or the index of a slot.
         second: the number of slots, or the size of a message.
     """
@@ -80,7 +86,7 @@ def decode(data: bytes | memoryview, offset: int = 0) -> ControlFrame:
     ControlFrame(kind=2, segment=7, first=2, second=1000000)
     """
     frame = ControlFrame(*_frame.unpack_from(data, offset)[1:])
-    if frame.kind not in (SEGMENT, SLOT, DROP):
+    if frame.kind not in (SEGMENT, SLOT, DROP, OFFER):
         raise ProtocolError(f"control frame of unknown kind {frame.kind}")
     return frame
 

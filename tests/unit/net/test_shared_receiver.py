@@ -21,7 +21,16 @@ from pipros.net.busy_poll import PublishCount
 from pipros.net.incoming import DeliveryLock, IncomingLink
 from pipros.net.shared_receiver import DescriptorSocket, NoSharedMemory
 from pipros.net.shared_segment import Segment
-from pipros.wire.slot_frames import DROP, SEGMENT, SLOT, ControlFrame, decode_acknowledgements, encode
+from pipros.wire.slot_frames import (
+    DROP,
+    OFFER,
+    READY,
+    SEGMENT,
+    SLOT,
+    ControlFrame,
+    decode_acknowledgements,
+    encode,
+)
 from tests.support.waiting import wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="Linux only")
@@ -51,6 +60,7 @@ class Publisher:
             limit_bytes=100_000,
         )
         self.link.start()
+        self.offer()
 
     def _deliver(self, message: memoryview | bytes) -> None:
         assert self.may_deliver.wait(30)
@@ -62,6 +72,10 @@ class Publisher:
             [(socket.SOL_SOCKET, socket.SCM_RIGHTS, array.array("i", descriptors))] if descriptors else []
         )
         self.sock.sendmsg([data], rights)
+
+    def offer(self) -> None:
+        self.send(ControlFrame(OFFER, 0))
+        assert self.sock.recv(100) == READY
 
     def introduce(self, descriptor: int | None = None, pipe: int | None = None) -> None:
         self.send(
