@@ -11,7 +11,17 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support import bridge_clients, browser, dds_peers, npm, outcomes, pyright, quick, ros2_oracles
+from tests.support import (
+    absent_rooms,
+    bridge_clients,
+    browser,
+    dds_peers,
+    npm,
+    outcomes,
+    pyright,
+    quick,
+    ros2_oracles,
+)
 from tests.support.environments import make_tool_folder
 from tests.support.examples import examples
 from tests.support.genuine import INSTALL, is_required, missing_packages
@@ -75,6 +85,7 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     is_left_out = is_left_out or (
         collection_path == _GENUINE_ROS2 and not is_required() and ros2_oracles.missing()
     )
+    is_left_out = is_left_out or absent_rooms.is_needed_by(collection_path)
     has_npm = is_required() or npm.is_installed()
     return True if is_left_out or (collection_path.is_relative_to(_PYODIDE) and not has_npm) else None
 

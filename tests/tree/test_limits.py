@@ -1,0 +1,47 @@
+"""docs/reliability.md and the tables of limits, of the core and of all rooms, say the same."""
+
+from __future__ import annotations
+
+import re
+
+from pipros.basics.limits import Limits, names_in, room_tables
+from tests.support.environments import REPOSITORY
+
+
+def test_the_tables_in_the_documents_have_every_limit() -> None:
+    rows = {
+        cells[1].strip("` "): cells[2].strip()
+        for line in (REPOSITORY / "docs" / "reliability.md").read_text().splitlines()
+        if len(cells := line.split("|")) == 5 and cells[1].strip().startswith("`")
+    }
+
+    defaults = {
+        name: table._field_defaults[name] for table in (Limits, *room_tables()) for name in names_in(table)
+    }
+    assert rows == {name: _as_written(name, value) for name, value in defaults.items()}
+
+
+def test_the_documents_have_a_section_for_the_limits_of_each_room() -> None:
+    text = (REPOSITORY / "docs" / "reliability.md").read_text()
+    for table in room_tables():
+        section = text.partition(f"`{table.__module__}.{table.__name__}`:\n")[2].partition("\n#")[0]
+        assert re.findall(r"(?m)^\| `(\w+)`", section) == names_in(table)
+
+
+def test_no_name_is_in_two_tables() -> None:
+    names = [name for table in (Limits, *room_tables()) for name in names_in(table)]
+    assert len(names) == len(set(names)) > 100
+
+
+def test_every_limit_is_described() -> None:
+    for table in (Limits, *room_tables()):
+        described = re.findall(r"(?m)^        (\w+): ", str(table.__doc__))
+        assert sorted(described) == sorted(table._fields)
+
+
+def _as_written(name: str, value: float) -> str:
+    """Format a default like the table: `1 MiB`, `10 s`, `20,000`."""
+    if name.endswith("_bytes"):
+        unit, size = ("MiB", 1 << 20) if value >= 1 << 20 else ("KiB", 1 << 10)
+        return f"{value / size:,g} {unit}"
+    return f"{value:g} s" if name.endswith("_s") else f"{value:,}"
