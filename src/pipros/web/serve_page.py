@@ -18,55 +18,14 @@ from pipros.server.desktop import open_in_browser
 from pipros.server.secret import Secret
 from pipros.server.tls import EVERYWHERE, ServerFailed, fingerprint_of, tls_context
 from pipros.server.token_file import read_tokens
-from pipros.server.view_server import Action, PageServer, Services, View
+from pipros.server.view_server import PageServer, Services
 from pipros.web.bags.folder import BagFolder
-from pipros.web.bags.open_bags import OpenBags
 from pipros.web.bags.recording import BagRecording
 from pipros.web.bags.views import ShownBags
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.services import serve_scene_file
-from pipros.web.views.actions import ActionViews
-from pipros.web.views.bags import BagViews
-from pipros.web.views.calls import CallViews
-from pipros.web.views.console import ConsoleViews
-from pipros.web.views.diagnostics import DiagnosticViews
-from pipros.web.views.frames import FrameViews
-from pipros.web.views.graph import GraphViews
-from pipros.web.views.images import ImageViews
-from pipros.web.views.launches import LaunchViews
-from pipros.web.views.layouts import LayoutActions
-from pipros.web.views.params import ParamViews
-from pipros.web.views.plot import PlotViews
-from pipros.web.views.processes import ProcessViews
-from pipros.web.views.reconfigure import ReconfigureViews
-from pipros.web.views.recording import RecordingViews
-from pipros.web.views.scene import SceneViews
-from pipros.web.views.teleop import TeleopViews
-from pipros.web.views.topics import TopicViews
+from pipros.web.tabs import CHANGING, CONTROLS, OF_MESSAGES, PageContext, services_of_tabs
 from pipros.web.watched_system import MASTER_DEADLINE_S, WatchedSystem
-
-_KINDS = {
-    "cancel_goal": "cancel goals",
-    "kill_node": "end nodes",
-    "call_service": "call services",
-    "delete_param": "delete parameters",
-    "publishing": "publish messages",
-    "send_goal": "send goals",
-    "scene_feedback": "move interactive markers",
-    "scene_save": "save scenes",
-    "record": "record bags",
-    "restart_launched": "restart nodes",
-    "set_logger_level": "set logger levels",
-    "set_param": "set parameters",
-    "set_reconfigured": "reconfigure nodes",
-    "steer": "steer robots",
-    "stop_launched": "stop nodes",
-    "stop_recording": "record bags",
-    "teleop": "steer robots",
-}
-
-CHANGING = frozenset(_KINDS)
-"""The views and actions that change the system."""
 
 CLOSING_S = 0.4
 ENDING_S = 0.1
@@ -172,7 +131,7 @@ class MountedPage:
         self._closing = contextlib.ExitStack()
         graph = self._closing.enter_context(GraphClient(tool, timeout_s=MASTER_DEADLINE_S))
         self._system = WatchedSystem(graph, node)
-        self.server = PageServer(services(self._system, CHANGING if has_control else frozenset()), secret)
+        self.server = PageServer(services(self._system, frozenset(CHANGING if has_control else ())), secret)
 
     def start(self) -> None:
         """Start the threads."""
@@ -193,7 +152,7 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
     reachable = "localhost" if host in EVERYWHERE else shown
     # Print to stderr: roslaunch writes nodes' standard output to files, and the address contains the token.
     print(f"{options.tool}: {server.access.url(reachable, options.tab)}", file=sys.stderr, flush=True)
-    if options.permitted != CHANGING:
+    if options.permitted != CHANGING.keys():
         print(_restriction(options.permitted), file=sys.stderr)
     if shown != "localhost":
         _warn_about_network(options, server.access)
@@ -204,7 +163,7 @@ async def _start(options: PageOptions, system: WatchedSystem, server: PageServer
 def _restriction(permitted: frozenset[str]) -> str:
     if not permitted:
         return "The page is read-only. With --control, it can also change the system."
-    what = " and ".join(sorted({_KINDS[name] for name in permitted}))
+    what = " and ".join(sorted({CHANGING[name] for name in permitted}))
     return f"The page can {what}. With --control it can make other changes, with --read-only none."
 
 
@@ -221,97 +180,30 @@ def services(
 
     For `permitted`, `saves_layouts` and `bags`, see `PageOptions`. `recording` writes to `bags`.
     """
-    scene = SceneViews(system, scene_file)
-    frames = FrameViews(system)
-    graph, topics, calls = GraphViews(system), TopicViews(system), CallViews(system)
-    console, parameters, servers = ConsoleViews(system), ParamViews(system), ReconfigureViews(system)
-    launches = LaunchViews(system)
-    layouts = LayoutActions(system, may_save=saves_layouts)
-    open_bags = OpenBags()
-    bag_views, shown = BagViews(system, bags, open_bags), ShownBags(open_bags)
-    recordings, plot = RecordingViews(system, recording), PlotViews(system)
-    goals, teleop = ActionViews(system), TeleopViews(system)
-    views: Mapping[str, View] = {
-        "action": goals.action,
-        "actions": goals.actions,
-        "bag": bag_views.bag,
-        "bag_curve": bag_views.bag_curve,
-        "bag_export": bag_views.bag_export,
-        "bag_marks": bag_views.bag_marks,
-        "bag_thumbnails": bag_views.bag_thumbnails,
-        "bags": bag_views.bags,
-        "console": console.console,
-        "diagnostics": DiagnosticViews(system).diagnostics,
-        "events": graph.events,
-        "frames": frames.frames,
-        "graph": graph.graph,
-        "image": ImageViews(system).image,
-        "launch_output": launches.launch_output,
-        "launches": launches.launches,
-        "log_marks": plot.log_marks,
-        "master": graph.master,
-        "measured": topics.measured,
-        "node": graph.node,
-        "params": parameters.params,
-        "plot": plot.plot,
-        "processes": ProcessViews(system).processes,
-        "publishing": calls.publishing,
-        "recording": recordings.recording,
-        "reconfigurable": servers.reconfigurable,
-        "reconfigure": servers.reconfigure,
-        "running_topics": topics.topics,  # the running system's, even while the browser shows a bag
-        "scene_cloud": scene.cloud,
-        "scene_config": scene.config,
-        "scene_messages": scene.messages,
-        "scene_resource": scene.resource,
-        "scene_robot": scene.robot,
-        "services": calls.services,
-        "teleop": teleop.teleop,
-        "topic": topics.topic,
-        "topics": topics.topics,
-        "transform": frames.transform,
-    }
+    context = PageContext(system, scene_file, saves_layouts, bags, recording)
+    of_tabs = services_of_tabs(context)
 
     async def about(_: Mapping[str, Any]) -> Any:
         uri = system.graph.environment.master_uri
         return {
             "master": uri,
             "node": system.node.name,
-            "control": permitted == CHANGING,
+            "control": permitted == CHANGING.keys(),
             "may": sorted(permitted),
+            "can": CHANGING,
+            "controls": CONTROLS,
+            "of_messages": sorted(OF_MESSAGES),
             "smooth": scene_file is None or scene_file.is_smooth,
         }
 
-    actions: Mapping[str, Action] = {
-        "about": about,
-        "bag_control": bag_views.bag_control,
-        "call_service": calls.call_service,
-        "cancel_goal": goals.cancel_goal,
-        "definition": topics.definition,
-        "delete_layout": layouts.delete_layout,
-        "delete_param": parameters.delete_param,
-        "kill_node": graph.kill_node,
-        "layout": layouts.layout,
-        "layouts": layouts.layouts,
-        "loggers": console.loggers,
-        "message": calls.message,
-        "message_text": topics.message_text,
-        "picture": graph.picture,
-        "record": recordings.record,
-        "restart_launched": launches.restart_launched,
-        "save_layout": layouts.save_layout,
-        "scene_feedback": scene.feedback,
-        "scene_save": scene.save,
-        "send_goal": goals.send_goal,
-        "service": calls.service,
-        "set_logger_level": console.set_logger_level,
-        "set_param": parameters.set_param,
-        "set_reconfigured": servers.set_reconfigured,
-        "steer": teleop.steer,
-        "stop_launched": launches.stop_launched,
-        "stop_recording": recordings.stop_recording,
-    }
-    return Services(shown.views(views), shown.actions(actions), CHANGING, permitted, PAGES)
+    shown = ShownBags(
+        context.open_bags,
+        of_tabs,
+        lambda bag: services_of_tabs(PageContext(bag), only_messages=True),
+        OF_MESSAGES,
+    )
+    actions = {**shown.actions(), "about": about}
+    return Services(shown.views(), actions, frozenset(CHANGING), permitted, PAGES)
 
 
 def _warn_about_network(options: PageOptions, access: Access) -> None:

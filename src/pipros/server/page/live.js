@@ -5,9 +5,6 @@ import { accepted, currentProof, refused, takeFromAddress, wasAccepted } from ".
 const RETRY_MS = 1000;
 const POLICY_VIOLATION = 1008; // close code for a missing or wrong token
 const LOGIN_ID = 0;
-// The views that show messages: of the system, or of a bag.
-const MESSAGE_VIEWS = new Set(["console", "diagnostics", "frames", "image", "log_marks", "measured", "plot", "scene_cloud",
-  "scene_messages", "topic", "topics", "transform"]);
 
 class Live extends EventTarget {
   constructor() {
@@ -17,6 +14,7 @@ class Live extends EventTarget {
     this.isOpen = false;
     this.isRefused = false; // the token is missing or wrong
     this.node = ""; // the name of the server's own node
+    this.ofMessages = new Set(); // the views that show messages: of the system, or of a bag
     this.isSmooth = true; // whether scenes are drawn with anti-aliasing
     this.isRestarted = false; // the server rejects a token that it once accepted
     this.trouble = ""; // the server's reason for closing the connection
@@ -116,7 +114,7 @@ class Live extends EventTarget {
     const before = [...this.requests];
     this.dispatchEvent(new Event("source"));
     for (const [id, request] of before) {
-      if (!this.requests.has(id) || !MESSAGE_VIEWS.has(request.message.view)) continue;
+      if (!this.requests.has(id) || !this.ofMessages.has(request.message.view)) continue;
       this.requests.delete(id);
       this.send({ id, stop: true });
       request.message = { ...request.message, id: this.next++ };

@@ -4,54 +4,48 @@ from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import AsyncIterator, Mapping
-from typing import Any, Final
+from collections.abc import AsyncIterator, Callable, Mapping
+from typing import Any
 
 from pipros.server.view_server import Action, Services, View
 from pipros.web.bags.open_bags import OpenBags
-from pipros.web.views.console import ConsoleViews
-from pipros.web.views.diagnostics import DiagnosticViews
-from pipros.web.views.frames import FrameViews
-from pipros.web.views.images import ImageViews
-from pipros.web.views.plot import PlotViews
-from pipros.web.views.scene import SceneViews
-from pipros.web.views.topics import TopicViews
 from pipros.web.watched_system import WatchedSystem
-
-_VIEWS: Final = (
-    "console",
-    "diagnostics",
-    "frames",
-    "image",
-    "log_marks",
-    "measured",
-    "plot",
-    "scene_cloud",
-    "scene_messages",
-    "topic",
-    "topics",
-    "transform",
-)
-_ACTIONS: Final = ("definition", "message_text")
 
 
 class ShownBags:
     """Redirects views and actions to the bag that the calling browser has opened, if any."""
 
-    def __init__(self, open_bags: OpenBags) -> None:
+    def __init__(
+        self,
+        open_bags: OpenBags,
+        live: Services,
+        of_bag: Callable[[WatchedSystem], Services],
+        names: frozenset[str],
+    ) -> None:
+        """Redirect those of `names`.
+
+        Args:
+            live: the views and actions of the running system.
+            of_bag: creates the views and actions of a bag.
+        """
         self._open_bags = open_bags
+        self._live = live
+        self._of_bag = of_bag
+        self._names = names
 
-    def views(self, live: Mapping[str, View]) -> Mapping[str, View]:
+    def views(self) -> Mapping[str, View]:
         """Return all views. Those that show messages are replaced by views of the bag."""
-        return {**live, **{name: self._view(name, live[name]) for name in _VIEWS}}
+        live = self._live.views
+        return {**live, **{name: self._view(name, live[name]) for name in self._names & live.keys()}}
 
-    def actions(self, live: Mapping[str, Action]) -> Mapping[str, Action]:
+    def actions(self) -> Mapping[str, Action]:
         """Return all actions. Those that read messages are replaced by actions that read the bag."""
-        return {**live, **{name: self._action(name, live[name]) for name in _ACTIONS}}
+        live = self._live.actions
+        return {**live, **{name: self._action(name, live[name]) for name in self._names & live.keys()}}
 
     def _view(self, name: str, live: View) -> View:
         async def view(arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-            services = self._open_bags.services(_services_of)
+            services = self._open_bags.services(self._of_bag)
             chosen = live if services is None else services.views[name]
             async with contextlib.aclosing(chosen(arguments)) as values:  # type: ignore[type-var]
                 async for value in values:
@@ -62,27 +56,7 @@ class ShownBags:
     def _action(self, name: str, live: Action) -> Action:
         @functools.wraps(live)
         async def act(arguments: Mapping[str, Any]) -> Any:
-            services = self._open_bags.services(_services_of)
+            services = self._open_bags.services(self._of_bag)
             return await (live if services is None else services.actions[name])(arguments)
 
         return act
-
-
-def _services_of(system: WatchedSystem) -> Services:
-    frames, topics, scene = FrameViews(system), TopicViews(system), SceneViews(system, None)
-    plot = PlotViews(system)
-    views: Mapping[str, View] = {
-        "console": ConsoleViews(system).console,
-        "diagnostics": DiagnosticViews(system).diagnostics,
-        "frames": frames.frames,
-        "image": ImageViews(system).image,
-        "log_marks": plot.log_marks,
-        "measured": topics.measured,
-        "plot": plot.plot,
-        "scene_cloud": scene.cloud,
-        "scene_messages": scene.messages,
-        "topic": topics.topic,
-        "topics": topics.topics,
-        "transform": frames.transform,
-    }
-    return Services(views, {"definition": topics.definition, "message_text": topics.message_text})

@@ -37,7 +37,8 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
     `more` are additional fields of `PageOptions`. `usual` is the kind of change for which the command is
     intended. On loopback, the page may make such changes without `--control`.
     """
-    from pipros.web.serve_page import CHANGING, PageOptions, serve_page
+    from pipros.web.serve_page import PageOptions, serve_page
+    from pipros.web.tabs import CHANGING
 
     if options.control and options.read_only:
         raise CommandError("--control and --read-only cannot be combined")
@@ -46,7 +47,7 @@ def show(tool: str, tab: str, options: Any, usual: str = "", **more: Any) -> int
         raise CommandError(f"--bags must be a folder, got {options.bags}")
     permitted = frozenset({usual} if usual and _is_loopback(host) else ())
     if options.control:
-        permitted = CHANGING
+        permitted = frozenset(CHANGING)
     elif options.read_only:
         permitted = frozenset()
     return serve_page(

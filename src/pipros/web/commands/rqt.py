@@ -24,7 +24,7 @@ def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, chan
     `most` is the maximum number of arguments; None for no limit.
 
     `change` is the view or action that the page may use on loopback even without `--control`; see
-    `pipros.web.serve_page.CHANGING`.
+    `pipros.web.tabs.CHANGING`.
     """
     limit = most if argument else 0
 

@@ -28,12 +28,6 @@ export const TABS = [
   ["panels", "Panels"],
 ];
 
-// The kind of change that the controls of a tab make.
-const CHANGES = { actions: "send_goal", console: "set_logger_level", params: "set_param", publish: "publishing",
-  reconfigure: "set_reconfigured", services: "call_service", teleop: "teleop" };
-const PERMITS = { call_service: "can call services", publishing: "can publish", set_logger_level: "can set logger levels",
-  set_reconfigured: "can reconfigure" };
-
 const NO_TOKEN = ["This page needs the token of its server", "Open the whole address that the command printed in its terminal: "];
 const RESTARTED = ["The server was restarted", "Open the address that it printed in its terminal: "];
 
@@ -94,7 +88,7 @@ async function linkToPanels(name, argument) {
 }
 
 // Whether a tab may change the system.
-export const mayControl = (name) => Boolean(about?.control || about?.may?.includes(CHANGES[name]));
+export const mayControl = (name) => Boolean(about?.control || about?.may?.includes(about.controls[name]));
 
 function open(name, argument, module) {
   const element = h("div", { class: `tab tab-${name}` });
@@ -118,7 +112,7 @@ function masterState() {
 
 function permit() {
   if (about.control) return "can change the system";
-  return about.may.map((name) => PERMITS[name] ?? name).join(", ") || "read-only";
+  return about.may.map((name) => `can ${about.can[name]}`).join(", ") || "read-only";
 }
 
 // Asks for the token, or an address that contains it, and keeps the requested place.
@@ -170,6 +164,7 @@ live.addEventListener("state", async () => {
     about = await live.act("about");
     live.node = about.node;
     live.isSmooth = about.smooth;
+    live.ofMessages = new Set(about.of_messages);
     resolveKnown();
     showState();
   }

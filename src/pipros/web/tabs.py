@@ -1,0 +1,240 @@
+"""What each tab of the page uses on the server: views, actions, and which of them change the system.
+
+The browser gets these lists with the action `about`. A browser that has opened a bag gets the views of
+messages (`of_messages`) from the bag; all others show the running system.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MethodType
+from typing import Any
+
+from pipros.server.view_server import Services
+from pipros.web.bags.folder import BagFolder
+from pipros.web.bags.open_bags import OpenBags
+from pipros.web.bags.recording import BagRecording
+from pipros.web.scene.layout_file import SceneFile
+from pipros.web.views.actions import ActionViews
+from pipros.web.views.bags import BagViews
+from pipros.web.views.calls import CallViews
+from pipros.web.views.console import ConsoleViews
+from pipros.web.views.diagnostics import DiagnosticViews
+from pipros.web.views.frames import FrameViews
+from pipros.web.views.graph import GraphViews
+from pipros.web.views.images import ImageViews
+from pipros.web.views.launches import LaunchViews
+from pipros.web.views.layouts import LayoutActions
+from pipros.web.views.params import ParamViews
+from pipros.web.views.plot import PlotViews
+from pipros.web.views.processes import ProcessViews
+from pipros.web.views.reconfigure import ReconfigureViews
+from pipros.web.views.recording import RecordingViews
+from pipros.web.views.scene import SceneViews
+from pipros.web.views.teleop import TeleopViews
+from pipros.web.views.topics import TopicViews
+from pipros.web.watched_system import WatchedSystem
+
+Method = Callable[..., Any]
+
+
+@dataclass(frozen=True, slots=True)
+class PageContext:
+    """What views are created from.
+
+    Attributes:
+        system: the running system, or a bag that is played.
+        scene_file: the file shown in the Scene tab.
+        saves_layouts: whether browsers may store layouts of panels.
+        bags: the folder whose bags browsers may open.
+        recording: writes to `bags`.
+        open_bags: the bags that browsers have opened.
+    """
+
+    system: WatchedSystem
+    scene_file: SceneFile | None = None
+    saves_layouts: bool = False
+    bags: BagFolder | None = None
+    recording: BagRecording | None = None
+    open_bags: OpenBags = field(default_factory=OpenBags)
+
+
+@dataclass(frozen=True, slots=True)
+class Tab:
+    """The views and actions of one tab, which are methods of one object.
+
+    Attributes:
+        make: creates the object.
+        views, actions: its methods, by the names that browsers use.
+        changing: the views and actions that change the system, and what they can do, as `send goals`.
+        of_messages: the views and actions that show messages: of the system, or of a bag.
+        controls: for tabs of the browser, the one of `changing` that their controls use.
+    """
+
+    make: Callable[[PageContext], Any]
+    views: Mapping[str, Method] = field(default_factory=dict)
+    actions: Mapping[str, Method] = field(default_factory=dict)
+    changing: Mapping[str, str] = field(default_factory=dict)
+    of_messages: frozenset[str] = frozenset()
+    controls: Mapping[str, str] = field(default_factory=dict)
+
+
+TABS = (
+    Tab(
+        lambda context: ActionViews(context.system),
+        {"action": ActionViews.action, "actions": ActionViews.actions},
+        {"cancel_goal": ActionViews.cancel_goal, "send_goal": ActionViews.send_goal},
+        changing={"cancel_goal": "cancel goals", "send_goal": "send goals"},
+        controls={"actions": "send_goal"},
+    ),
+    Tab(
+        lambda context: BagViews(context.system, context.bags, context.open_bags),
+        {
+            "bag": BagViews.bag,
+            "bag_curve": BagViews.bag_curve,
+            "bag_export": BagViews.bag_export,
+            "bag_marks": BagViews.bag_marks,
+            "bag_thumbnails": BagViews.bag_thumbnails,
+            "bags": BagViews.bags,
+        },
+        {"bag_control": BagViews.bag_control},
+    ),
+    Tab(
+        lambda context: CallViews(context.system),
+        {"publishing": CallViews.publishing, "services": CallViews.services},
+        {"call_service": CallViews.call_service, "message": CallViews.message, "service": CallViews.service},
+        changing={"call_service": "call services", "publishing": "publish messages"},
+        controls={"publish": "publishing", "services": "call_service"},
+    ),
+    Tab(
+        lambda context: ConsoleViews(context.system),
+        {"console": ConsoleViews.console},
+        {"loggers": ConsoleViews.loggers, "set_logger_level": ConsoleViews.set_logger_level},
+        changing={"set_logger_level": "set logger levels"},
+        of_messages=frozenset({"console"}),
+        controls={"console": "set_logger_level"},
+    ),
+    Tab(
+        lambda context: DiagnosticViews(context.system),
+        {"diagnostics": DiagnosticViews.diagnostics},
+        of_messages=frozenset({"diagnostics"}),
+    ),
+    Tab(
+        lambda context: FrameViews(context.system),
+        {"frames": FrameViews.frames, "transform": FrameViews.transform},
+        of_messages=frozenset({"frames", "transform"}),
+    ),
+    Tab(
+        lambda context: GraphViews(context.system),
+        {
+            "events": GraphViews.events,
+            "graph": GraphViews.graph,
+            "master": GraphViews.master,
+            "node": GraphViews.node,
+        },
+        {"kill_node": GraphViews.kill_node, "picture": GraphViews.picture},
+        changing={"kill_node": "end nodes"},
+    ),
+    Tab(
+        lambda context: ImageViews(context.system),
+        {"image": ImageViews.image},
+        of_messages=frozenset({"image"}),
+    ),
+    Tab(
+        lambda context: LaunchViews(context.system),
+        {"launch_output": LaunchViews.launch_output, "launches": LaunchViews.launches},
+        {"restart_launched": LaunchViews.restart_launched, "stop_launched": LaunchViews.stop_launched},
+        changing={"restart_launched": "restart nodes", "stop_launched": "stop nodes"},
+    ),
+    Tab(
+        lambda context: LayoutActions(context.system, may_save=context.saves_layouts),
+        actions={
+            "delete_layout": LayoutActions.delete_layout,
+            "layout": LayoutActions.layout,
+            "layouts": LayoutActions.layouts,
+            "save_layout": LayoutActions.save_layout,
+        },
+    ),
+    Tab(
+        lambda context: ParamViews(context.system),
+        {"params": ParamViews.params},
+        {"delete_param": ParamViews.delete_param, "set_param": ParamViews.set_param},
+        changing={"delete_param": "delete parameters", "set_param": "set parameters"},
+        controls={"params": "set_param"},
+    ),
+    Tab(
+        lambda context: PlotViews(context.system),
+        {"log_marks": PlotViews.log_marks, "plot": PlotViews.plot},
+        of_messages=frozenset({"log_marks", "plot"}),
+    ),
+    Tab(lambda context: ProcessViews(context.system), {"processes": ProcessViews.processes}),
+    Tab(
+        lambda context: ReconfigureViews(context.system),
+        {"reconfigurable": ReconfigureViews.reconfigurable, "reconfigure": ReconfigureViews.reconfigure},
+        {"set_reconfigured": ReconfigureViews.set_reconfigured},
+        changing={"set_reconfigured": "reconfigure nodes"},
+        controls={"reconfigure": "set_reconfigured"},
+    ),
+    Tab(
+        lambda context: RecordingViews(context.system, context.recording),
+        {"recording": RecordingViews.recording},
+        {"record": RecordingViews.record, "stop_recording": RecordingViews.stop_recording},
+        changing={"record": "record bags", "stop_recording": "record bags"},
+    ),
+    Tab(
+        lambda context: SceneViews(context.system, context.scene_file),
+        {
+            "scene_cloud": SceneViews.cloud,
+            "scene_config": SceneViews.config,
+            "scene_messages": SceneViews.messages,
+            "scene_resource": SceneViews.resource,
+            "scene_robot": SceneViews.robot,
+        },
+        {"scene_feedback": SceneViews.feedback, "scene_save": SceneViews.save},
+        changing={"scene_feedback": "move interactive markers", "scene_save": "save scenes"},
+        of_messages=frozenset(f"scene_{name}" for name in ("cloud", "messages")),
+    ),
+    Tab(
+        lambda context: TeleopViews(context.system),
+        {"teleop": TeleopViews.teleop},
+        {"steer": TeleopViews.steer},
+        changing={"steer": "steer robots", "teleop": "steer robots"},
+        controls={"teleop": "teleop"},
+    ),
+    Tab(
+        lambda context: TopicViews(context.system),
+        {
+            "measured": TopicViews.measured,
+            "running_topics": TopicViews.topics,  # of the running system, even while the browser shows a bag
+            "topic": TopicViews.topic,
+            "topics": TopicViews.topics,
+        },
+        {"definition": TopicViews.definition, "message_text": TopicViews.message_text},
+        of_messages=frozenset({"definition", "measured", "message_text", "topic", "topics"}),
+    ),
+)
+
+CHANGING: Mapping[str, str] = {name: what for tab in TABS for name, what in tab.changing.items()}
+"""The views and actions that change the system, and what they can do."""
+
+OF_MESSAGES = frozenset[str]().union(*(tab.of_messages for tab in TABS))
+"""The views and actions that show messages of the system or of a bag."""
+
+CONTROLS: Mapping[str, str] = {name: change for tab in TABS for name, change in tab.controls.items()}
+"""Tabs of the browser, and the one of `CHANGING` that their controls use."""
+
+
+def services_of_tabs(context: PageContext, *, only_messages: bool = False) -> Services:
+    """Create the objects of all tabs, and return their views and actions, or those of messages only."""
+    views: dict[str, Any] = {}
+    actions: dict[str, Any] = {}
+    for tab in TABS:
+        if only_messages and not tab.of_messages:
+            continue
+        made = tab.make(context)
+        for methods, found in ((tab.views, views), (tab.actions, actions)):
+            for name, method in methods.items():
+                if not only_messages or name in tab.of_messages:
+                    found[name] = MethodType(method, made)
+    return Services(views, actions)
