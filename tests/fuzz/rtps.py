@@ -31,7 +31,6 @@ from pipros.ros2.rtps.encoding import (
     heartbeat,
     nack_frag,
 )
-from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.events import Settings
 from pipros.ros2.rtps.graph_info import GidBytes, read_info
 from pipros.ros2.rtps.identity import (
@@ -43,8 +42,9 @@ from pipros.ros2.rtps.identity import (
     SUBSCRIPTIONS_WRITER,
 )
 from pipros.ros2.rtps.parameters import Address, SampleIdentity, related_sample
+from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.qos import Durability, Qos
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import Style, read_request
 from pipros.ros2.rtps.submessages import read_datagram
 from tests.fuzz import mutation
@@ -163,7 +163,7 @@ def run(data: bytes) -> None:
     address = (Address("127.0.0.1", 7410),)
     me = ParticipantData(US, discovery=address, data=address)
     now = 1000.0
-    engine = Engine(Settings(me, (), frozenset()), LIMITS, now)
+    engine = ParticipantCore(Settings(me, (), frozenset()), LIMITS, now)
     writer = engine.add_writer(TOPIC, TYPE, LATCHED, now)
     engine.add_reader(TOPIC, TYPE, LATCHED, now)
     engine.write(writer, LARGE, now)
@@ -179,7 +179,7 @@ def run(data: bytes) -> None:
 def _use(event: object) -> None:
     """Read a sample as a request and as information on nodes."""
     sample = getattr(event, "sample", None)
-    if isinstance(sample, Sample):
+    if isinstance(sample, RtpsSample):
         for style in Style:
             read_request(sample, style)
         for size in GidBytes:

@@ -14,7 +14,7 @@ from pipros.msg import load_message_class
 from pipros.node.codec import encoder
 from pipros.ros2.conversion.mapping import BUILTIN_RULES
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.engine import Durability, EndpointKind, Sample, TopicQos
+from pipros.ros2.interface import Durability, EndpointKind, Sample, TopicQos
 from pipros.ros2.type_pairs import TypePairs
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System

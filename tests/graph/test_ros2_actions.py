@@ -13,7 +13,7 @@ from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.ros2 import action_messages as messages
 from pipros.ros2.action_messages import CancelCode, GoalInfo, Ros2Status
-from pipros.ros2.engine import Caller, EndpointKind
+from pipros.ros2.interface import Caller, EndpointKind
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until

@@ -10,7 +10,7 @@ import pytest
 
 from pipros.msg import load_message_class, load_service_class
 from pipros.ros2.bridged_topics import Route, ToRos2
-from pipros.ros2.engine import CallFailed, Durability, PartHashes, TopicQos
+from pipros.ros2.interface import CallFailed, Durability, PartHashes, TopicQos
 from pipros.ros2.rtps import qos as dds
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.participant import Participant

@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 
 from pipros.msg import load_message_class, load_service_class
-from pipros.ros2.engine import (
+from pipros.ros2.interface import (
     Durability,
     EndpointKind,
     Sample,
     TopicQos,
 )
-from pipros.ros2.rtps.ros2_engine import RtpsEngine
+from pipros.ros2.rtps.engine import RtpsEngine
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until

@@ -19,7 +19,7 @@ from pipros.ros2 import action_messages as messages
 from pipros.ros2.action_messages import Ros2Status
 from pipros.ros2.action_to_ros1 import ActionToRos1
 from pipros.ros2.action_to_ros2 import ActionToRos2
-from pipros.ros2.engine import CallFailed
+from pipros.ros2.interface import CallFailed
 from pipros.ros2.limits import Ros2Limits
 from tests.support.ros2_gateways import PAIRS
 from tests.support.waiting import wait_until

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import pytest
 
 from pipros.basics.limits import Limits
-from pipros.ros2.engine import (
+from pipros.ros2.interface import (
     CallFailed,
     Durability,
     EndpointKind,
@@ -250,7 +250,7 @@ def test_a_closed_engine_refuses_endpoints(router: Router) -> None:
 
 PROGRAM = """
 import sys
-from pipros.ros2.engine import TopicQos
+from pipros.ros2.interface import TopicQos
 from pipros.ros2.zenoh.engine import ZenohEngine
 engine = ZenohEngine(0, "/gateway", sys.argv[1:], timeout_s=60)
 engine.subscribe("/chatter", "std_msgs/msg/String", "", TopicQos(), print)

@@ -16,7 +16,7 @@ import pytest
 
 from pipros.libraries.actions.status import Status
 from pipros.msg import load_message_class
-from pipros.ros2.engine import EndpointKind, Sample, TopicQos
+from pipros.ros2.interface import EndpointKind, Sample, TopicQos
 from tests.graph.test_ros2_actions import PAIR, Server
 from tests.support import foxglove
 from tests.support.environments import genuine_environment

@@ -11,16 +11,16 @@ from pipros.master.master import Master
 from pipros.node import Node
 from pipros.ros2.conversion.mapping import BUILTIN_RULES
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.engine import (
+from pipros.ros2.gateway import Gateway, new_identity
+from pipros.ros2.interface import (
     GATEWAY_NODE,
     Announcement,
     EndpointKind,
     Ros2Engine,
     TopicQos,
 )
-from pipros.ros2.gateway import Gateway, new_identity
 from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.ros2_engine import RtpsEngine
+from pipros.ros2.rtps.engine import RtpsEngine
 from pipros.ros2.rules import parse_gateway_rules
 from pipros.ros2.type_pairs import TypePairs
 from pipros.ros2.zenoh.engine import ZenohEngine

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 
 from pipros.basics.limits import Limits
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
-from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.events import (
     EndpointChanged,
     Event,
@@ -22,6 +21,7 @@ from pipros.ros2.rtps.events import (
 )
 from pipros.ros2.rtps.identity import OWN_VENDOR
 from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.qos import Policy
 
 STRING = "std_msgs::msg::dds_::String_"
@@ -32,7 +32,7 @@ ADDRESSES = tuple(Address("127.0.0.1", 7410 + 2 * index) for index in range(4))
 class Host:
     """An engine, with its address and the events that it has reported."""
 
-    engine: Engine
+    engine: ParticipantCore
     address: Address
     events: list[Event] = field(default_factory=list)
 
@@ -74,7 +74,7 @@ class SimulatedNetwork:
         prefix = bytes([0, 0, 0, 0, *bytes(7), len(self.hosts) + 1])
         me = ParticipantData(prefix, vendor, lease_s, discovery=(address,), data=(address,))
         others = tuple(each for each in ADDRESSES if each != address)
-        engine = Engine(Settings(me, others, frozenset()), limits or Limits(), self.now)
+        engine = ParticipantCore(Settings(me, others, frozenset()), limits or Limits(), self.now)
         host = self.hosts[address] = Host(engine, address)
         return host
 

@@ -35,7 +35,7 @@ from pipros.ros2.action_pair import ActionPair
 from pipros.ros2.bridged_services import CALL_S
 from pipros.ros2.bridged_topics import MARK
 from pipros.ros2.counts import Counts
-from pipros.ros2.engine import Durability, PartHashes, Ros2Engine, TopicQos
+from pipros.ros2.interface import Durability, PartHashes, Ros2Engine, TopicQos
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import action_names
 

@@ -11,7 +11,7 @@ from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
 from pipros.node.service_server import HandlerError
 from pipros.ros2.counts import Counts
-from pipros.ros2.engine import Ros2Engine
+from pipros.ros2.interface import Ros2Engine
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.type_pairs import ServicePair
 

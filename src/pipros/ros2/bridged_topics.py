@@ -21,7 +21,7 @@ from pipros.node.codec import decoder, encoder
 from pipros.node.publisher import Publisher
 from pipros.node.subscriber import Subscriber
 from pipros.ros2.counts import Counts
-from pipros.ros2.engine import (
+from pipros.ros2.interface import (
     Announcement,
     Durability,
     Endpoint,

@@ -26,8 +26,8 @@ from pipros.ros2.action_to_ros1 import ActionToRos1
 from pipros.ros2.action_to_ros2 import ActionToRos2
 from pipros.ros2.bridged_services import Ros1Service, Ros2Service
 from pipros.ros2.bridged_topics import ToRos1, ToRos2, route_of
-from pipros.ros2.engine import Endpoint, EndpointKind, Ros2Engine
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
+from pipros.ros2.interface import Endpoint, EndpointKind, Ros2Engine
 from pipros.ros2.interfaces.action_types import action_of_service
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import action_names, checked_name

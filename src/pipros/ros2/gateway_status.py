@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from pipros.libraries.diagnostics.link_status import Level, LinkStatus
-from pipros.ros2.engine import EndpointKind, Problem
+from pipros.ros2.interface import EndpointKind, Problem
 from pipros.ros2.rules import Direction, Kind
 
 _SHOWN: Final = 200

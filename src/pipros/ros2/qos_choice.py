@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pipros.ros2.engine import Durability, Endpoint, Reliability, TopicQos
+from pipros.ros2.interface import Durability, Endpoint, Reliability, TopicQos
 
 LEAST_DEPTH = 10
 """Minimum depth of publishers, and default depth of subscribers: the default of ROS 2."""

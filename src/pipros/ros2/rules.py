@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 
 from pipros.basics.names import is_legal_topic
 from pipros.ros2.conversion.errors import InvalidRules
-from pipros.ros2.engine import Durability, Reliability
+from pipros.ros2.interface import Durability, Reliability
 from pipros.ros2.names import checked_name
 from pipros.ros2.qos_choice import QosOverride
 from pipros.safe.yaml import YamlError, load

@@ -13,12 +13,12 @@ from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.graph.ping import ask_pid
 from pipros.node import Node
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.engine import GATEWAY_NODE, Ros2Engine
 from pipros.ros2.gateway import Gateway, new_identity
+from pipros.ros2.interface import GATEWAY_NODE, Ros2Engine
 from pipros.ros2.names import GATEWAY_PREFIX
 from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.engine import RtpsEngine
 from pipros.ros2.rtps.graph_info import GidBytes
-from pipros.ros2.rtps.ros2_engine import RtpsEngine
 from pipros.ros2.rtps.unseen import hint_for
 from pipros.ros2.rules import GatewayRules
 from pipros.ros2.type_pairs import TypePairs

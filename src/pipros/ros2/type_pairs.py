@@ -22,7 +22,7 @@ from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import MappingRules
 from pipros.ros2.conversion.plans import Plan, Plans, ServicePlan
 from pipros.ros2.distribution import Distribution
-from pipros.ros2.engine import NO_HASHES, PartHashes
+from pipros.ros2.interface import NO_HASHES, PartHashes
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
 from pipros.ros2.interfaces.type_hash import ActionHashes
 from pipros.ros2.limits import Ros2Limits

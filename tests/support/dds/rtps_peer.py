@@ -20,7 +20,7 @@ from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
 from pipros.ros2.rtps.outbox import Outgoing
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Durability, Qos
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK
 from pipros.ros2.rtps.services import Client, Server
 from pipros.ros2.rtps.sockets import RtpsSockets
@@ -71,7 +71,7 @@ def wait_for_end() -> None:
     sys.stdin.read()
 
 
-def report(sample: Sample) -> None:
+def report(sample: RtpsSample) -> None:
     number, size = _MESSAGE.unpack_from(sample.payload, 4)
     right = sample.payload[12 : 12 + size] == bytes([number % 256]) * size
     print("got" if right else "wrong", number, size, flush=True)
@@ -161,11 +161,11 @@ def call_action(participant: Participant, action: str, type_name: str, order: st
     goal = os.urandom(16)
     seen: list[Ros2Status] = []
 
-    def on_feedback(sample: Sample) -> None:
+    def on_feedback(sample: RtpsSample) -> None:
         if sample.payload[4:20] == goal:
             say("feedback", *unpack_from("<I", sample.payload, 20))
 
-    def on_status(sample: Sample) -> None:
+    def on_status(sample: RtpsSample) -> None:
         for info, status in messages.parse_status_array(sample.payload, 100):
             if info.goal == goal and status not in seen:
                 seen.append(status)

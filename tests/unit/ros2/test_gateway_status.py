@@ -7,9 +7,9 @@ import json
 import pytest
 
 from pipros.libraries.diagnostics.link_status import Level
-from pipros.ros2.engine import EndpointKind, Problem
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 from pipros.ros2.health import GatewayReport, gateway_report
+from pipros.ros2.interface import EndpointKind, Problem
 
 TYPES = ("std_msgs/String", "std_msgs/msg/String")
 CHATTER = Row("topics", "to_ros2", "/chatter", TYPES, count=9, rate=4.5)

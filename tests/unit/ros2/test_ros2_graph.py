@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.basics.errors import PiprosError
-from pipros.ros2.engine import Endpoint, EndpointKind
+from pipros.ros2.interface import Endpoint, EndpointKind
 from pipros.ros2.ros2_graph import Ros2Graph, callable_server
 
 ADD = "example_interfaces/srv/AddTwoInts"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from pipros.ros2.conversion.errors import InvalidRules
-from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, TopicQos
+from pipros.ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
 from pipros.ros2.qos_choice import QosOverride, offered_qos, requested_qos
 from pipros.ros2.rules import Direction, GatewayRules, Kind, StaticRule, parse_gateway_rules
 

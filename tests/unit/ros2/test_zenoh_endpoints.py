@@ -6,7 +6,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-from pipros.ros2.engine import Sample, TopicQos
+from pipros.ros2.interface import Sample, TopicQos
 from pipros.ros2.zenoh.endpoints import Subscriber
 from pipros.ros2.zenoh.tokens import new_attachment
 

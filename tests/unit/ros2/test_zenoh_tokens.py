@@ -7,7 +7,7 @@ import random
 import pytest
 import xxhash
 
-from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, TopicQos
+from pipros.ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos
 from pipros.ros2.names import zenoh_key
 from pipros.ros2.zenoh.tokens import (
     Arrivals,

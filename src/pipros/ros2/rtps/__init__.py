@@ -6,10 +6,10 @@ These modules use neither sockets nor a clock. In order, from bytes to samples:
     announcements, qos                  announcements of participants and endpoints, and which endpoints match
     writer, reader, incomplete, outbox  the two ends of a reliable or best-effort connection
     peers, connections, presence        other participants, matched endpoints, our own announcements
-    engine                              all of these: datagrams in, datagrams and events out
+    participant_core                    all of these: datagrams in, datagrams and events out
 
 `participant` adds sockets and threads; `topics`, `services` and `nodes` are its thread-safe interface, which
-`ros2_engine` adapts to the gateway. XTypes, security, TCP, keyed topics and partitions are left out: ROS 2
+`engine` adapts to the gateway. XTypes, security, TCP, keyed topics and partitions are left out: ROS 2
 needs none of them for topics and services.
 
 Alternatives: the Cyclone DDS wheel lacks related sample identities, so it can neither serve nor call Fast DDS

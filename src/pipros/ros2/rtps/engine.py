@@ -1,469 +1,376 @@
-"""A participant without sockets: datagrams and the time in, datagrams and events out.
-
-Theory of operation. Announcements of the participant (SPDP) are repeated for as long as it exists; they find
-other participants. Two built-in pairs of writers and readers (SEDP), which are reliable and keep their
-history for late readers, announce each side's endpoints to the other. A local and a remote endpoint with the
-same topic and type, and compatible quality of service, match, and samples flow between them. A peer is
-considered gone if it announces that it is leaving, or if it is silent for longer than its lease.
-
-The engine never raises because of a datagram. It is not thread-safe.
-"""
+"""The engine for ROS 2 nodes that use DDS: a participant with ROS 2 names, types and QoS."""
 
 from __future__ import annotations
 
-import math
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from typing import Final
+import logging
+import threading
+from collections.abc import Callable, Sequence
+from typing import Final, TypeVar
 
-from pipros.basics.errors import NotFound
+from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.announcements import (
-    EndpointData,
-    read_endpoint,
-    read_key,
-    read_participant,
-    write_endpoint,
-    write_key,
+from pipros.ros2.interface import (
+    NO_HASHES,
+    Announcement,
+    Caller,
+    CallFailed,
+    Durability,
+    Endpoint,
+    EndpointKind,
+    EngineError,
+    PartHashes,
+    Problem,
+    Reliability,
+    Sample,
+    Subscription,
+    TopicQos,
 )
-from pipros.ros2.rtps.connections import Connections, Local
-from pipros.ros2.rtps.events import (
-    Elsewhere,
-    EndpointChanged,
-    Event,
-    Mismatched,
-    OverLimit,
-    PeerChanged,
-    Received,
-    Settings,
-)
-from pipros.ros2.rtps.identity import (
-    GUID_BYTES,
-    PARTICIPANT_WRITER,
-    PUBLICATIONS_READER,
-    PUBLICATIONS_WRITER,
-    SUBSCRIPTIONS_READER,
-    SUBSCRIPTIONS_WRITER,
-    UNKNOWN_ENTITY,
-    user_entity,
-)
-from pipros.ros2.rtps.outbox import Outbox, Outgoing
-from pipros.ros2.rtps.parameters import (
-    Parameter,
-    SampleIdentity,
-    ended,
-    is_ended,
-    related_sample,
-)
-from pipros.ros2.rtps.peers import Peer, Peers
-from pipros.ros2.rtps.presence import Presence
-from pipros.ros2.rtps.qos import Durability, Qos, Reliability
-from pipros.ros2.rtps.reader import Reader, Sample
-from pipros.ros2.rtps.submessages import (
-    AckNack,
-    Data,
-    DataFrag,
-    Gap,
-    Heartbeat,
-    HeartbeatFrag,
-    NackFrag,
-    Submessage,
-    read_datagram,
-)
-from pipros.ros2.rtps.writer import LOCAL_FRAGMENT_BYTES, Writer
+from pipros.ros2.names import dds_service, dds_topic, dds_type, service_of_dds, topic_of_dds, type_of_dds
+from pipros.ros2.rtps import qos as dds
+from pipros.ros2.rtps import reader
+from pipros.ros2.rtps.announcements import EndpointData, ParticipantData, entries
+from pipros.ros2.rtps.domain import Discovery
+from pipros.ros2.rtps.events import Elsewhere, Event, Mismatched, OverLimit, PeerChanged
+from pipros.ros2.rtps.graph_info import GidBytes, Knowledge, NodeInfo
+from pipros.ros2.rtps.identity import guid_text, is_writer
+from pipros.ros2.rtps.nodes import Nodes
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.participant_core import ParticipantCore
+from pipros.ros2.rtps.service_styles import PIPROS_MARK, style_of
+from pipros.ros2.rtps.services import Client, Server
+from pipros.ros2.rtps.topics import TopicReader, TopicWriter
 
-_PARTICIPANT_WORK: Final = 32
-_ENDPOINT_WORK: Final = 16
-_ANSWER_WORK: Final = 8
-_LEASE_CHECK_S: Final = 0.5
-_ANSWERS_S: Final = 3.0
-"""How long our announcement is repeated to a new peer that has not answered."""
-_ENDED_ENDPOINTS: Final = 256
-_MAX_NAME_CHARACTERS: Final = 255
-_DISCOVERY_QOS: Final = Qos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL, depth=0)
-_DISCOVERY: Final = (
-    (PUBLICATIONS_WRITER, PUBLICATIONS_READER),
-    (SUBSCRIPTIONS_WRITER, SUBSCRIPTIONS_READER),
-)
+_LOG = logging.getLogger("pipros.ros2")
+_NO_GATEWAY: Final = "1"
+"""Value of `PIPROS_MARK` for participants that are not gateways."""
+_REQUEST: Final = "_Request"
+_UNKNOWN_STYLE: Final = "the form of service requests is unknown for its DDS implementation"
+_MIXED: Final = "`ros2 node list` does not show it: Humble and later distributions share the domain"
+_REPORTED: Final = 100
+_Made = TypeVar("_Made")
+_Owned = TypeVar("_Owned", bound="_Own")
 
 
-class Engine:
-    """A participant; see the module docstring."""
+class RtpsEngine:
+    """A DDS participant with one node. See `Ros2Engine`.
 
-    def __init__(self, settings: Settings, limits: Limits, now: float) -> None:
-        self.settings = settings
-        self.prefix = settings.me.prefix
-        self.peers = Peers(limits, settings.local_hosts | settings.static_hosts)
-        self.malformed = 0
-        self._limits = limits
-        self._outbox = Outbox()
-        self._events: list[Event] = []
-        self._presence = Presence(settings, self._outbox, now)
-        self._connections = Connections(settings.local_hosts, self._events)
-        self._check_leases_at = now + _LEASE_CHECK_S
-        self._entities = 0
-        self._is_closed = False
-        self._ended: deque[tuple[Writer, int]] = deque()
-        self._discovery_readers: list[Reader] = []
-        for writer, reader in _DISCOVERY:
-            self._connections.writers[writer] = Writer(
-                self.prefix, writer, _DISCOVERY_QOS, limits.of(Ros2Limits).ros2_discovery_bytes, self._outbox
+    Args:
+        node: full name of the node that owns all endpoints.
+        gateway: identity of the gateway; empty if the participant is not a gateway.
+        gid_bytes: GID size in this domain; None to learn it before the node is announced.
+        limits: defaults to the process-wide limits.
+
+    Raises:
+        Unreachable: this machine has no free port in the domain.
+    """
+
+    def __init__(
+        self,
+        discovery: Discovery,
+        node: str,
+        *,
+        gateway: str = "",
+        gid_bytes: GidBytes | None = None,
+        limits: Limits | None = None,
+    ) -> None:
+        self._namespace, _, self._name = node.rpartition("/")
+        self._lock = threading.Lock()
+        self._own: list[_Own] = []
+        self._reported: set[tuple[bytes, str]] = set()
+        self._has_mismatches = False
+        self._nodes: Nodes | None = None
+        mark = f"enclave=/;{PIPROS_MARK}={gateway or _NO_GATEWAY};".encode()
+        self._participant = Participant(discovery, mark, self._on_event, limits)
+        self._nodes = Nodes(self._participant, gid_bytes)
+        self._announce_node()
+
+    def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
+        name, kind = dds_topic(topic), dds_type(type_name)
+        writer = self._open(lambda: self._participant.add_writer(name, kind, _dds(qos), _entry(type_hash)))
+        return self._owned(_Publisher(self, writer))
+
+    def subscribe(
+        self,
+        topic: str,
+        type_name: str,
+        type_hash: str,
+        qos: TopicQos,
+        callback: Callable[[Sample], None],
+    ) -> Subscription:
+        def pass_on(sample: reader.RtpsSample) -> None:
+            callback(Sample(sample.payload, sample.writer))
+
+        name, kind, entry = dds_topic(topic), dds_type(type_name), _entry(type_hash)
+        found = self._open(lambda: self._participant.add_reader(name, kind, _dds(qos), pass_on, entry))
+        return self._owned(_Own(self, [found]))
+
+    def serve(
+        self,
+        service: str,
+        type_name: str,
+        type_hash: str,
+        answer: Callable[[bytes], bytes],
+        parts: PartHashes = NO_HASHES,
+    ) -> Subscription:
+
+        def handle(request: bytes) -> bytes | None:
+            try:
+                return answer(request)
+            except Exception as error:
+                _LOG.warning("the service %s for ROS 2 failed: %s", service, error)
+                return None
+
+        del type_hash
+        dds_service(service)  # checks the name
+        kind = dds_type(type_name)[:-1]
+        server = self._open(
+            lambda: Server(
+                self._participant,
+                service,
+                f"{kind}_Request_",
+                f"{kind}_Response_",
+                handle,
+                _entry(parts.request),
+                _entry(parts.response),
             )
-            end = Reader(
-                self.prefix,
-                reader,
-                limits.of(Ros2Limits).ros2_peer_bytes,
-                self._outbox,
-                self._on_endpoint,
-                settings.request_bytes,
+        )
+        return self._owned(_Own(self, [server]))
+
+    def caller(self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES) -> Caller:
+        del type_hash
+        dds_service(service)
+        kind = dds_type(type_name)[:-1]
+        client = self._open(
+            lambda: Client(
+                self._participant,
+                service,
+                f"{kind}_Request_",
+                f"{kind}_Response_",
+                _entry(parts.request),
+                _entry(parts.response),
             )
-            self._discovery_readers.append(end)
-        self._handlers: dict[type, Callable[[Peer, Submessage, float], None]] = {
-            Data: self._to_readers,
-            DataFrag: self._to_readers,
-            Heartbeat: self._to_readers,
-            HeartbeatFrag: self._to_readers,
-            Gap: self._to_readers,
-            AckNack: self._to_writer,
-            NackFrag: self._to_writer,
+        )
+        return self._owned(_Client(self, client))
+
+    @property
+    def has_peers(self) -> bool:
+        """Whether other participants are known."""
+        return self._participant.ask(lambda engine: len(engine.peers) > 0)
+
+    def endpoints(self) -> Sequence[Endpoint]:
+        self._warn_of_mismatches()
+        nodes = self._node_names()
+
+        def read(engine: ParticipantCore) -> list[Endpoint]:
+            found = []
+            for peer in engine.peers:
+                for data in peer.endpoints.values():
+                    endpoint = _endpoint(peer.data, data, nodes.get(data.guid, ""))
+                    if endpoint is not None:
+                        found.append(endpoint)
+            return found
+
+        return self._participant.ask(read)
+
+    def _node_names(self) -> dict[bytes, str]:
+        """Return the name of the node that owns each remote endpoint, by the endpoint's GUID."""
+        return {
+            guid: f"{node.namespace.rstrip('/')}/{node.name}"
+            for info in (self._nodes.others() if self._nodes is not None else ())
+            for node in info.nodes
+            for guid in (*node.readers, *node.writers)
         }
 
-    # Called by the participant.
-
-    def add_writer(self, topic: str, type_name: str, qos: Qos, now: float, user_data: bytes = b"") -> bytes:
-        """Announce a writer; return its entity ID. `topic` and `type_name` are DDS names."""
-        self._entities += 1
-        entity = user_entity(self._entities, is_writer=True)
-        writer = Writer(
-            self.prefix, entity, qos, self._limits.of(Ros2Limits).ros2_history_bytes, self._outbox
-        )
-        self._add(EndpointData(self.prefix + entity, topic, type_name, qos, user_data), writer, now)
-        return entity
-
-    def add_reader(self, topic: str, type_name: str, qos: Qos, now: float, user_data: bytes = b"") -> bytes:
-        """Announce a reader; return its entity ID. Each sample becomes a `Received`."""
-        self._entities += 1
-        entity = user_entity(self._entities, is_writer=False)
-        reader = Reader(
-            self.prefix,
-            entity,
-            self._limits.of(Ros2Limits).ros2_sample_bytes,
-            self._outbox,
-            lambda sample: self._on_sample(entity, sample),
-            self.settings.request_bytes,
-        )
-        self._add(EndpointData(self.prefix + entity, topic, type_name, qos, user_data), reader, now)
-        return entity
-
-    def _on_sample(self, entity: bytes, sample: Sample) -> None:
-        if sample.has_payload:
-            self._events.append(Received(entity, sample))
-
-    def _add(self, data: EndpointData, end: Writer | Reader, now: float) -> None:
-        announcer = self._announcer(data)
-        local = Local(data, end, announcer.write(write_endpoint(data), now))
-        self._connections.busy.add(announcer)
-        self._connections.add(local)
-        self._connections.match_local(local, list(self.peers), now)
-
-    def _announcer(self, data: EndpointData) -> Writer:
-        return self._connections.writers[PUBLICATIONS_WRITER if data.is_writer else SUBSCRIPTIONS_WRITER]
-
-    def remove(self, entity: bytes, now: float) -> None:
-        """Remove a writer or reader, and notify the peers. May be called repeatedly."""
-        local = self._connections.remove(entity)
-        if local is None:
-            return
-        data = local.data
-        announcer = self._announcer(data)
-        announcer.forget(local.announcement)
-        payload = write_key(Parameter.ENDPOINT_GUID, data.guid)
-        self._ended.append((announcer, announcer.write(payload, now, ended(data.guid), is_key=True)))
-        self._connections.busy.add(announcer)
-        while len(self._ended) > _ENDED_ENDPOINTS:
-            earlier, number = self._ended.popleft()
-            earlier.forget(number)
-
-    def write(
-        self,
-        entity: bytes,
-        payload: bytes,
-        now: float,
-        related: SampleIdentity | None = None,
-        recipients: frozenset[bytes] | None = None,
-    ) -> int:
-        """Send a sample, to all matched readers or to some; return its sequence number.
-
-        Raises:
-            LimitExceeded: see `Writer.write`.
-            NotFound: the writer was removed.
-        """
-        writer = self.writer(entity)
-        inline = related_sample(related) if related else b""
-        number = writer.write(payload, now, inline, recipients)
-        if writer.readers:
-            self._connections.busy.add(writer)
-        return number
-
-    def writer(self, entity: bytes) -> Writer:
-        """Return the state of a local writer.
-
-        Raises:
-            NotFound: it was removed.
-        """
-        if entity not in self._connections.writers:
-            raise NotFound("the writer was closed")
-        return self._connections.writers[entity]
-
-    def reader(self, entity: bytes) -> Reader:
-        """Return the state of a local reader.
-
-        Raises:
-            NotFound: it was removed.
-        """
-        local = self._connections.local(entity)
-        if local is None or not isinstance(local.end, Reader):
-            raise NotFound("the reader was closed")
-        return local.end
-
-    def endpoint(self, guid: bytes) -> EndpointData | None:
-        """Return a remote endpoint, or None if it is unknown."""
-        peer = self.peers.get(guid[:12])
-        return peer.endpoints.get(guid) if peer else None
-
-    def mismatched(self) -> list[Mismatched]:
-        """Return a mismatch for each remote endpoint that matches no local endpoint of its topic."""
-        return [found for peer in self.peers for found in self._connections.mismatched(peer)]
+    def problems(self) -> Sequence[Problem]:
+        nodes = self._node_names()
+        found = []
+        for _, remote, policy in self._participant.ask(ParticipantCore.mismatched)[:_REPORTED]:
+            topic = topic_of_dds(remote.topic)
+            if topic is not None:
+                kind = EndpointKind.PUBLISHER if remote.is_writer else EndpointKind.SUBSCRIBER
+                node = nodes.get(remote.guid) or guid_text(remote.guid)
+                found.append(Problem(kind, topic, _reason(remote, policy), node))
+        if self._nodes is not None and self._nodes.knowledge is Knowledge.MIXED:
+            found.append(Problem(None, f"{self._namespace}/{self._name}", _MIXED))
+        return found
 
     def close(self) -> None:
-        """Notify the peers that the participant is leaving. May be called repeatedly."""
-        if self._is_closed:
+        self._participant.close()
+
+    # Used by the endpoints of this module.
+
+    def forget(self, owner: _Own) -> None:
+        """Remove a closed endpoint from the node."""
+        with self._lock:
+            if owner not in self._own:
+                return
+            self._own.remove(owner)
+        self._announce_node()
+
+    def _open(self, make: Callable[[], _Made]) -> _Made:
+        try:
+            return make()
+        except PiprosError as error:
+            raise EngineError(str(error)) from error
+
+    def _owned(self, owner: _Owned) -> _Owned:
+        with self._lock:
+            self._own.append(owner)
+        self._announce_node()
+        return owner
+
+    def _announce_node(self) -> None:
+        with self._lock:
+            guids = [guid for owner in self._own for guid in owner.guids()]
+        if self._nodes is not None:
+            node = NodeInfo(
+                self._namespace or "/",
+                self._name,
+                tuple(guid for guid in guids if not is_writer(guid)),
+                tuple(guid for guid in guids if is_writer(guid)),
+            )
+            try:
+                self._nodes.announce([node])
+            except (PiprosError, TimeoutError) as error:
+                _LOG.debug("the node was not announced: %s", error)
+
+    def _on_event(self, event: Event) -> None:
+        match event:
+            case PeerChanged(peer, False) if self._nodes is not None:
+                self._nodes.forget(peer.prefix)
+            case Mismatched():
+                self._has_mismatches = True
+            case OverLimit(prefix):
+                self._warn(prefix, "a ROS 2 participant has announced too much; the rest is ignored")
+            case Elsewhere(prefix, host):
+                self._warn(
+                    prefix,
+                    f"a ROS 2 participant at {host} is ignored, as its addresses are of other networks; "
+                    "name them in ROS_STATIC_PEERS to allow them",
+                )
+
+    def _warn_of_mismatches(self) -> None:
+        """Log the endpoints that match no local one, once each.
+
+        Not when the event arrives: an action is offered under several types, one after another.
+        """
+        if not self._has_mismatches:
             return
-        self._is_closed = True
-        self._presence.end(self.peers)
+        self._has_mismatches = False
+        for _, remote, policy in self._participant.ask(ParticipantCore.mismatched)[:_REPORTED]:
+            self._warn(remote.guid, f"{remote.topic}: a peer does not match: {_reason(remote, policy)}")
+
+    def _warn(self, guid: bytes, text: str) -> None:
+        if (guid, text) not in self._reported and len(self._reported) < _REPORTED:
+            self._reported.add((guid, text))
+            _LOG.warning(text)
+
+
+class _Own:
+    """An endpoint of the engine."""
+
+    def __init__(
+        self, engine: RtpsEngine, ends: Sequence[TopicReader | TopicWriter | Server | Client]
+    ) -> None:
+        self._engine = engine
+        self._ends = ends
 
     @property
-    def has_transfers(self) -> bool:
-        """True if datagrams are waiting for the next burst."""
-        return self._outbox.deadline < math.inf
+    def dropped(self) -> int:
+        return sum(
+            end.dropped if isinstance(end, TopicReader) else end.refused
+            for end in self._ends
+            if isinstance(end, TopicReader | Server)
+        )
 
-    def take_outgoing(self) -> list[Outgoing]:
-        """Return the datagrams to send now."""
-        return self._outbox.take()
+    def guids(self) -> list[bytes]:
+        return [guid for end in self._ends for guid in _guids(end)]
 
-    def take_events(self) -> list[Event]:
-        """Return the events since the last call, in order."""
-        events = self._events.copy()
-        self._events.clear()
-        return events
+    def close(self) -> None:
+        for end in self._ends:
+            end.close()
+        self._engine.forget(self)
 
-    # Timers.
+
+class _Publisher(_Own):
+    def __init__(self, engine: RtpsEngine, writer: TopicWriter) -> None:
+        super().__init__(engine, [writer])
+        self._writer = writer
+
+    def publish(self, payload: bytes) -> None:
+        try:
+            self._writer.write(payload)
+        except TimeoutError as error:
+            raise EngineError(str(error)) from None
 
     @property
-    def deadline(self) -> float:
-        """Time by which `poll` must be called."""
-        soonest = min(self._outbox.deadline, self._presence.due, self._check_leases_at)
-        return min(soonest, *(end.deadline for end in self._connections.busy), math.inf)
+    def subscriber_count(self) -> int:
+        return len(self._writer.readers())
 
-    def poll(self, now: float, handled_until: float = math.inf) -> None:
-        """Perform due actions: announcements, heartbeats, repeated requests, bursts, and expiry of leases.
-
-        Args:
-            handled_until: every datagram that arrived before this time has been passed to `receive`. Thus, a
-                request answered in time is not repeated, and a lease renewed in time does not expire.
-        """
-        if self._is_closed:
-            return
-        handled_until = min(now, handled_until)
-        if now >= self._presence.due:
-            self._presence.announce(self.peers, now)
-        if handled_until >= self._check_leases_at:
-            self._check_leases_at = now + _LEASE_CHECK_S
-            for peer in self.peers.expired(handled_until):
-                self._remove_peer(peer.data.prefix)
-            for peer in self.peers:
-                if now - peer.found_at < _ANSWERS_S and not self._has_answered(peer):
-                    self._presence.answer(peer)
-        for end in list(self._connections.busy):
-            if isinstance(end, Reader):
-                end.poll(now, handled_until)
-            else:
-                end.poll(now)
-            if end.deadline == math.inf:
-                self._connections.busy.discard(end)
-        self._outbox.poll(now)
-
-    # Incoming datagrams.
-
-    def receive(self, datagram: bytes, host: str, now: float) -> None:
-        """Handle a datagram from a host. Never raises, whatever it contains."""
-        for _ in self.handle(datagram, host, now):
-            pass
-
-    def handle(self, datagram: bytes, host: str, now: float) -> Iterator[int]:
-        """Handle a datagram step by step; yield the work of each step in units of some 20 us.
-
-        Other methods may be called between the steps.
-        """
-        read = read_datagram(datagram, self.prefix)
-        if read is None or read.prefix == self.prefix or self._is_closed:
-            return
-        self.malformed += read.is_malformed
-        peer = self.peers.get(read.prefix)
-        if peer is not None:
-            peer.heard_at = now
-        for submessage in _latest(read.submessages):
-            if isinstance(submessage, Data) and submessage.writer == PARTICIPANT_WRITER:
-                self._on_participant(read.prefix, submessage, host, now)
-                yield _PARTICIPANT_WORK
-                continue
-            peer = self.peers.get(read.prefix)
-            if peer is not None:
-                work = self._work_of(peer, submessage)
-                self._handlers[type(submessage)](peer, submessage, now)
-                yield work
-
-    def _work_of(self, peer: Peer, submessage: Submessage) -> int:
-        """Return the units of work that a submessage causes."""
-        if isinstance(submessage, Data | DataFrag | HeartbeatFrag):
-            is_discovery = submessage.writer in (PUBLICATIONS_WRITER, SUBSCRIPTIONS_WRITER)
-            return _ENDPOINT_WORK if is_discovery else 1
-        if isinstance(submessage, AckNack):
-            return _ANSWER_WORK + len(submessage.missing)
-        if isinstance(submessage, NackFrag):
-            return _ANSWER_WORK + len(submessage.missing) // 8
-        guid = peer.data.prefix + submessage.writer
-        readers = self._connections.readers.get(guid, ())
-        others = len(submessage.others) // 8 if isinstance(submessage, Gap) else 0
-        return 1 + sum(_ANSWER_WORK + others + reader.work(guid) for reader in readers)
-
-    def _to_readers(self, peer: Peer, submessage: Submessage, now: float) -> None:
-        guid = peer.data.prefix + submessage.writer
-        for reader in self._connections.readers.get(guid, ()):
-            if submessage.reader != UNKNOWN_ENTITY and submessage.reader != reader.entity:
-                continue
-            if isinstance(submessage, Data):
-                reader.on_data(guid, submessage, now)
-            elif isinstance(submessage, Heartbeat):
-                reader.on_heartbeat(guid, submessage, now)
-            elif isinstance(submessage, DataFrag):
-                reader.on_data_frag(guid, submessage, now)
-            elif isinstance(submessage, HeartbeatFrag):
-                reader.on_heartbeat_frag(guid, submessage, now)
-            elif isinstance(submessage, Gap):
-                reader.on_gap(guid, submessage)
-            if reader.is_waiting:
-                self._connections.busy.add(reader)
-
-    def _to_writer(self, peer: Peer, submessage: Submessage, now: float) -> None:
-        writer = self._connections.writers.get(submessage.writer)
-        if writer is None:
-            return
-        guid = peer.data.prefix + submessage.reader
-        if isinstance(submessage, AckNack):
-            writer.on_acknack(guid, submessage, now)
-        elif isinstance(submessage, NackFrag):
-            writer.on_nack_frag(guid, submessage)
-        self._connections.busy.add(writer)
-
-    def _on_participant(self, prefix: bytes, data: Data, host: str, now: float) -> None:
-        if is_ended(data.inline) or not data.has_payload:
-            self._remove_peer(prefix)
-            return
-        announced = read_participant(data.payload)
-        if announced is None or announced.prefix != prefix:
-            return
-        connections = self._connections
-        peer = self.peers.get(prefix)
-        if peer is not None:
-            if not peer.renew(announced, data.payload):
-                self._remove_peer(prefix)
-            elif not self._has_answered(peer):
-                self._presence.answer(peer)  # the peer may have missed our first announcement
-            return
-        peer = self.peers.add(announced, data.payload, host, now)
-        if peer is None:
-            if not self.peers.reaches(announced, host):
-                self._events.append(Elsewhere(prefix, host))
-            return
-        address = peer.discovery_address
-        self._presence.answer(peer)
-        for (writer, reader), own_reader in zip(_DISCOVERY, self._discovery_readers, strict=True):
-            own = connections.writers[writer]
-            own.match(prefix + reader, address, _DISCOVERY_QOS, LOCAL_FRAGMENT_BYTES, now)
-            connections.connect_reader(own_reader, prefix + writer, address, peer, now, is_reliable=True)
-            connections.busy.add(own)
-        self._events.append(PeerChanged(announced, True))
-
-    def _has_answered(self, peer: Peer) -> bool:
-        """Return False if a peer may not have received our announcements."""
-        guid = peer.data.prefix + PUBLICATIONS_READER
-        return self._connections.writers[PUBLICATIONS_WRITER].readers[guid].is_greeted
-
-    def _remove_peer(self, prefix: bytes) -> None:
-        peer = self.peers.get(prefix)
-        if peer is None:
-            return
-        for remote in list(peer.endpoints.values()):
-            self._remove_endpoint(peer, remote.guid)
-        for (writer, reader), own_reader in zip(_DISCOVERY, self._discovery_readers, strict=True):
-            self._connections.writers[writer].unmatch(prefix + reader)
-            self._connections.disconnect_reader(own_reader, prefix + writer)
-        self.peers.remove(prefix)
-        self._events.append(PeerChanged(peer.data, False))
-
-    def _on_endpoint(self, sample: Sample) -> None:
-        """Handle the announcement or the removal of a remote endpoint."""
-        prefix = sample.writer[:12]
-        peer = self.peers.get(prefix)
-        if peer is None:
-            return
-        if is_ended(sample.inline) or not sample.has_payload:
-            guid = read_key(sample.payload, Parameter.ENDPOINT_GUID)
-            hashes = (sample.inline or {}).get(Parameter.KEY_HASH, [b""])
-            self._remove_endpoint(peer, guid or hashes[0][:GUID_BYTES])
-            return
-        remote = read_endpoint(sample.payload)
-        if remote is None or remote.guid[:12] != prefix:
-            return
-        if remote.is_writer is not (sample.writer[12:] == PUBLICATIONS_WRITER):
-            return
-        if max(len(remote.topic), len(remote.type_name)) > _MAX_NAME_CHARACTERS:
-            return
-        known = peer.endpoints.get(remote.guid)
-        if not peer.keep(remote, sample.payload):
-            if not peer.is_over_limit:
-                peer.is_over_limit = True
-                self._events.append(OverLimit(prefix))
-            return
-        if known is not None and known != remote:
-            self._connections.disconnect(known)
-        if known != remote:
-            self._events.append(EndpointChanged(remote, True))
-            self._connections.match_remote(peer, remote, peer.heard_at)
-
-    def _remove_endpoint(self, peer: Peer, guid: bytes) -> None:
-        remote = peer.forget(guid)
-        if remote is not None:
-            self._connections.disconnect(remote)
-            self._events.append(EndpointChanged(remote, False))
+    @property
+    def dropped(self) -> int:
+        return self._writer.lost
 
 
-def _latest(submessages: Sequence[Submessage]) -> Sequence[Submessage]:
-    """Leave out the heartbeats and ACKNACKs that a later one of the same writer and reader supersedes.
+class _Client(_Own):
+    def __init__(self, engine: RtpsEngine, client: Client) -> None:
+        super().__init__(engine, [client])
+        self._client = client
 
-    Each is answered, with more bytes than it has, and a datagram can contain 1,800.
-    """
-    if len(submessages) <= 2:
-        return submessages
-    seen: set[tuple[type, bytes, bytes]] = set()
-    latest: list[Submessage] = []
-    for each in reversed(submessages):
-        if isinstance(each, Heartbeat | AckNack):
-            key = type(each), each.writer, each.reader
-            if key in seen:
-                continue
-            seen.add(key)
-        latest.append(each)
-    return latest[::-1]
+    def call(self, request: bytes, timeout_s: float) -> bytes:
+        try:
+            return self._client.call(request, timeout_s)
+        except (PiprosError, TimeoutError) as error:
+            raise CallFailed(str(error)) from error
+
+    @property
+    def is_available(self) -> bool:
+        return self._client.wait_for_server(0.0)
+
+
+def _guids(end: TopicReader | TopicWriter | Server | Client) -> Sequence[bytes]:
+    return end.guids if isinstance(end, (Server, Client)) else (end.guid,)
+
+
+def _dds(qos: TopicQos) -> dds.Qos:
+    return dds.Qos(
+        dds.Reliability[qos.reliability.name],
+        dds.Durability[qos.durability.name],
+        depth=qos.depth,
+    )
+
+
+def _entry(type_hash: str) -> bytes:
+    return f"typehash={type_hash};".encode() if type_hash else b""
+
+
+def _reason(remote: EndpointData, policy: dds.Policy | None) -> str:
+    """Return why a peer's endpoint does not match."""
+    if policy is None:
+        return f"its type is {type_of_dds(remote.type_name) or remote.type_name}"
+    return f"its QoS is incompatible ({policy.value})"
+
+
+def _endpoint(peer: ParticipantData, data: EndpointData, node: str) -> Endpoint | None:
+    """Return an endpoint with its ROS 2 names, or None for non-ROS 2 topics and for service replies."""
+    topic, service, kind = topic_of_dds(data.topic), service_of_dds(data.topic), type_of_dds(data.type_name)
+    if kind is None:
+        return None
+    gateway = entries(peer.user_data).get(PIPROS_MARK, "")
+    gateway = "" if gateway == _NO_GATEWAY else gateway
+    type_hash = entries(data.user_data).get("typehash", "")
+    if topic is not None:
+        what = EndpointKind.PUBLISHER if data.is_writer else EndpointKind.SUBSCRIBER
+        return Endpoint(data.guid, what, topic, kind, type_hash, _qos(data.qos), node, gateway)
+    if service is None or not data.topic.startswith("rq/") or not kind.endswith(_REQUEST):
+        return None
+    what = EndpointKind.CLIENT if data.is_writer else EndpointKind.SERVER
+    kind, problem = kind[: -len(_REQUEST)], "" if style_of(peer, data) else _UNKNOWN_STYLE
+    return Endpoint(data.guid, what, service, kind, type_hash, _qos(data.qos), node, gateway, problem)
+
+
+def _qos(qos: dds.Qos) -> TopicQos:
+    return TopicQos(
+        Reliability[qos.reliability.name],
+        Durability.TRANSIENT_LOCAL if qos.is_latched else Durability.VOLATILE,
+    )

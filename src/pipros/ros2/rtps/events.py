@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import Policy
-from pipros.ros2.rtps.reader import REQUEST_BYTES, Sample
+from pipros.ros2.rtps.reader import REQUEST_BYTES, RtpsSample
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Received(NamedTuple):
     """A sample for a local reader."""
 
     entity: bytes
-    sample: Sample
+    sample: RtpsSample
 
 
 class Matched(NamedTuple):

@@ -8,11 +8,11 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from pipros.ros2.rtps.engine import Engine
+from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.sockets import Backlog
 
 WORK_AT_ONCE: Final = 256
-"""Units of work (see `Engine.handle`) after which the participant releases its lock: some milliseconds."""
+"""Units of work (see `ParticipantCore.handle`) after which the participant releases its lock: some ms."""
 _DATAGRAMS_AT_ONCE: Final = 64
 _READ_EVERY: Final = 4
 _LOG = logging.getLogger("pipros.ros2")
@@ -27,7 +27,7 @@ class Intake:
         failures: number of datagrams that revealed a bug in the engine.
     """
 
-    def __init__(self, engine: Engine, backlog: Backlog, sources: Sequence[socket.socket]) -> None:
+    def __init__(self, engine: ParticipantCore, backlog: Backlog, sources: Sequence[socket.socket]) -> None:
         self.failures = 0
         self._engine = engine
         self._backlog = backlog

@@ -20,7 +20,7 @@ from pipros.ros2.rtps.graph_info import (
 )
 from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
 from pipros.ros2.rtps.participant import Participant
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.topics import TopicWriter
 
 MAX_INFO_BYTES: Final = 256 * 1024
@@ -44,7 +44,7 @@ class Nodes:
     def _make_writer(self) -> TopicWriter:
         return self._participant.add_writer(TOPIC, TYPE_NAME, WRITER_QOS, _type_hash(self._info.size))
 
-    def _on_sample(self, sample: Sample) -> None:
+    def _on_sample(self, sample: RtpsSample) -> None:
         if len(sample.payload) > MAX_INFO_BYTES:
             return
         with self._lock:

@@ -24,13 +24,13 @@ from pipros.basics.limits import Limits, process_limits
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.events import Event, Received, Settings
 from pipros.ros2.rtps.identity import new_prefix
 from pipros.ros2.rtps.intake import Intake
 from pipros.ros2.rtps.parameters import SampleIdentity
+from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.sockets import Backlog, RtpsSockets
 from pipros.ros2.rtps.topics import TopicReader, TopicWriter
 
@@ -84,11 +84,11 @@ class Participant:
             self._sockets.request_bytes,
             self._sockets.static_hosts,
         )
-        self._engine = Engine(settings, self._limits, time.monotonic())
+        self._engine = ParticipantCore(settings, self._limits, time.monotonic())
         self._on_event = on_event
         self._lock = threading.Lock()
         self._readers: dict[bytes, TopicReader] = {}
-        self._direct: dict[bytes, Callable[[Sample], None]] = {}
+        self._direct: dict[bytes, Callable[[RtpsSample], None]] = {}
         self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
@@ -128,7 +128,7 @@ class Participant:
         topic: str,
         type_name: str,
         qos: Qos,
-        callback: Callable[[Sample], None],
+        callback: Callable[[RtpsSample], None],
         user_data: bytes = b"",
         *,
         is_direct: bool = False,
@@ -151,7 +151,7 @@ class Participant:
             self._flush()
         return reader
 
-    def _open_engine(self) -> Engine:
+    def _open_engine(self) -> ParticipantCore:
         if self._is_closing:
             raise PiprosError("the ROS 2 participant is closed")
         return self._engine
@@ -186,7 +186,7 @@ class Participant:
                 self._engine.remove(entity, time.monotonic())
                 self._flush()
 
-    def ask(self, question: Callable[[Engine], _Answer]) -> _Answer:
+    def ask(self, question: Callable[[ParticipantCore], _Answer]) -> _Answer:
         """Call a function with the engine, under the lock, and return its result. The call must not block."""
         with self._lock:
             return question(self._engine)
@@ -195,7 +195,7 @@ class Participant:
         """Return all remote endpoints."""
         return self.ask(lambda engine: [each for peer in engine.peers for each in peer.endpoints.values()])
 
-    def wait_for(self, condition: Callable[[Engine], bool], timeout_s: float) -> bool:
+    def wait_for(self, condition: Callable[[ParticipantCore], bool], timeout_s: float) -> bool:
         """Wait until a condition holds; return False after the timeout, or if the participant is closed."""
         if self.ask(condition):
             return True

@@ -45,7 +45,7 @@ ABANDONED_S: Final = 5.0
 """Fragments of a best-effort sample are dropped if no further fragment arrives within this time."""
 
 
-class Sample(NamedTuple):
+class RtpsSample(NamedTuple):
     """A sample as it arrived.
 
     Attributes:
@@ -86,7 +86,7 @@ class WriterProxy:
     expected: int = 1
     announced: int = 0
     is_greeted: bool = False
-    early: dict[int, Sample] = field(default_factory=dict)
+    early: dict[int, RtpsSample] = field(default_factory=dict)
     skipped: list[tuple[int, int]] = field(default_factory=list)
     assemblies: dict[int, Assembly] = field(default_factory=dict)
     usual_bytes: int = 0
@@ -112,7 +112,7 @@ class Reader:
     entity: bytes
     sample_bytes: int
     outbox: Outbox
-    deliver: Callable[[Sample], None]
+    deliver: Callable[[RtpsSample], None]
     request_bytes: int = REQUEST_BYTES
     writers: dict[bytes, WriterProxy] = field(default_factory=dict)
     lost: int = 0
@@ -179,13 +179,13 @@ class Reader:
         writer = self.writers.get(guid)
         if writer is None or not self._is_new(writer, data.sequence):
             return
-        sample = Sample(guid, data.sequence, bytes(data.payload), data.inline, data.has_payload)
+        sample = RtpsSample(guid, data.sequence, bytes(data.payload), data.inline, data.has_payload)
         self._accept(writer, sample, now)
 
     def _is_new(self, writer: WriterProxy, sequence: int) -> bool:
         return sequence >= writer.expected and sequence not in writer.early
 
-    def _accept(self, writer: WriterProxy, sample: Sample, now: float) -> None:
+    def _accept(self, writer: WriterProxy, sample: RtpsSample, now: float) -> None:
         """Deliver a new sample, or keep it until the earlier ones have arrived."""
         if not writer.is_reliable or sample.sequence == writer.expected:
             writer.expected = sample.sequence + 1
@@ -265,7 +265,7 @@ class Reader:
         inline = assembly.inline
         assembly.release()
         writer.usual_bytes = len(payload)
-        self._accept(writer, Sample(guid, sequence, payload, inline), now)
+        self._accept(writer, RtpsSample(guid, sequence, payload, inline), now)
 
     def _start(self, writer: WriterProxy, fragment: DataFrag, now: float) -> Assembly | None:
         """Return a new assembly, or None if the sample is not new or exceeds a limit."""
@@ -441,5 +441,5 @@ class Reader:
             self._waiting.pop(writer.guid, None)
 
 
-def _cost(sample: Sample) -> int:
+def _cost(sample: RtpsSample) -> int:
     return len(sample.payload) + inline_bytes(sample.inline) + PIECE_OVERHEAD_BYTES

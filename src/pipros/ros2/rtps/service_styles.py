@@ -16,7 +16,7 @@ from typing import Final
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData, entries
 from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS
 from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 
 PIPROS_MARK: Final = "pipros"
 """Name of the entry in USER_DATA that marks pipros participants."""
@@ -95,7 +95,7 @@ def with_head(payload: bytes, head: bytes) -> bytes:
     return payload[:_ENCAPSULATION_BYTES] + head + payload[_ENCAPSULATION_BYTES:]
 
 
-def read_request(sample: Sample, style: Style) -> Request | None:
+def read_request(sample: RtpsSample, style: Style) -> Request | None:
     """Return a request, or None if it is too short or names a reader of another participant."""
     if style is Style.CYCLONE:
         found = split_head(sample.payload)

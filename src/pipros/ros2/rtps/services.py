@@ -19,12 +19,12 @@ from pipros.basics.limits import process_limits
 from pipros.basics.turns import Turns
 from pipros.net.workers import Workers
 from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.identity import guid_text
 from pipros.ros2.rtps.parameters import SampleIdentity, read_related_sample
 from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import (
     Request,
     Style,
@@ -55,7 +55,7 @@ class UnknownStyle(PiprosError):
     """A peer offers a service, but the style of its requests and replies is unknown."""
 
 
-def style_at(engine: Engine, guid: bytes) -> Style | None:
+def style_at(engine: ParticipantCore, guid: bytes) -> Style | None:
     """Return the style of the peer with this endpoint, or None if the style is unknown."""
     peer, endpoint = engine.peers.get(guid[:12]), engine.endpoint(guid)
     return style_of(peer.data, endpoint) if peer and endpoint else None
@@ -96,7 +96,7 @@ class Server:
         self._workers = Workers("ros2 service", _WORKERS)
         self._queued = Budget(process_limits().of(Ros2Limits).ros2_inbox_bytes)
         self._clients: dict[bytes, Budget] = {}
-        self._turns: Turns[bytes, Sample] = Turns()
+        self._turns: Turns[bytes, RtpsSample] = Turns()
         self._lock = threading.Lock()
         entry = id_entry(os.urandom(16), is_client=False)
         self._writer = participant.add_writer(replies, reply_type, _WRITER_QOS, entry + reply_hash)
@@ -104,7 +104,7 @@ class Server:
             requests, request_type, SERVICE_QOS, self._on_request, entry + request_hash, is_direct=True
         )
 
-    def _on_request(self, sample: Sample) -> None:
+    def _on_request(self, sample: RtpsSample) -> None:
         """Queue a request. A participant may use half of what the others leave; they take turns."""
         client = sample.writer[:12]
         with self._lock:
@@ -122,7 +122,7 @@ class Server:
                 if self._turns:
                     self._forget(self._turns.pop()[1])
 
-    def _forget(self, sample: Sample) -> None:
+    def _forget(self, sample: RtpsSample) -> None:
         """Return the bytes of a request. The caller holds the lock."""
         client = sample.writer[:12]
         budget = self._clients[client]
@@ -141,7 +141,7 @@ class Server:
             with self._lock:
                 self._forget(sample)
 
-    def _answer(self, sample: Sample) -> None:
+    def _answer(self, sample: RtpsSample) -> None:
         try:
             style = self._participant.ask(lambda engine: style_at(engine, sample.writer))
             request = read_request(sample, style) if style else None
@@ -181,7 +181,7 @@ class Server:
         self._workers.close()
 
 
-def _recipients(engine: Engine, entity: bytes, request: Request) -> frozenset[bytes]:
+def _recipients(engine: ParticipantCore, entity: bytes, request: Request) -> frozenset[bytes]:
     """Return the reply readers of the client that sent a request."""
     readers = engine.writer(entity).readers
     if request.reply_reader is not None and request.reply_reader in readers:
@@ -237,7 +237,7 @@ class Client:
         """Wait for a server; return False after the timeout."""
         return self._participant.wait_for(lambda engine: self._server(engine) is not None, timeout_s)
 
-    def _server(self, engine: Engine) -> _Target | None:
+    def _server(self, engine: ParticipantCore) -> _Target | None:
         """Return a server's request reader, preferably one of known style, or None if there is no server."""
         writers = engine.reader(self._reader.entity).writers
         offering = {guid[:12] for guid in writers}
@@ -288,7 +288,7 @@ class Client:
         number = self._participant.write(entity, payload, related, recipients, register)
         return Style.FAST, number
 
-    def _on_reply(self, sample: Sample) -> None:
+    def _on_reply(self, sample: RtpsSample) -> None:
         related = read_related_sample(sample.inline)
         payload = sample.payload
         if related is not None:

@@ -8,17 +8,17 @@ from collections import deque
 from collections.abc import Callable
 from typing import Final, Protocol, TypeVar
 
-from pipros.ros2.rtps.engine import Engine
 from pipros.ros2.rtps.incomplete import inline_bytes
 from pipros.ros2.rtps.parameters import SampleIdentity
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.participant_core import ParticipantCore
+from pipros.ros2.rtps.reader import RtpsSample
 
 _Answer = TypeVar("_Answer")
 _LOG = logging.getLogger("pipros.ros2")
 SAMPLE_OVERHEAD_BYTES: Final = 500
 
 
-def cost_bytes(sample: Sample) -> int:
+def cost_bytes(sample: RtpsSample) -> int:
     """Return the memory that a queued sample takes."""
     return len(sample.payload) + inline_bytes(sample.inline) + SAMPLE_OVERHEAD_BYTES
 
@@ -29,9 +29,9 @@ class RunningEngine(Protocol):
     @property
     def prefix(self) -> bytes: ...
 
-    def ask(self, question: Callable[[Engine], _Answer]) -> _Answer: ...
+    def ask(self, question: Callable[[ParticipantCore], _Answer]) -> _Answer: ...
 
-    def wait_for(self, condition: Callable[[Engine], bool], timeout_s: float) -> bool: ...
+    def wait_for(self, condition: Callable[[ParticipantCore], bool], timeout_s: float) -> bool: ...
 
     def write(
         self,
@@ -114,13 +114,13 @@ class TopicReader:
     """
 
     def __init__(
-        self, participant: RunningEngine, callback: Callable[[Sample], None], depth: int, limit_bytes: int
+        self, participant: RunningEngine, callback: Callable[[RtpsSample], None], depth: int, limit_bytes: int
     ) -> None:
         self._participant = participant
         self._callback = callback
         self._depth = depth
         self._limit_bytes = limit_bytes
-        self._inbox: deque[Sample] = deque()
+        self._inbox: deque[RtpsSample] = deque()
         self._bytes = 0
         self._lock = threading.Lock()
         self.dropped = 0
@@ -140,7 +140,7 @@ class TopicReader:
             lambda engine: len(engine.reader(self.entity).writers) >= count, timeout_s
         )
 
-    def push(self, sample: Sample) -> bool:
+    def push(self, sample: RtpsSample) -> bool:
         """Add a sample, and drop the oldest ones beyond the limits. Return True if the inbox was empty."""
         cost = cost_bytes(sample)
         with self._lock:

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol
 
 from pipros.net.workers import Workers
-from pipros.ros2.engine import (
+from pipros.ros2.interface import (
     CallFailed,
     Durability,
     EndpointKind,

@@ -14,7 +14,7 @@ from typing import Any, Final
 from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
 from pipros.basics.limits import Limits, process_limits
-from pipros.ros2.engine import (
+from pipros.ros2.interface import (
     NO_HASHES,
     Announcement,
     Caller,

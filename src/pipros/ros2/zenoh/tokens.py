@@ -10,7 +10,7 @@ import struct
 import time
 from dataclasses import dataclass
 
-from pipros.ros2.engine import Durability, Endpoint, EndpointKind, Reliability, TopicQos, gateway_of_node
+from pipros.ros2.interface import Durability, Endpoint, EndpointKind, Reliability, TopicQos, gateway_of_node
 from pipros.ros2.names import dds_type, type_of_dds
 
 NO_HASH = "TypeHashNotSupported"

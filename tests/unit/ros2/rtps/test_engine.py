@@ -1,415 +1,284 @@
-"""Participants that find each other and exchange samples, in simulated time."""
+"""Two engines for DDS on one machine."""
 
 from __future__ import annotations
 
+import contextlib
+import socket
+from collections.abc import Iterator
+from queue import SimpleQueue
+
 import pytest
 
-from pipros.basics.errors import LimitExceeded, NotFound
 from pipros.basics.limits import Limits
-from pipros.ros2.limits import Ros2Limits
-from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, PARTICIPANT_WRITER
-from pipros.ros2.rtps.qos import Durability, Policy, Qos, Reliability
-from pipros.ros2.rtps.submessages import AckNack, Submessage, read_datagram
-from tests.support.rtps_network import STRING, Host, SimulatedNetwork
-
-LATCHED = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
-DEEP = Qos(depth=2000)
-
-
-def pair(network: SimulatedNetwork, offered: Qos, requested: Qos) -> tuple[Host, bytes, Host, bytes]:
-    """A writer and a reader of one topic that have matched."""
-    talker, listener = network.host(), network.host()
-    writer = talker.engine.add_writer("rt/chatter", STRING, offered, network.now)
-    reader = listener.engine.add_reader("rt/chatter", STRING, requested, network.now)
-    network.run_until(lambda: bool(talker.matches() and listener.matches()))
-    return talker, writer, listener, reader
-
-
-def test_samples_reach_a_matched_reader_in_order() -> None:
-    network = SimulatedNetwork()
-    talker, writer, listener, reader = pair(network, Qos(), Qos())
-    sent = [b"\0\1\0\0" + bytes([number]) * number for number in range(50)]
-    for payload in sent:
-        talker.engine.write(writer, payload, network.now)
-        network.flush()
-
-    received = listener.payloads(reader)
-    assert [payload[: len(each)] for payload, each in zip(received, sent, strict=True)] == sent
-
-
-@pytest.mark.parametrize("loss", [0.05, 0.3])
-@pytest.mark.parametrize("size", [8, 200_000])
-def test_nothing_is_lost_on_a_lossy_network(loss: float, size: int) -> None:
-    network = SimulatedNetwork(seed=7, loss=loss)
-    talker, writer, listener, reader = pair(network, DEEP, DEEP)
-    sent = [number.to_bytes(4, "big") * (size // 4) for number in range(1000 if size == 8 else 20)]
-    for payload in sent:
-        talker.engine.write(writer, payload, network.now)
-        network.run(0.001)
-    network.run_until(lambda: len(listener.payloads(reader)) >= len(sent))
-
-    assert listener.payloads(reader) == sent
-    network.run_until(lambda: talker.engine.writer(writer).is_acknowledged)
-
-
-@pytest.mark.parametrize("loss", [0.0, 0.3])
-def test_a_late_reader_gets_the_latched_sample(loss: float) -> None:
-    network = SimulatedNetwork(seed=3, loss=loss)
-    talker = network.host()
-    writer = talker.engine.add_writer("rt/map", STRING, LATCHED, network.now)
-    for payload in (b"old.", b"new."):
-        talker.engine.write(writer, payload, network.now)
-    network.run(5.0)
-    listener = network.host()
-    reader = listener.engine.add_reader("rt/map", STRING, LATCHED, network.now)
-    network.run_until(lambda: bool(listener.payloads(reader)))
-
-    assert listener.payloads(reader) == [b"new."]
-
-
-def test_a_late_volatile_reader_gets_only_new_samples() -> None:
-    network = SimulatedNetwork()
-    talker = network.host()
-    writer = talker.engine.add_writer("rt/map", STRING, LATCHED, network.now)
-    talker.engine.write(writer, b"old.", network.now)
-    listener = network.host()
-    reader = listener.engine.add_reader("rt/map", STRING, Qos(), network.now)
-    network.run_until(lambda: bool(talker.matches()))
-    talker.engine.write(writer, b"new.", network.now)
-    network.run(1.0)
-
-    assert listener.payloads(reader) == [b"new."]
-
-
-def test_best_effort_samples_are_not_repeated() -> None:
-    network = SimulatedNetwork()
-    best_effort = Qos(Reliability.BEST_EFFORT)
-    talker, writer, listener, reader = pair(network, Qos(), best_effort)
-    network.drops = lambda datagram: b"lost" in datagram
-    for payload in (b"one.", b"lost", b"two."):
-        talker.engine.write(writer, payload, network.now)
-    network.run(2.0)
-
-    assert listener.payloads(reader) == [b"one.", b"two."]
-
-
-def test_a_sample_for_one_reader_is_skipped_by_the_others() -> None:
-    network = SimulatedNetwork(seed=5, loss=0.2)
-    talker, writer, one, first = pair(network, DEEP, DEEP)
-    other = network.host()
-    second = other.engine.add_reader("rt/chatter", STRING, DEEP, network.now)
-    network.run_until(lambda: len(talker.matches()) == 2 and bool(other.matches()))
-    only_first = frozenset([one.engine.prefix + first])
-    for number in range(40):
-        talker.engine.write(writer, b"a%3d" % number, network.now, recipients=only_first)
-        talker.engine.write(writer, b"b%3d" % number, network.now)
-    network.run_until(lambda: len(one.payloads(first)) == 80 and len(other.payloads(second)) == 40)
-
-    assert other.payloads(second) == [b"b%3d" % number for number in range(40)]
-    assert one.payloads(first)[:3] == [b"a  0", b"b  0", b"a  1"]
-
-
-def test_a_sample_that_is_no_longer_kept_does_not_stop_the_others() -> None:
-    network = SimulatedNetwork()
-    talker, writer, listener, reader = pair(network, Qos(depth=2), Qos())
-    network.drops = lambda datagram: b"lost" in datagram
-    for payload in (b"lost", b"lost", b"one.", b"two."):
-        talker.engine.write(writer, payload, network.now)
-    network.run(2.0)
-
-    assert listener.payloads(reader) == [b"one.", b"two."]
-    assert talker.engine.writer(writer).dropped == 2
-
-
-def test_endpoints_without_a_match_are_listed_until_they_end() -> None:
-    network = SimulatedNetwork()
-    talker, listener = network.host(), network.host()
-    talker.engine.add_writer("rt/a", STRING, Qos(), network.now)
-    for qos in (Qos(), LATCHED):
-        reader = listener.engine.add_reader("rt/a", STRING, qos, network.now)
-    listener.engine.add_reader("rt/b", STRING, LATCHED, network.now)
-    network.run(1.0)
-
-    found = [(each.remote.guid[12:], each.policy) for each in talker.engine.mismatched()]
-
-    assert found == [(reader, Policy.DURABILITY)]
-    assert listener.engine.mismatched() == []  # one of its readers matches the writer
-    listener.engine.remove(reader, network.now)
-    network.run(1.0)
-    assert talker.engine.mismatched() == []
-
-
-@pytest.mark.parametrize(
-    ("offered", "requested", "policy"),
-    [
-        (Qos(Reliability.BEST_EFFORT), Qos(), Policy.RELIABILITY),
-        (Qos(), LATCHED, Policy.DURABILITY),
-        (Qos(), Qos(deadline_s=1.0), Policy.DEADLINE),
-        (Qos(), Qos(lease_s=1.0), Policy.LIVELINESS),
-        (Qos(representations=(2,)), Qos(), Policy.REPRESENTATION),
-    ],
+from pipros.ros2.interface import (
+    CallFailed,
+    Durability,
+    Endpoint,
+    EndpointKind,
+    EngineError,
+    Problem,
+    Reliability,
+    Ros2Engine,
+    Sample,
+    TopicQos,
 )
-def test_a_mismatch_names_the_policy(offered: Qos, requested: Qos, policy: Policy) -> None:
-    network = SimulatedNetwork()
-    talker, listener = network.host(), network.host()
-    talker.engine.add_writer("rt/chatter", STRING, offered, network.now)
-    listener.engine.add_reader("rt/chatter", STRING, requested, network.now)
-    network.run(1.0)
+from pipros.ros2.limits import Ros2Limits
+from pipros.ros2.rtps.announcements import ParticipantData, write_participant
+from pipros.ros2.rtps.domain import Discovery, discovery_port
+from pipros.ros2.rtps.encoding import data_head, datagram_head
+from pipros.ros2.rtps.engine import RtpsEngine
+from pipros.ros2.rtps.graph_info import GidBytes
+from pipros.ros2.rtps.identity import PARTICIPANT_READER, PARTICIPANT_WRITER
+from pipros.ros2.rtps.parameters import Address
+from pipros.ros2.rtps.participant import Participant
+from pipros.ros2.rtps.qos import Qos
+from tests.support.ros2_domains import free_domain
+from tests.support.waiting import wait_until
 
-    assert talker.policies() == listener.policies() == [policy]
-    assert talker.matches() == listener.matches() == []
-
-
-def test_another_type_on_the_topic_is_reported() -> None:
-    network = SimulatedNetwork()
-    talker, listener = network.host(), network.host()
-    talker.engine.add_writer("rt/chatter", STRING, Qos(), network.now)
-    listener.engine.add_reader("rt/chatter", STRING.replace("String", "Int8"), Qos(), network.now)
-    network.run(1.0)
-
-    assert talker.policies() == listener.policies() == [None]
+KIND = "std_msgs/msg/String"
+ADD_KIND = "example_interfaces/srv/AddTwoInts"
+HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
+CDR = b"\0\1\0\0"
 
 
-def test_the_end_of_a_participant_is_announced() -> None:
-    network = SimulatedNetwork()
-    talker, _, listener, _ = pair(network, Qos(), Qos())
-    talker.engine.close()
-    network.flush()
-
-    assert listener.peers() == [True, False]
-    assert listener.matches() == [True, False]
-
-
-def test_a_silent_participant_ends_with_its_lease() -> None:
-    network = SimulatedNetwork()
-    talker, _, listener, _ = pair(network, Qos(), Qos())
-    network.stop(talker)
-    network.run(9.0)
-    assert listener.peers() == [True]
-    network.run(2.0)
-
-    assert listener.peers() == [True, False]
-    assert listener.matches() == [True, False]
+@pytest.fixture
+def engines() -> Iterator[tuple[Ros2Engine, Ros2Engine]]:
+    with free_domain() as domain, contextlib.ExitStack() as stack:
+        found = []
+        for node, gateway in (("/robot/camera", ""), ("/ros1_gateway_ab_12", "ab_12")):
+            engine = RtpsEngine(Discovery(domain), node, gateway=gateway, gid_bytes=GidBytes.IRON_AND_LATER)
+            stack.callback(engine.close)
+            found.append(engine)
+        yield found[0], found[1]
 
 
-def test_the_end_of_an_endpoint_is_announced() -> None:
-    network = SimulatedNetwork()
-    talker, writer, listener, _ = pair(network, Qos(), Qos())
-    talker.engine.remove(writer, network.now)
-    network.flush()
+def wait_for_endpoint(engine: Ros2Engine, kind: EndpointKind, name: str) -> Endpoint:
+    def found() -> list[Endpoint]:
+        return [each for each in engine.endpoints() if (each.kind, each.name) == (kind, name) and each.node]
 
-    assert listener.matches() == [True, False]
-    assert listener.peers() == [True]
+    wait_until(found, what=f"{kind} of {name}")
+    return found()[0]
 
 
-def test_remote_endpoints_can_be_looked_up() -> None:
-    network = SimulatedNetwork()
-    talker, writer, listener, _ = pair(network, Qos(), Qos())
+def test_messages_pass_with_hash_qos_node_and_gateway(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
+    one, other = engines
+    samples: list[Sample] = []
+    qos = TopicQos(durability=Durability.TRANSIENT_LOCAL)
+    subscription = one.subscribe("/map", KIND, HASH, qos, samples.append)
+    publisher = other.announce("/map", KIND, HASH, TopicQos(durability=Durability.TRANSIENT_LOCAL, depth=1))
+    publisher.publish(CDR + b"old!")
 
-    found = listener.engine.endpoint(talker.engine.prefix + writer)
-    assert found is not None
-    assert (found.topic, found.type_name) == ("rt/chatter", STRING)
-    assert listener.engine.endpoint(bytes(16)) is None
+    wait_until(lambda: samples, what="the message")
+    wait_until(lambda: publisher.subscriber_count == 1, what="the subscriber")
 
-
-def test_endpoints_beyond_the_limit_are_ignored_and_reported_once() -> None:
-    network = SimulatedNetwork()
-    flooder = network.host()
-    victim = network.host(Limits(tables=(Ros2Limits(ros2_peer_bytes=100_000),)))
-    for number in range(200):
-        flooder.engine.add_writer(f"rt/flood{number}", STRING, Qos(), network.now)
-    network.run(3.0)
-
-    assert 10 < len(victim.endpoints()) < 50
-    assert victim.refused() == 1
-
-
-def test_endpoints_that_come_and_go_do_not_use_up_the_limit() -> None:
-    network = SimulatedNetwork()
-    busy = network.host()
-    other = network.host(Limits(tables=(Ros2Limits(ros2_peer_bytes=50_000),)))
-    for number in range(300):
-        entity = busy.engine.add_writer(f"rt/topic{number}", STRING, Qos(), network.now)
-        network.run(0.02)
-        busy.engine.remove(entity, network.now)
-        network.run(0.02)
-
-    assert other.refused() == 0
-    assert len(other.endpoints()) == 300
+    endpoint = wait_for_endpoint(one, EndpointKind.PUBLISHER, "/map")
+    assert samples == [Sample(CDR + b"old!", endpoint.key)]
+    assert (endpoint.type, endpoint.type_hash, endpoint.node, endpoint.gateway) == (
+        KIND,
+        HASH,
+        "/ros1_gateway_ab_12",
+        "ab_12",
+    )
+    assert endpoint.qos == TopicQos(Reliability.RELIABLE, Durability.TRANSIENT_LOCAL)
+    subscriber = wait_for_endpoint(other, EndpointKind.SUBSCRIBER, "/map")
+    assert (subscriber.node, subscriber.gateway) == ("/robot/camera", "")
+    assert (publisher.dropped, subscription.dropped) == (0, 0)
+    publisher.close()
+    wait_until(lambda: not one.endpoints(), what="the end of the publisher")
 
 
-def test_close_and_remove_may_be_repeated() -> None:
-    network = SimulatedNetwork()
-    talker, writer, _, _ = pair(network, Qos(), Qos())
-    talker.engine.remove(writer, network.now)
-    talker.engine.remove(writer, network.now)
-    talker.engine.close()
-    network.flush()
-    sent = len(network.sent)
-    talker.engine.close()
-    talker.engine.poll(network.now + 100)
-    network.flush()
+def test_services_pass(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
+    one, other = engines
+    caller = one.caller("/add", ADD_KIND, "")
+    with pytest.raises(CallFailed, match=r"\[/add\] has no server"):
+        caller.call(CDR, 1.0)
+    server = other.serve("/add", ADD_KIND, "", lambda request: request + b"sum!")
+    wait_until(lambda: caller.is_available, what="the service")
 
-    assert len(network.sent) == sent
+    assert caller.call(CDR + b"args", 60.0) == CDR + b"argssum!"
 
-
-def test_endpoints_that_are_added_later_match_at_once() -> None:
-    network = SimulatedNetwork()
-    talker, listener = network.host(), network.host()
-    writer = talker.engine.add_writer("rt/chatter", STRING, Qos(), network.now)
-    network.run(2.0)
-    reader = listener.engine.add_reader("rt/chatter", STRING, Qos(), network.now)
-    assert list(listener.engine.reader(reader).writers) == [talker.engine.prefix + writer]
-    network.flush()
-
-    assert talker.matches() == listener.matches() == [True]
+    assert wait_for_endpoint(one, EndpointKind.SERVER, "/add").type == ADD_KIND
+    assert wait_for_endpoint(other, EndpointKind.CLIENT, "/add").node == "/robot/camera"
+    server.close()
+    wait_until(lambda: not caller.is_available, what="the end of the service")
 
 
-def test_the_end_of_a_reader_is_announced() -> None:
-    network = SimulatedNetwork()
-    talker, writer, listener, reader = pair(network, DEEP, DEEP)
-    network.drops = lambda datagram: b"lost" in datagram
-    talker.engine.write(writer, b"lost", network.now)
-    listener.engine.remove(reader, network.now)
-    network.drops = lambda _: False
-    network.run(1.0)
+def test_a_service_that_raises_gives_no_reply(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
+    one, other = engines
 
-    assert talker.matches() == [True, False]
-    assert talker.engine.writer(writer).is_acknowledged
-    with pytest.raises(NotFound, match="reader"):
-        listener.engine.reader(reader)
+    def fail(request: bytes) -> bytes:
+        raise ValueError(request)
 
+    other.serve("/add", ADD_KIND, "", fail)
+    caller = one.caller("/add", ADD_KIND, "")
+    wait_until(lambda: caller.is_available, what="the service")
 
-def test_a_removed_writer_refuses_samples() -> None:
-    network = SimulatedNetwork()
-    talker, writer, _, _ = pair(network, Qos(), Qos())
-    talker.engine.remove(writer, network.now)
-
-    with pytest.raises(NotFound, match="writer"):
-        talker.engine.write(writer, b"late", network.now)
+    with pytest.raises(CallFailed, match="did not reply within"):
+        caller.call(CDR, 0.2)
 
 
-def test_a_writer_of_unlimited_depth_has_room_again_after_acknowledgments() -> None:
-    network = SimulatedNetwork()
-    talker, listener = network.host(Limits(tables=(Ros2Limits(ros2_history_bytes=10_000),))), network.host()
-    endless = Qos(depth=0)
-    entity = talker.engine.add_writer("rt/chatter", STRING, endless, network.now)
-    reader = listener.engine.add_reader("rt/chatter", STRING, endless, network.now)
-    network.run_until(lambda: bool(talker.matches() and listener.matches()))
-    writer = talker.engine.writer(entity)
-    network.drops = lambda _: True
-    count = 0
-    while writer.has_room(1000):
-        talker.engine.write(entity, bytes(1000), network.now)
-        count += 1
-    network.flush()
-    network.drops = lambda _: False
-    network.run_until(lambda: len(listener.payloads(reader)) == count)
-    network.run_until(lambda: writer.has_room(1000))
+def test_endpoints_that_cannot_be_connected_are_problems(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
+    one, other = engines
+    one.subscribe("/map", KIND, HASH, TopicQos(durability=Durability.TRANSIENT_LOCAL), print)
+    one.announce("/scan", "sensor_msgs/msg/LaserScan", "", TopicQos())
+    other.announce("/map", KIND, HASH, TopicQos())
+    other.subscribe("/scan", KIND, HASH, TopicQos(), print)
 
-    assert 5 < count < 10
-    assert writer.dropped == 0
-    with pytest.raises(LimitExceeded, match="ros2_history_bytes"):
-        talker.engine.write(entity, bytes(20_000), network.now)
+    expected = {
+        Problem(EndpointKind.SUBSCRIBER, "/map", "its QoS is incompatible (durability)", "/robot/camera"),
+        Problem(EndpointKind.PUBLISHER, "/scan", "its type is sensor_msgs/msg/LaserScan", "/robot/camera"),
+    }
+    wait_until(lambda: {*other.problems()} == expected, what=lambda: str(other.problems()))
 
 
-def test_a_large_sample_that_is_no_longer_kept_is_skipped() -> None:
-    """The reader asks for fragments of a sample that a newer one has displaced."""
-    network = SimulatedNetwork()
-    talker, writer, listener, reader = pair(network, Qos(depth=1), DEEP)
-    second_part = [False]
+def test_servers_whose_requests_have_an_unknown_form_are_problems() -> None:
+    with (
+        free_domain() as domain,
+        Participant(Discovery(domain)) as stranger,
+        contextlib.closing(RtpsEngine(Discovery(domain), "/a", gid_bytes=GidBytes.IRON_AND_LATER)) as engine,
+    ):
+        kind = "example_interfaces::srv::dds_::AddTwoInts"
+        stranger.add_reader("rq/addRequest", f"{kind}_Request_", Qos(), print)
+        stranger.add_writer("rr/addReply", f"{kind}_Response_", Qos())
 
-    def drop_second_fragment(datagram: bytes) -> bool:
-        is_fragment = len(datagram) > 40_000
-        second_part[0] ^= is_fragment
-        return is_fragment and not second_part[0]
+        wait_until(lambda: [*engine.endpoints()], what="the server")
 
-    network.drops = drop_second_fragment
-    talker.engine.write(writer, bytes(100_000), network.now)
-    network.run(0.001)
-    network.drops = lambda _: False
-    talker.engine.write(writer, b"new.", network.now)
-    network.run(2.0)
-
-    assert listener.payloads(reader) == [b"new."]
-    assert listener.engine.reader(reader).lost == 1
+        (server,) = engine.endpoints()
+        assert (server.kind, server.type) == (EndpointKind.SERVER, ADD_KIND)
+        assert server.problem == "the form of service requests is unknown for its DDS implementation"
 
 
-def test_a_lost_answer_to_a_new_participant_is_repeated_soon() -> None:
-    """Otherwise the new one would wait for the next announcement, up to three seconds."""
-    network = SimulatedNetwork()
-    talker = network.host()
-    talker.engine.add_writer("rt/chatter", STRING, Qos(), network.now)
-    network.run(4.0)
-    listener = network.host()
-    listener.engine.add_reader("rt/chatter", STRING, Qos(), network.now)
-    from_talker = talker.engine.prefix
-    network.drops = lambda datagram: datagram[8:20] == from_talker
-    network.run(0.05)
-    assert talker.peers() == [True]
-    network.drops = lambda _: False
-    network.run(1.0)
+def test_domains_with_gids_of_two_sizes_are_a_problem() -> None:
+    with free_domain() as domain, contextlib.ExitStack() as stack:
+        engines = [RtpsEngine(Discovery(domain), "/a", gid_bytes=size) for size in GidBytes]
+        for each in engines:
+            stack.callback(each.close)
 
-    assert listener.matches() == [True]
+        # The first one to notice stops publishing its nodes, perhaps before the other one has them.
+        found = wait_until(lambda: [*engines[0].problems(), *engines[1].problems()], what="the problem")
+
+        assert {each.name for each in found} == {"/a"}
+        assert found[0].reason.startswith("`ros2 node list` does not show it")
 
 
-def submessages(datagram: bytes, to: Host) -> list[Submessage]:
-    read = read_datagram(datagram, to.engine.prefix)
-    return read.submessages if read else []
+def test_a_closed_engine_refuses_endpoints(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
+    engines[0].close()
+    with pytest.raises(EngineError, match="closed"):
+        engines[0].announce("/a", KIND, "", TopicQos())
 
 
-@pytest.mark.parametrize(("vendor", "base"), [(FAST_DDS, 0), (CYCLONE_DDS, 1)], ids=["Fast", "Cyclone"])
-def test_heartbeats_are_asked_for_in_the_way_that_the_peer_answers(vendor: bytes, base: int) -> None:
-    """Fast DDS ignores the question of the other form, and repeats its heartbeats only every 3 seconds."""
-    network = SimulatedNetwork()
-    peer = network.host(vendor=vendor)
-    network.run(1.0)
-    peer.engine.add_writer("rt/map", STRING, LATCHED, network.now)
-    network.run(1.0)
-    network.sent.clear()
-    asking = network.host()
-    asking.engine.add_reader("rt/map", STRING, LATCHED, network.now)
-    network.run(1.0)
-    found = [each for _, datagram in network.sent for each in submessages(datagram, peer)]
-    questions = {each.base for each in found if isinstance(each, AckNack) and not each.is_final}
+def test_endpoints_may_be_closed_again_and_after_their_engine(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
+    one, other = engines
+    wait_until(lambda: one.has_peers, what="the other engine")
+    first, second = (other.announce(name, KIND, "", TopicQos()) for name in ("/a", "/b"))
+    wait_for_endpoint(one, EndpointKind.PUBLISHER, "/b")
+    for _ in range(2):
+        first.close()
 
-    assert questions == {base}
-    assert asking.matches() == [True]
+    wait_until(lambda: [each.name for each in one.endpoints()] == ["/b"], what="the end of /a")
+    other.close()
+    second.close()
+    wait_until(lambda: not one.has_peers, what="the end of the other engine")
 
 
-def test_a_participant_that_announces_itself_only_once_is_answered_repeatedly() -> None:
-    """Cyclone DDS announces itself to the group every eight seconds, so a lost answer may not be repeated."""
-    network = SimulatedNetwork()
-    resident = network.host()
-    resident.engine.add_writer("rt/map", STRING, LATCHED, network.now)
-    network.run(10.0)
-    visitor = network.host()
-    seen: list[bytes] = []
-
-    def is_lost(datagram: bytes) -> bool:
-        """The first announcement of the visitor alone arrives, and no answer within 0.1 s."""
-        is_announcement = any(each.writer == PARTICIPANT_WRITER for each in submessages(datagram, resident))
-        if datagram[8:20] == visitor.engine.prefix and is_announcement:
-            seen.append(datagram)
-            return len(seen) > 1
-        return network.now < begin + 0.1
-
-    begin, network.drops = network.now, is_lost
-    visitor.engine.add_reader("rt/map", STRING, LATCHED, network.now)
-    network.run_until(lambda: visitor.matches() == [True], 1.5)
+@pytest.fixture
+def engine_and_stranger() -> Iterator[tuple[RtpsEngine, Participant]]:
+    """An engine, and a participant that is not an engine for ROS 2."""
+    limits = Limits(tables=(Ros2Limits(ros2_peer_bytes=20_000, ros2_history_bytes=10_000),))
+    with free_domain() as domain, contextlib.ExitStack() as stack:
+        engine = RtpsEngine(Discovery(domain), "/a", gid_bytes=GidBytes.IRON_AND_LATER, limits=limits)
+        stack.callback(engine.close)
+        yield engine, stack.enter_context(Participant(Discovery(domain)))
 
 
-def test_a_participant_that_was_taken_for_dead_by_one_side_is_found_again() -> None:
-    network = SimulatedNetwork()
-    talker, listener = network.host(), network.host(lease_s=60.0)
-    writer = talker.engine.add_writer("rt/map", STRING, LATCHED, network.now)
-    reader = listener.engine.add_reader("rt/map", STRING, LATCHED, network.now)
-    talker.engine.write(writer, b"map.", network.now)
-    network.run_until(lambda: listener.payloads(reader) == [b"map."])
-    network.run(1.0)
-    network.drops = lambda datagram: datagram[8:20] == talker.engine.prefix  # the listener hears nothing
-    network.run_until(lambda: listener.matches() == [True, False])
-    assert talker.matches() == [True]
-    network.drops = lambda _: False
+def test_endpoints_with_other_types_than_those_of_ros_2_are_left_out(
+    engine_and_stranger: tuple[RtpsEngine, Participant],
+) -> None:
+    engine, stranger = engine_and_stranger
+    stranger.add_writer("rt/shapes", "ShapeType", Qos())
+    stranger.add_writer("rt/chatter", "std_msgs::msg::dds_::String_", Qos())
 
-    network.run_until(lambda: listener.payloads(reader) == [b"map.", b"map."])
+    wait_until(engine.endpoints, what="the publisher")
+    assert [(each.name, each.type) for each in engine.endpoints()] == [("/chatter", KIND)]
+
+
+def test_mismatches_are_logged_once_and_only_topics_are_problems(
+    engine_and_stranger: tuple[RtpsEngine, Participant], caplog: pytest.LogCaptureFixture
+) -> None:
+    engine, stranger = engine_and_stranger
+    engine.serve("/add", ADD_KIND, "", bytes)
+    engine.subscribe("/chatter", KIND, "", TopicQos(), print)
+    stranger.add_writer("rq/addRequest", "std_srvs::srv::dds_::Empty_Request_", Qos())
+    stranger.add_writer("rt/chatter", "ShapeType", Qos())
+
+    wait_until(engine.problems, what="the problem")
+    assert [(each.name, each.reason) for each in engine.problems()] == [("/chatter", "its type is ShapeType")]
+    wait_until(lambda: engine.endpoints() and len(caplog.messages) == 2, what=lambda: str(caplog.messages))
+    stranger.add_writer("rt/chatter", "std_msgs::msg::dds_::Int32_", Qos())
+    wait_until(lambda: engine.endpoints() and len(caplog.messages) == 3, what=lambda: str(caplog.messages))
+    assert sorted(caplog.messages) == [
+        "rq/addRequest: a peer does not match: its type is std_srvs/srv/Empty_Request",
+        "rt/chatter: a peer does not match: its type is ShapeType",
+        "rt/chatter: a peer does not match: its type is std_msgs/msg/Int32",
+    ]
+
+
+def test_participants_that_announce_too_much_are_logged(
+    engine_and_stranger: tuple[RtpsEngine, Participant], caplog: pytest.LogCaptureFixture
+) -> None:
+    for number in range(50):
+        engine_and_stranger[1].add_writer(f"rt/{number}", "ShapeType", Qos())
+
+    expected = ["a ROS 2 participant has announced too much; the rest is ignored"]
+    wait_until(lambda: caplog.messages == expected, what=lambda: str(caplog.messages))
+
+
+def test_participants_with_addresses_of_other_networks_are_logged(caplog: pytest.LogCaptureFixture) -> None:
+    elsewhere = ParticipantData(b"a stranger..", discovery=(Address("203.0.113.9", 9),), lease_s=100.0)
+    payload = write_participant(elsewhere)
+    head = data_head(PARTICIPANT_READER, PARTICIPANT_WRITER, 1, len(payload))
+    with (
+        free_domain() as domain,
+        contextlib.closing(RtpsEngine(Discovery(domain), "/a")) as engine,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sending,
+    ):
+        for _ in range(2):
+            sending.sendto(
+                datagram_head(elsewhere.prefix) + head + payload, ("127.0.0.1", discovery_port(domain, 0))
+            )
+
+        wait_until(lambda: caplog.messages, what="the warning")
+        assert not engine.has_peers
+    (warning,) = caplog.messages
+    assert warning == (
+        "a ROS 2 participant at 127.0.0.1 is ignored, as its addresses are of other networks; "
+        "name them in ROS_STATIC_PEERS to allow them"
+    )
+
+
+def test_publishing_fails_while_a_subscriber_does_not_keep_up(
+    engine_and_stranger: tuple[RtpsEngine, Participant],
+) -> None:
+    engine, stranger = engine_and_stranger
+    going_on: SimpleQueue[None] = SimpleQueue()
+    # A direct callback runs in the thread that confirms samples.
+    stranger.add_reader(
+        "rt/a",
+        "std_msgs::msg::dds_::String_",
+        Qos(depth=0),
+        lambda _: going_on.get(timeout=60),
+        is_direct=True,
+    )
+    publisher = engine.announce("/a", KIND, "", TopicQos(depth=0))
+    wait_until(lambda: publisher.subscriber_count == 1, what="the subscriber")
+
+    def publish_more_than_fits() -> None:
+        for _ in range(10):
+            publisher.publish(CDR + bytes(5996))
+
+    try:
+        with pytest.raises(EngineError, match="readers did not make room for 6000 bytes"):
+            publish_more_than_fits()
+    finally:
+        for _ in range(10):
+            going_on.put(None)

@@ -30,7 +30,7 @@ from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
 from pipros.ros2.rtps.nodes import MAX_INFO_BYTES, Nodes
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Durability, Qos
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK
 from tests.support.environments import REPOSITORY
 from tests.support.processes import Processes
@@ -74,7 +74,7 @@ def test_samples_arrive_in_order(pair: tuple[Participant, Participant]) -> None:
 def test_a_callback_that_fails_does_not_stop_the_others(pair: tuple[Participant, Participant]) -> None:
     received: list[bytes] = []
 
-    def fail_once(sample: Sample) -> None:
+    def fail_once(sample: RtpsSample) -> None:
         received.append(sample.payload)
         if len(received) == 1:
             raise ValueError("expected")
@@ -93,7 +93,7 @@ def test_a_direct_callback_that_fails_does_not_end_the_participant(
 ) -> None:
     received: list[bytes] = []
 
-    def fail_once(sample: Sample) -> None:
+    def fail_once(sample: RtpsSample) -> None:
         received.append(sample.payload)
         if len(received) == 1:
             raise RuntimeError("can't start new thread")
@@ -112,7 +112,7 @@ def test_a_slow_callback_loses_the_oldest_samples(pair: tuple[Participant, Parti
     going_on: SimpleQueue[None] = SimpleQueue()
     received: list[bytes] = []
 
-    def wait_first(sample: Sample) -> None:
+    def wait_first(sample: RtpsSample) -> None:
         received.append(sample.payload)
         if len(received) == 1:
             going_on.get(timeout=LIMIT_S)

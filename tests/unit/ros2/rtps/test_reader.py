@@ -10,7 +10,7 @@ from pipros.basics.budget import Budget
 from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
 from pipros.ros2.rtps.outbox import Outbox
 from pipros.ros2.rtps.parameters import Address
-from pipros.ros2.rtps.reader import Reader, Sample
+from pipros.ros2.rtps.reader import Reader, RtpsSample
 from pipros.ros2.rtps.submessages import (
     AckNack,
     Data,
@@ -36,7 +36,7 @@ class Ears:
         self.now = 100.0
         self.outbox = Outbox()
         self.budget = Budget(limit_bytes)
-        self.delivered: list[Sample] = []
+        self.delivered: list[RtpsSample] = []
         self.reader = Reader(US, READER, 1_000_000, self.outbox, self.delivered.append)
         self.reader.match(GUID, HERE, self.budget, self.now, is_reliable=is_reliable)
         self.requests()

@@ -8,7 +8,7 @@ from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.identity import CYCLONE_DDS, FAST_DDS, OWN_VENDOR
 from pipros.ros2.rtps.parameters import Parameters, SampleIdentity, read_parameters, related_sample
 from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import (
     Style,
     cyclone_head,
@@ -50,7 +50,7 @@ def inline_of(identity: SampleIdentity) -> Parameters:
 
 
 def test_a_reply_to_fast_names_the_reader_and_the_request() -> None:
-    request = read_request(Sample(WRITER, 7, BODY, inline_of(SampleIdentity(READER, 0))), Style.FAST)
+    request = read_request(RtpsSample(WRITER, 7, BODY, inline_of(SampleIdentity(READER, 0))), Style.FAST)
     assert request is not None
 
     assert (request.payload, request.reply_reader) == (BODY, READER)
@@ -59,7 +59,7 @@ def test_a_reply_to_fast_names_the_reader_and_the_request() -> None:
 
 
 def test_a_request_without_a_reader_is_named_by_its_writer() -> None:
-    request = read_request(Sample(WRITER, 7, BODY), Style.FAST)
+    request = read_request(RtpsSample(WRITER, 7, BODY), Style.FAST)
     assert request is not None
 
     assert (request.reply_reader, request.related) == (None, SampleIdentity(WRITER, 7))
@@ -68,12 +68,12 @@ def test_a_request_without_a_reader_is_named_by_its_writer() -> None:
 def test_a_request_that_names_the_reader_of_another_participant_is_refused() -> None:
     other = SampleIdentity(bytes(reversed(range(16))), 0)
 
-    assert read_request(Sample(WRITER, 7, BODY, inline_of(other)), Style.FAST) is None
+    assert read_request(RtpsSample(WRITER, 7, BODY, inline_of(other)), Style.FAST) is None
 
 
 def test_a_reply_to_cyclone_repeats_the_bytes_before_the_message() -> None:
     head = cyclone_head(4711, 3)
-    request = read_request(Sample(WRITER, 7, with_head(BODY, head)), Style.CYCLONE)
+    request = read_request(RtpsSample(WRITER, 7, with_head(BODY, head)), Style.CYCLONE)
     assert request is not None
 
     assert (request.payload, request.related) == (BODY, None)
@@ -84,7 +84,7 @@ def test_a_reply_to_cyclone_repeats_the_bytes_before_the_message() -> None:
 
 @pytest.mark.parametrize("payload", [b"", BODY, b"\0\0\0\0" + bytes(24)])
 def test_short_and_big_endian_requests_of_cyclone_are_refused(payload: bytes) -> None:
-    assert read_request(Sample(WRITER, 7, payload), Style.CYCLONE) is None
+    assert read_request(RtpsSample(WRITER, 7, payload), Style.CYCLONE) is None
 
 
 def test_ids_are_found_among_other_entries() -> None:

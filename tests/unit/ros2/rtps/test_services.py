@@ -13,7 +13,7 @@ from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Qos
-from pipros.ros2.rtps.reader import Sample
+from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK, cyclone_head, id_entry, with_head
 from pipros.ros2.rtps.services import Client, Server, UnknownStyle
 from pipros.ros2.rtps.topics import TopicWriter
@@ -67,7 +67,7 @@ def test_a_service_that_does_not_reply_times_out(pair: tuple[Participant, Partic
 def test_nothing_is_sent_to_a_server_of_unknown_style(pair: tuple[Participant, Participant]) -> None:
     """Both endpoints of a service, by a peer that neither is a known vendor nor has ids in its USER_DATA."""
     with Participant(pair[0].discovery, UNMARKED) as stranger:
-        received: list[Sample] = []
+        received: list[RtpsSample] = []
         stranger.add_reader("rq/oddRequest", REQUEST, QOS, received.append)
         stranger.add_writer("rr/oddReply", REPLY, QOS)
         client = Client(pair[1], "/odd", REQUEST, REPLY)
@@ -90,7 +90,7 @@ class CycloneClient:
             participant.add_reader(f"rr{service}Reply", REPLY, QOS, self._on_reply, entry)
         self.requests = participant.add_writer(f"rq{service}Request", REQUEST, QOS, entry)
 
-    def _on_reply(self, sample: Sample) -> None:
+    def _on_reply(self, sample: RtpsSample) -> None:
         self.replies.append(sample.payload)
 
     def call(self, sequence: int, payload: bytes) -> None:
@@ -148,7 +148,7 @@ def test_a_server_in_the_style_of_cyclone_is_called(pair: tuple[Participant, Par
         entry = id_entry(bytes(16), is_client=False)
         replies = peer.add_writer("rr/addReply", REPLY, QOS, entry)
 
-        def answer(sample: Sample) -> None:
+        def answer(sample: RtpsSample) -> None:
             head, body = sample.payload[4:20], sample.payload[20:]
             for client in (cyclone_head(4711, 1), head):
                 replies.write(CDR + client + body[::-1])
