@@ -305,7 +305,7 @@ class ProcessMonitor(threading.Thread):
                 raise RLException(f"cannot add process with duplicate name '{p.name}'")
             if self.is_shutdown:
                 raise RLException(f"cannot add process [{p.name}] after process monitor has been shut down")
-            self._adopted.add(_Adopted(p), ends_last=is_core)
+            self._adopted.add(_Adopted(p), stop_last=is_core)
         self._changed.set()
 
     def registrations_complete(self) -> None:

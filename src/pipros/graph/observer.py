@@ -32,7 +32,7 @@ class ObservedMaster(Protocol):
     def lookup_node(self, node: str) -> str: ...
 
 
-CALLS_A_LOOK = 60
+CALLS_PER_POLL = 60
 """Maximum number of nodes called per `poll`. The other nodes are called in later polls."""
 ASKED_AT_ONCE = 6
 ANSWER_DEADLINE_S = 1.5
@@ -158,7 +158,7 @@ class SystemObserver:
         self._nodes = {name: self._nodes.get(name) or _Node() for name in names}
         now_s = self._now_s()
         due = sorted((node.called_s, name) for name, node in self._nodes.items() if node.is_due(now_s))
-        batch = [name for _, name in due[:CALLS_A_LOOK]]
+        batch = [name for _, name in due[:CALLS_PER_POLL]]
         in_parallel(batch, lambda name: self._query(name, self._nodes[name]), at_once=ASKED_AT_ONCE)
         self._clients.keep_only({node.uri for node in self._nodes.values()})
         self._last = Observation(

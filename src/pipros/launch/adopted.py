@@ -78,11 +78,11 @@ class AdoptedProcesses(Generic[_Process]):
         with self._lock:
             return iter(list(self._processes))
 
-    def add(self, process: _Process, *, ends_last: bool = False) -> None:
-        """Watch a process. Processes with `ends_last` are stopped after all others."""
+    def add(self, process: _Process, *, stop_last: bool = False) -> None:
+        """Watch a process. Processes with `stop_last` are stopped after all others."""
         with self._lock:
             self._processes.append(process)
-            if ends_last:
+            if stop_last:
                 self._last.append(process)
 
     def remove(self, process: _Process) -> None:
@@ -119,7 +119,7 @@ class AdoptedProcesses(Generic[_Process]):
         return gone
 
     def end(self) -> None:
-        """Stop all processes, last added first; those with `ends_last` are stopped after all others."""
+        """Stop all processes, last added first; those with `stop_last` are stopped after all others."""
         errors: list[str] = []
         last = list(self._last)
         first = [process for process in self if process not in last]

@@ -48,7 +48,7 @@ class Connector:
         require_sockets()
         host, port = address_here(host, port)
         found = (self._lookups or process_lookups()).find(
-            host, port, deadline=deadline, is_given_up=lambda: self.is_interrupted, type=socket.SOCK_STREAM
+            host, port, deadline=deadline, is_cancelled=lambda: self.is_interrupted, type=socket.SOCK_STREAM
         )
         failure = OSError(f"the name {host} has no address")
         for family, kind, protocol, _, address in found:

@@ -196,9 +196,9 @@ class IncomingLink:
             self._deliver_waiting()
             backoff = AdaptiveBackoff()
             while count := self._receive():
-                self._take(count)
+                self._deliver_received(count)
                 while backoff.is_due() and (count := self._sleep_and_receive()):
-                    backoff.note(pays=self._take(count) >= COALESCE_MESSAGES)
+                    backoff.note(pays=self._deliver_received(count) >= COALESCE_MESSAGES)
         except (OSError, ProtocolError) as reason:
             error = reason
         finally:
@@ -240,7 +240,7 @@ class IncomingLink:
             sockets.acknowledge(self._sock)
         return count
 
-    def _take(self, count: int) -> int:
+    def _deliver_received(self, count: int) -> int:
         """Deliver the messages that are completed by `count` received bytes. Return their number."""
         self._received_count.value += 1
         if self.queue_size:

@@ -132,7 +132,7 @@ class Lookups:
         port: int | None,
         *,
         deadline: float | None = None,
-        is_given_up: Callable[[], bool] = bool,
+        is_cancelled: Callable[[], bool] = bool,
         **wanted: int,
     ) -> list[Address]:
         """Resolve a name like `socket.getaddrinfo`, but with a deadline and an interruptible wait.
@@ -140,7 +140,7 @@ class Lookups:
         Raises:
             OSError: the name cannot be resolved.
             TimeoutError: the deadline (a `time.monotonic()` time) passed.
-            Interrupted: `is_given_up` returned True. It is called every tenth of a second.
+            Interrupted: `is_cancelled` returned True. It is called every tenth of a second.
         """
         try:
             return _literal(host, wanted, port)  # fast, because each service call does this
@@ -148,7 +148,7 @@ class Lookups:
             pass  # the host is a name, not an address
         answer = self.ask(host, urgent=True, **wanted)
         while not answer.wait(SLICE_S if deadline is None else min(SLICE_S, deadline - time.monotonic())):
-            if is_given_up():
+            if is_cancelled():
                 raise Interrupted(f"the lookup of {host} was interrupted")
             if deadline is not None and time.monotonic() >= deadline:
                 raise TimeoutError(f"the lookup of {host} took too long")

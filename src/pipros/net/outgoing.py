@@ -134,7 +134,7 @@ class OutgoingLink:
                         statistics.frames += 1
                         return
                     self._backlog.append_rest(message, sent)
-                self._take(Event.SOCKET_FULL)
+                self._apply(Event.SOCKET_FULL)
             elif not self.is_closed:
                 self._backlog.append(message, size)
                 self._flush()
@@ -165,7 +165,7 @@ class OutgoingLink:
                         sent = 0
                     else:
                         self._backlog.append((message,), len(message))
-                self._take(Event.SOCKET_FULL)
+                self._apply(Event.SOCKET_FULL)
             elif not self.is_closed:
                 for message in messages:
                     self._backlog.append((message,), len(message))
@@ -206,7 +206,7 @@ class OutgoingLink:
         The publisher does not wait for the link again until the link has caught up.
         """
         with self._lock:
-            self._take(Event.WAITED_IN_VAIN if self.is_waited_for else Event.LEFT_TO_LOOP)
+            self._apply(Event.WAITED_IN_VAIN if self.is_waited_for else Event.LEFT_TO_LOOP)
             self._drop_oldest()
 
     def flush(self) -> bool:
@@ -219,7 +219,7 @@ class OutgoingLink:
     def queue_for_loop(self) -> None:
         """Leave queued messages to the event loop. Never blocks."""
         with self._lock:
-            self._take(Event.LEFT_TO_LOOP)
+            self._apply(Event.LEFT_TO_LOOP)
 
     def drain(self, limit_s: float) -> None:
         """Send queued messages, blocking for at most `limit_s`."""
@@ -245,7 +245,7 @@ class OutgoingLink:
 
     # -- with the lock held ---------------------------------------------------
 
-    def _take(self, event: Event) -> None:
+    def _apply(self, event: Event) -> None:
         before, self.state = self.state, after(self.state, event)
         if self.state in WRITTEN_BY_LOOP and before not in WRITTEN_BY_LOOP:
             self._loop.call(self._start_writer)
@@ -271,7 +271,7 @@ class OutgoingLink:
         self.statistics.bytes += sent
         self.statistics.frames += self._backlog.remove_sent(sent)
         if not self._backlog:
-            self._take(Event.EMPTIED)
+            self._apply(Event.EMPTIED)
         return True
 
     def _drop_oldest(self) -> None:
@@ -281,7 +281,7 @@ class OutgoingLink:
 
     def _give_up(self) -> None:
         if not self.is_closed:
-            self._take(Event.CLOSED)
+            self._apply(Event.CLOSED)
             self.statistics.dropped += self._backlog.clear()
             sockets.abort(self.sock)
             if not self._loop.call(self._end):
@@ -315,7 +315,7 @@ class OutgoingLink:
         """
         with self._lock:
             if self.state is _RECOVERING and sockets.is_nearly_drained(self.sock):
-                self._take(Event.CAUGHT_UP)
+                self._apply(Event.CAUGHT_UP)
             has_caught_up = self.state not in NOT_WAITED_FOR
         if not has_caught_up:
             self._check_again(self._check_stalled, CHECK_STALLED_INTERVAL_S)

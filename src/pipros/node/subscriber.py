@@ -81,7 +81,7 @@ class Subscription:
         self.links: tuple[SubscriberLink, ...] = ()
         self.listeners: tuple[SubscriberCallback, ...] = ()
         self.links_ended = 0
-        self._taken = ReceiveStatistics()  # totals of closed links
+        self._closed_totals = ReceiveStatistics()  # totals of closed links
         self.handles = 0
         self.observe: MessageObserver | None = None
         self._missing: set[str] = set()  # texts of `MissingExtra` errors that have been logged
@@ -378,13 +378,13 @@ class Subscription:
         with self._lock:
             self.links = tuple(peer for peer in self.links if peer.link is not link)
             self.links_ended += 1
-            self._taken.add(link.statistics)
+            self._closed_totals.add(link.statistics)
 
     def statistics(self) -> dict[str, int]:
         """Return the totals of all links; see `Subscriber.statistics`."""
         total = ReceiveStatistics()
         with self._lock:
-            total.add(self._taken)
+            total.add(self._closed_totals)
             for peer in self.links:
                 total.add(peer.link.statistics)
             return {**asdict(total), "links_ended": self.links_ended}

@@ -181,27 +181,33 @@ class Gateway:
     def _wanted(self, graph: Ros1Graph, found: Ros2Graph, skipped: dict[str, LeftOut]) -> dict[Key, _Wanted]:
         """Return the topics, services and actions to pass, and add the others to `skipped`."""
         wanted: dict[Key, _Wanted] = {}
+        # The direction is that of messages, calls and goals: those of a ROS 1 service go to ROS 1.
         kinds: tuple[tuple[Kind, Direction, Iterable[str], Callable[[str], _Wanted | None]], ...] = (
             (
                 Kind.TOPIC,
                 Direction.TO_ROS2,
                 {*graph.topics, *self._rules.from_the_start(Direction.TO_ROS2)},
-                lambda name: self._outward(name, graph),
+                lambda name: self._topic_to_ros2(name, graph),
             ),
             (
                 Kind.TOPIC,
                 Direction.TO_ROS1,
                 {*found.publishers, *self._rules.from_the_start(Direction.TO_ROS1)},
-                lambda name: self._inward(name, graph, found),
+                lambda name: self._topic_to_ros1(name, graph, found),
             ),
-            (Kind.SERVICE, Direction.TO_ROS1, graph.services, lambda name: self._offered(name, graph)),
-            (Kind.SERVICE, Direction.TO_ROS2, found.services, lambda name: self._called(name, graph, found)),
-            (Kind.ACTION, Direction.TO_ROS1, graph.actions, lambda name: self._action_of_ros1(name, graph)),
+            (Kind.SERVICE, Direction.TO_ROS1, graph.services, lambda name: self._ros1_service(name, graph)),
+            (
+                Kind.SERVICE,
+                Direction.TO_ROS2,
+                found.services,
+                lambda name: self._ros2_service(name, graph, found),
+            ),
+            (Kind.ACTION, Direction.TO_ROS1, graph.actions, lambda name: self._ros1_action(name, graph)),
             (
                 Kind.ACTION,
                 Direction.TO_ROS2,
                 found.actions,
-                lambda name: self._action_of_ros2(name, graph, found),
+                lambda name: self._ros2_action(name, graph, found),
             ),
         )
         for kind, direction, names, make in kinds:
@@ -224,7 +230,7 @@ class Gateway:
         topic = graph.topics.get(name) if (kind, direction) == (Kind.TOPIC, Direction.TO_ROS2) else None
         return "/_action/" in name or (topic is not None and is_part_of_action(name, topic.definition.type))
 
-    def _outward(self, name: str, graph: Ros1Graph) -> _Wanted:
+    def _topic_to_ros2(self, name: str, graph: Ros1Graph) -> _Wanted:
         topic, rule = graph.topics.get(name), self._rules.renamed(Direction.TO_ROS2, name)
         pair = self._pairs.of_ros1(topic.definition) if topic else self._pair_of(rule)
         route = route_of(name, rule.ros2 if rule else name, pair, rule)
@@ -233,7 +239,7 @@ class Gateway:
         version = route.ros2, route.pair.plan.ros2_type, is_latched
         return version, lambda: ToRos2(self._node, self._engine, route, is_latched=is_latched)
 
-    def _inward(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted:
+    def _topic_to_ros1(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted:
         rule, publishers = self._rules.renamed(Direction.TO_ROS1, name), found.publishers.get(name)
         target = rule.ros1 if rule else checked_name(name)
         pair = self._pair_of_any({each.type for each in publishers}) if publishers else self._pair_of(rule)
@@ -267,12 +273,12 @@ class Gateway:
             raise PiprosError("no node publishes it")
         return self._pairs.of_rule(rule)
 
-    def _offered(self, name: str, graph: Ros1Graph) -> _Wanted:
+    def _ros1_service(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, name)
         pair = self._pairs.of_service(graph.services[name])
         return pair.plan.ros1_type, lambda: Ros1Service(self._node, self._engine, name, pair)
 
-    def _called(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
+    def _ros2_service(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.services:
             return None
         server = callable_server(found.services[name])
@@ -280,12 +286,12 @@ class Gateway:
         self._pairs.check_hash(pair.plan.ros2_type, {pair.type_hash, pair.parts.request}, server.type_hash)
         return pair.plan.ros2_type, lambda: Ros2Service(self._node, self._engine, name, pair)
 
-    def _action_of_ros1(self, name: str, graph: Ros1Graph) -> _Wanted:
+    def _ros1_action(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, action_names(name).send_goal)
         pairs = self._pairs.all_of_action(graph.actions[name])
         return pairs, lambda: ActionToRos1(self._node, self._engine, name, pairs, self.identity)
 
-    def _action_of_ros2(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
+    def _ros2_action(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.actions:
             return None
         server = callable_server(found.actions[name])

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.graph.observer import CALLS_A_LOOK, SystemObserver, Traffic
+from pipros.graph.observer import CALLS_PER_POLL, SystemObserver, Traffic
 from pipros.graph.system_state import TopicConnection
 
 LEVEL = TopicConnection("/talker", "/level", "/listener")
@@ -121,7 +121,7 @@ def test_a_silent_node_is_polled_less_often_until_it_responds(nodes: Nodes, obse
 def test_many_nodes_are_polled_in_turn(nodes: Nodes, observer: SystemObserver) -> None:
     nodes.more = [f"/node{number}" for number in range(150)]
     observer.poll()
-    assert len(nodes.asked) == CALLS_A_LOOK
+    assert len(nodes.asked) == CALLS_PER_POLL
     for _ in range(2):
         observer.poll()
     assert sorted(nodes.asked) == sorted(["/talker", "/listener", *nodes.more])

@@ -120,7 +120,7 @@ def test_the_end_of_a_required_process_stops_the_launch() -> None:
 
 def test_processes_end_in_reverse_order_and_core_processes_last() -> None:
     watch = Watch(Program("a"), Program("b", exit_code=-9))
-    watch.processes.add(Program("core"), ends_last=True)
+    watch.processes.add(Program("core"), stop_last=True)
     watch.processes.add(Program("c", problem=RuntimeError("no")))
 
     watch.processes.end()

@@ -94,7 +94,7 @@ def test_a_lookup_without_an_answer_times_out(resolver: Resolver) -> None:
     with pytest.raises(TimeoutError):
         lookups.find("silent", 1, deadline=time.monotonic() + 0.01)
     with pytest.raises(Interrupted):
-        lookups.find("silent", 1, is_given_up=lambda: True)
+        lookups.find("silent", 1, is_cancelled=lambda: True)
     wait_until(lambda: resolver.asked)  # in its thread
     assert resolver.asked == ["silent"]  # a second caller joins the running lookup
 
