@@ -66,7 +66,7 @@ class LocalOutgoingLink(OutgoingLink):
                         self.statistics.frames += 1
                     else:
                         self._backlog.append_rest((frames,), sent)
-                        self._take(Event.SOCKET_FULL)
+                        self._apply(Event.SOCKET_FULL)
                     return
         self.send(message, size)
 
@@ -101,8 +101,8 @@ class LocalOutgoingLink(OutgoingLink):
         self.statistics.bytes -= len(frame) - sent
         if self._backlog.insert(frame[sent:]):
             self.statistics.frames -= 1
-        self._take(Event.SOCKET_FULL)
-        self._take(Event.LEFT_TO_LOOP)
+        self._apply(Event.SOCKET_FULL)
+        self._apply(Event.LEFT_TO_LOOP)
 
     def _read(self) -> None:
         super()._read()
