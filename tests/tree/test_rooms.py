@@ -67,7 +67,9 @@ LIMIT_NAMES = {
     name: room.name for room in ROOMS.values() if room.limits for name in loaded(room.limits)._fields
 }
 MODULE = re.compile(rf"\bpipros[./]({'|'.join(ROOMS)})\b")
-WORDS = {**COMMAND_NAMES, **LIMIT_NAMES}
+OTHER_MEANINGS = {"rosdep"}
+"""Programs of rooms whose names the core uses for something else: a subcommand of rospack, and an element."""
+WORDS = {name: room for name, room in {**COMMAND_NAMES, **LIMIT_NAMES}.items() if name not in OTHER_MEANINGS}
 WORD = re.compile(rf"(?<![\w/])({'|'.join(sorted(map(re.escape, WORDS), key=len, reverse=True))})(?![\w\\])")
 
 

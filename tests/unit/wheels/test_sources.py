@@ -54,7 +54,7 @@ def test_urls_of_repositories(text: str, url: str, version: str) -> None:
 @pytest.mark.parametrize(
     "text", ["a/b", "ext::sh -c id", "--upload-pack=id", "ftp://example.org/a", "https://a b"]
 )
-def test_other_words_are_no_repositories(text: str, tmp_path: Path) -> None:
+def test_other_words_are_refused(text: str, tmp_path: Path) -> None:
     assert read_repository(text) is None
     with pytest.raises(PiprosError, match="must be a folder, the URL of a git repository, or"):
         source_folders([text], tmp_path)
