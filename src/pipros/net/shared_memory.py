@@ -39,7 +39,9 @@ from pipros.net.slot_table import FEWEST_SLOTS, SLOTS, SlotTable
 from pipros.wire.slot_frames import DROP, SLOT, ControlFrame, Slot, decode_acknowledgements, encode
 
 SWITCH: Final = "PIPROS_SHARED_MEMORY"
-"""The environment variable that turns shared memory off if it is `off`."""
+"""The environment variable that turns shared memory off if it is `off`. It is used for all subscribers if it
+is `on`, and otherwise for those with `zero_copy`.
+"""
 
 LEAST_BYTES: Final = 128 * 1024
 """Minimum size of a message in shared memory. Smaller messages are cheaper to send than to share."""
@@ -55,9 +57,11 @@ _READ_BYTES: Final = 4096
 _WATCH_CLOSE_S: Final = 0.1
 
 
-def is_enabled() -> bool:
-    """Return whether this process uses shared memory."""
-    return local_stream.is_enabled() and os.environ.get(SWITCH) != "off" and hasattr(os, "memfd_create")
+def is_enabled(*, for_views: bool) -> bool:
+    """Return whether this process shares memory with subscribers that copy, or `for_views`, do not."""
+    value = os.environ.get(SWITCH)
+    is_wanted = value != "off" if for_views else value == "on"
+    return is_wanted and local_stream.is_enabled() and hasattr(os, "memfd_create")
 
 
 class TopicMemory:
@@ -191,7 +195,7 @@ class TopicMemory:
     def give(self, link: LinkMemory, placed: PlacedMessage) -> bool:
         """Add a subscriber to the holders of a slot; return False if it has no room."""
         with self._lock:
-            if link.is_slow or not self._table.has_room(link):
+            if not link.is_ready or link.is_slow or not self._table.has_room(link):
                 return False
             self._table.give(link, placed.slot)
             return True

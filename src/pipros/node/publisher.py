@@ -264,7 +264,8 @@ class Publication:
 
     def _link(self, connection: TcprosConnection, entry: LinkEntry) -> OutgoingLink:
         context, wanted = self._context, connection.fields.get(HEADER_FIELD)
-        if wanted in (COPIES, VIEWS) and is_local(connection.sock) and shares_memory():
+        is_wanted = wanted in (COPIES, VIEWS) and shares_memory(for_views=wanted == VIEWS)
+        if is_wanted and is_local(connection.sock):
             if self._memory is None:
                 self._memory = TopicMemory(
                     self.topic,

@@ -203,7 +203,7 @@ class Subscription:
         )
         limits = self._context.limits
         if isinstance(address, str):
-            shares = shares_memory() and uri not in self._without_memory
+            shares = shares_memory(for_views=self._takes_views) and uri not in self._without_memory
             if shares:
                 wanted[HEADER_FIELD] = VIEWS if self._takes_views else COPIES
             try:
