@@ -85,7 +85,8 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     is_left_out = is_left_out or (
         collection_path == _GENUINE_ROS2 and not is_required() and ros2_oracles.missing()
     )
-    is_left_out = is_left_out or absent_rooms.is_needed_by(collection_path)
+    if absent_rooms.is_needed_by(collection_path):
+        return True
     has_npm = is_required() or npm.is_installed()
     return True if is_left_out or (collection_path.is_relative_to(_PYODIDE) and not has_npm) else None
 
