@@ -157,7 +157,7 @@ def many(router, first, number):
 
     from pipros.fleet import keys
     from pipros.fleet.agent import new_instance
-    from pipros.fleet.directory import Directory, Entry, to_json
+    from pipros.fleet.directory import Directory, DirectoryEntry, to_json
     from pipros.fleet.zenoh_session import LinkFailed, connect
     from pipros.msg import load_message_class
 
@@ -168,7 +168,7 @@ def many(router, first, number):
 
     held, counter = [], itertools.count()
     md5sum = load_message_class("std_msgs/String")._md5sum
-    entries = tuple(Entry(f"/topic{each}", "std_msgs/String", md5sum) for each in range(TOPICS))
+    entries = tuple(DirectoryEntry(f"/topic{each}", "std_msgs/String", md5sum) for each in range(TOPICS))
 
     def join():
         while (index := next(counter)) < number:

@@ -112,7 +112,7 @@ def soak(minutes):
     from pipros.ros2.rtps.domain import Discovery, DiscoveryRange
     from pipros.ros2.rtps.participant import Participant
     from pipros.ros2.rtps.qos import Durability, Qos
-    from pipros.ros2.rtps.services import Server
+    from pipros.ros2.rtps.services import RtpsServer
 
     def add(request):
         a, b = unpack_from("<qq", request, 4)
@@ -124,7 +124,7 @@ def soak(minutes):
         latched = Qos(durability=Durability.TRANSIENT_LOCAL, depth=1)
         participant.add_writer("rt/map", MESSAGE, latched).write(message(0, 100_000))
         participant.add_reader("rt/back", MESSAGE, Qos(depth=2000), gaps.take)
-        Server(participant, "/add", SERVICE + "_Request_", SERVICE + "_Response_", add)
+        RtpsServer(participant, "/add", SERVICE + "_Request_", SERVICE + "_Response_", add)
         begin = time.monotonic()
         number, next_look, next_line, warm = 0, begin, begin + LINE_EVERY_S, None
         pause = threading.Event()

@@ -17,7 +17,7 @@ from typing import Any
 from pipros.basics.limits import Limits
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.effects import Disconnect
-from pipros.bridges.rosbridge.protocol import ClientProtocol, Settings
+from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
 from pipros.bridges.shares import ServerShares
 from tests.fuzz import mutation
 from tests.unit.bridges.foxglove.test_session import Conversation
@@ -72,7 +72,9 @@ def target(data: bytes) -> None:
 def _rosbridge(frames: Any, *, is_reader: bool, is_stream: bool) -> None:
     server = ServerShares(LIMITS)
     shares = server.client(is_reader=is_reader)
-    protocol = ClientProtocol(Settings(has_control=not is_reader), _resolve, LIMITS, lambda: 0.0, shares)
+    protocol = ClientProtocol(
+        RosbridgeSettings(has_control=not is_reader), _resolve, LIMITS, lambda: 0.0, shares
+    )
     tracemalloc.start()
     try:
         for frame in frames:

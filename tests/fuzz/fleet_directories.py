@@ -13,13 +13,13 @@ import sys
 from pipros.basics.errors import PiprosError
 from pipros.basics.shares import fair_shares
 from pipros.fleet import keys
-from pipros.fleet.directory import Directory, Entry, from_json, to_json
+from pipros.fleet.directory import Directory, DirectoryEntry, from_json, to_json
 from pipros.fleet.members import TOKENS_PER_MEMBER, Members
 from tests.fuzz import mutation
 from tests.fuzz.rtps import read_input, write_input
 
 MOST_MEMBERS, MOST_TOPICS, MOST_BYTES = 3, 20, 20_000
-_ENTRIES = tuple(Entry(f"/topic{number}", "std_msgs/String", "0" * 32) for number in range(12))
+_ENTRIES = tuple(DirectoryEntry(f"/topic{number}", "std_msgs/String", "0" * 32) for number in range(12))
 WORDS = [
     *(write_input(bytes([member, kind]) + b"%016d" % member) for member in range(5) for kind in range(2)),
     *(

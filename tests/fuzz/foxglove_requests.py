@@ -16,7 +16,7 @@ from pathlib import Path
 from pipros.basics.input_file import read_file
 from pipros.bridges.foxglove.frames import parameter_values
 from pipros.bridges.foxglove.parameters import InvalidParameter, from_client, to_client
-from pipros.bridges.foxglove.requests import FetchAsset, Malformed, SetParameters, read_request
+from pipros.bridges.foxglove.requests import FetchAsset, MalformedRequest, SetParameters, read_request
 from pipros.packages.assets import AssetRefused, read_asset
 from tests.fuzz import mutation
 
@@ -37,7 +37,7 @@ def target(data: bytes) -> None:
     kind, body = data[:1], data[1:]
     try:
         request = read_request(body.decode("utf-8", "replace") if kind == b"t" else body)
-    except Malformed:
+    except MalformedRequest:
         return
     match request:
         case SetParameters():

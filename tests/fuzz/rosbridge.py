@@ -19,7 +19,7 @@ from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.effects import AnswerCall, CallService, Publish, Reply
 from pipros.bridges.rosbridge.encoding import Encoder, Encoding, operation_frame
 from pipros.bridges.rosbridge.filling import Filler
-from pipros.bridges.rosbridge.protocol import ClientProtocol, Settings
+from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
 from pipros.bridges.shared_topics import TopicMessage
 from pipros.msg import load_message_class
 from tests.fuzz import mutation
@@ -63,7 +63,7 @@ _FILLER = Filler(lambda: 0, LIMITS)
 
 
 def target(data: bytes) -> None:
-    protocol = ClientProtocol(Settings(is_bson=data[:1] == b"b"), _resolve, LIMITS, lambda: 0.0)
+    protocol = ClientProtocol(RosbridgeSettings(is_bson=data[:1] == b"b"), _resolve, LIMITS, lambda: 0.0)
     for frame in data.split(b"\0\0" if data[:1] == b"b" else b"\0"):
         if data[:1] == b"s":
             effects: Any = protocol.receive_stream(frame.decode(errors="replace"))

@@ -31,7 +31,7 @@ from pipros.ros2.rtps.encoding import (
     heartbeat,
     nack_frag,
 )
-from pipros.ros2.rtps.events import Settings
+from pipros.ros2.rtps.events import RtpsSettings
 from pipros.ros2.rtps.graph_info import GidBytes, read_info
 from pipros.ros2.rtps.identity import (
     PARTICIPANT_READER,
@@ -163,7 +163,7 @@ def run(data: bytes) -> None:
     address = (Address("127.0.0.1", 7410),)
     me = ParticipantData(US, discovery=address, data=address)
     now = 1000.0
-    engine = ParticipantCore(Settings(me, (), frozenset()), LIMITS, now)
+    engine = ParticipantCore(RtpsSettings(me, (), frozenset()), LIMITS, now)
     writer = engine.add_writer(TOPIC, TYPE, LATCHED, now)
     engine.add_reader(TOPIC, TYPE, LATCHED, now)
     engine.write(writer, LARGE, now)

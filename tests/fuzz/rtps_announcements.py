@@ -20,7 +20,7 @@ from pipros.ros2.rtps.announcements import (
     write_participant,
 )
 from pipros.ros2.rtps.encoding import data_head, datagram_head, heartbeat
-from pipros.ros2.rtps.events import Settings
+from pipros.ros2.rtps.events import RtpsSettings
 from pipros.ros2.rtps.identity import (
     PARTICIPANT_READER,
     PARTICIPANT_WRITER,
@@ -82,7 +82,7 @@ def datagram(data: bytes, number: int) -> bytes:
 def target(data: bytes) -> None:
     me = ParticipantData(b"\0\0the engine", discovery=HERE, data=HERE)
     now, sent, received = 1000.0, 0, 0
-    engine = ParticipantCore(Settings(me, (), frozenset()), LIMITS, now)
+    engine = ParticipantCore(RtpsSettings(me, (), frozenset()), LIMITS, now)
     engine.add_writer("rt/a", "T", Qos(), now)
     engine.add_reader("rt/a", "T", Qos(), now)
     for number, part in enumerate(read_input(data), 1):

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from pipros.bag.opening import open_bag
-from pipros.fleet.access import Role
+from pipros.fleet.access import FleetRole
 from pipros.fleet.agent import new_instance
 from pipros.fleet.certificates import Authority
 from pipros.fleet.history_files import COMPLETION_S, SMALLEST_LIMIT_BYTES, HistoryFiles
 from pipros.fleet.key_files import read_keys
-from pipros.fleet.recorder import Recorder
+from pipros.fleet.recorder import FleetRecorder
 from pipros.fleet.status import history_file, history_of
 from pipros.fleet.zenoh_session import open_router
 from tests.graph.test_fleet_topics import publish_until
@@ -33,7 +33,7 @@ def test_an_operator_who_joins_late_gets_the_history(claimed_port: ClaimedPort, 
     router = open_router([address])
     clock = itertools.count(step=COMPLETION_S).__next__
     files = HistoryFiles(tmp_path / "history", SMALLEST_LIMIT_BYTES, clock=clock)
-    recorder = Recorder(router, files, new_instance(), ["/odom", "/map"], log=logging.getLogger("test"))
+    recorder = FleetRecorder(router, files, new_instance(), ["/odom", "/map"], log=logging.getLogger("test"))
     recorder.start()
     try:
         with Member("robot1", address) as robot:
@@ -68,11 +68,11 @@ def test_an_operator_who_joins_late_gets_the_history(claimed_port: ClaimedPort, 
 def test_with_certificates_an_observer_gets_the_history(claimed_port: ClaimedPort, tmp_path: Path) -> None:
     authority = Authority.create(tmp_path / "fleet")
     robot_tls = read_keys(authority.add("robot1")).tls
-    viewer_tls = read_keys(authority.add("viewer", Role.OBSERVER)).tls
+    viewer_tls = read_keys(authority.add("viewer", FleetRole.OBSERVER)).tls
     address = f"tls/127.0.0.1:{claimed_port.number}"
     router = open_router([address], authority.router_tls(), authority.access())
     files = HistoryFiles(tmp_path / "history", SMALLEST_LIMIT_BYTES)
-    recorder = Recorder(router, files, new_instance(), ["/map"], log=logging.getLogger("test"))
+    recorder = FleetRecorder(router, files, new_instance(), ["/map"], log=logging.getLogger("test"))
     recorder.start()
     try:
         with Member("robot1", address, tls=robot_tls) as robot:
@@ -95,7 +95,7 @@ def test_messages_for_other_members_are_recorded_without_extra_traffic(
     address = f"tcp/127.0.0.1:{claimed_port.number}"
     router = open_router([address])
     files = HistoryFiles(tmp_path, SMALLEST_LIMIT_BYTES)
-    recorder = Recorder(router, files, new_instance(), log=logging.getLogger("test"))
+    recorder = FleetRecorder(router, files, new_instance(), log=logging.getLogger("test"))
     recorder.start()
     try:
         with Member("robot1", address) as robot, Member("operator", address) as operator:

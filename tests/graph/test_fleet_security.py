@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 
 from pipros.fleet import keys
-from pipros.fleet.access import Role
+from pipros.fleet.access import FleetRole
 from pipros.fleet.agent import new_instance
 from pipros.fleet.certificates import Authority, KeysFailed
-from pipros.fleet.directory import Directory, Entry, to_json
+from pipros.fleet.directory import Directory, DirectoryEntry, to_json
 from pipros.fleet.key_files import read_keys
-from pipros.fleet.messages import Attachment, pack
-from pipros.fleet.zenoh_session import Link, LinkFailed, connect, open_router
+from pipros.fleet.messages import MessageAttachment, pack
+from pipros.fleet.zenoh_session import LinkFailed, SessionLink, connect, open_router
 from tests.graph.test_fleet_topics import publish_until
 from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.ports import ClaimedPort
@@ -33,7 +33,7 @@ def authority(tmp_path: Path) -> Authority:
     found = Authority.create(tmp_path / "fleet")
     for name in ("robot1", "robot2", "operator"):
         found.add(name)
-    found.add("viewer", Role.OBSERVER)
+    found.add("viewer", FleetRole.OBSERVER)
     return found
 
 
@@ -45,7 +45,7 @@ def router(authority: Authority, claimed_port: ClaimedPort) -> Iterator[str]:
     link.close()
 
 
-def link_of(authority: Authority, name: str, router: str) -> Link:
+def link_of(authority: Authority, name: str, router: str) -> SessionLink:
     return link_to(router, read_keys(authority.folder / name).tls)
 
 
@@ -126,7 +126,7 @@ def test_a_member_cannot_speak_for_another(authority: Authority, router: str) ->
             ]
             false = Directory("robot1", one.agent.instance, 1000)
             spy.put(keys.directory("robot1"), to_json(false))
-            attachment = pack(Attachment(0, new_instance(), 1, 0, String._md5sum))
+            attachment = pack(MessageAttachment(0, new_instance(), 1, 0, String._md5sum))
             spy.put(keys.into("operator", "robot1", "/cmd"), b"\x01\0\0\0x", attachment)
             with pytest.raises(LinkFailed, match="not allowed to call"):
                 # it may ask under its own name, and is then refused by the robot's file
@@ -196,7 +196,7 @@ def test_an_authority_adds_renews_and_revokes_members(tmp_path: Path) -> None:
     authority.renew("robot1")
     assert (folder / "member.crt").read_bytes() != before
     authority.renew("router")
-    assert authority.members() == {"robot1": Role.MEMBER}
+    assert authority.members() == {"robot1": FleetRole.MEMBER}
     for wrong, reason in (
         (lambda: authority.add("robot1"), "already exists"),
         (lambda: authority.add("router"), "is reserved for routers"),
@@ -222,7 +222,7 @@ def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPor
         try:
             instance = new_instance()
             wishes: list[bytes] = []
-            entries = (Entry("/chatter", "std_msgs/String", String._md5sum),)
+            entries = (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
             answer = _answering(to_json(Directory("bad", instance, 1, entries)))
             held = [
                 hostile.subscribe(
@@ -235,13 +235,13 @@ def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPor
             received = operator.receive("/bad/chatter")
             # They come after the operator's subscription, which therefore is known on the way.
             wait_until(lambda: any(b"/chatter" in each for each in wishes), LIMIT_S, "the topic to be wanted")
-            good = Attachment(0, instance, 1, 0, String._md5sum)
+            good = MessageAttachment(0, instance, 1, 0, String._md5sum)
             body = b"\x02\0\0\0ok"
             for payload, attachment in (
                 (body, b""),
                 (body, b"x" * 48),
-                (body, pack(Attachment(0, instance, 1, 0, "0" * 32))),
-                (body, pack(Attachment(0, instance, 1, 0, String._md5sum, is_compressed=True))),
+                (body, pack(MessageAttachment(0, instance, 1, 0, "0" * 32))),
+                (body, pack(MessageAttachment(0, instance, 1, 0, String._md5sum, is_compressed=True))),
             ):
                 hostile.put(keys.topic("bad", "/chatter"), payload, attachment, waits=True)
             for document in (
@@ -335,7 +335,7 @@ def test_a_flood_of_messages_is_bounded_and_disturbs_no_other(claimed_port: Clai
 
             def flood() -> bool:
                 number = next(numbers)
-                attachment = pack(Attachment(0, instance, number, 0, String._md5sum))
+                attachment = pack(MessageAttachment(0, instance, number, 0, String._md5sum))
                 hostile.put(keys.into("bad", "robot1", "/cmd"), b"\x04\0\0\0junk", attachment)
                 hostile.put(keys.into("bad", "robot1", f"/other{number}"), b"junk", attachment)
                 return len(robot.warnings) == 1000
@@ -371,8 +371,8 @@ def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -
         hostile = link_to(address)
         try:
             name, instance, md5sum = "pipros_fleet_operator", new_instance(), "0" * 32
-            shared = (Entry("/chatter", "std_msgs/String", String._md5sum),)
-            services = (Entry("/link", "a/B", md5sum), Entry("/other", "a/B", md5sum))
+            shared = (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
+            services = (DirectoryEntry("/link", "a/B", md5sum), DirectoryEntry("/other", "a/B", md5sum))
             directory = Directory(name, instance, 1, shared, (), services)
             held = [
                 hostile.serve(keys.directory(name), _answering(to_json(directory))),
@@ -388,8 +388,10 @@ def test_a_name_that_cannot_be_shown_hides_no_other(claimed_port: ClaimedPort) -
 
 
 def test_topics_and_services_of_all_members_together_are_limited(claimed_port: ClaimedPort) -> None:
-    topics = tuple(Entry(f"/topic{number}", "std_msgs/String", String._md5sum) for number in range(5))
-    services = (Entry("/service0", "a/B", "0" * 32), Entry("/service1", "a/B", "0" * 32))
+    topics = tuple(
+        DirectoryEntry(f"/topic{number}", "std_msgs/String", String._md5sum) for number in range(5)
+    )
+    services = (DirectoryEntry("/service0", "a/B", "0" * 32), DirectoryEntry("/service1", "a/B", "0" * 32))
     directories = {
         "first": (topics[:2], topics[2:4], services),
         "second": (topics, (), ()),
@@ -431,7 +433,7 @@ def test_definitions_of_a_member_are_limited_and_forgotten_with_their_topics(
     claimed_port: ClaimedPort,
 ) -> None:
     md5sum, text = "0" * 32, "string data  # " + 60 * "x"
-    both = (Entry("/topic0", "a/Type0", md5sum), Entry("/topic1", "a/Type1", md5sum))
+    both = (DirectoryEntry("/topic0", "a/Type0", md5sum), DirectoryEntry("/topic1", "a/Type1", md5sum))
     requested: list[str] = []
 
     def answer(question: Any) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from pipros.fleet import keys
 from pipros.fleet.agent import NameTaken, new_instance
-from pipros.fleet.directory import Directory, Entry, to_json
+from pipros.fleet.directory import Directory, DirectoryEntry, to_json
 from pipros.msg import load_message_class
 from tests.support.fleet import LIMIT_S, Member, String, link_to, running_router
 from tests.support.ports import ClaimedPort
@@ -55,7 +55,7 @@ def test_a_directory_is_requested_again_from_a_member_that_does_not_answer(route
         try:
             instance = new_instance()
             directory = Directory(
-                "busy", instance, 1, (Entry("/chatter", "std_msgs/String", String._md5sum),)
+                "busy", instance, 1, (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
             )
             asked = itertools.count()
 

@@ -13,7 +13,7 @@ from pipros.msg import load_message_class
 from pipros.node import Node
 from pipros.ros2 import action_messages as messages
 from pipros.ros2.action_messages import CancelCode, GoalInfo, Ros2Status
-from pipros.ros2.interface import Caller, EndpointKind
+from pipros.ros2.interface import EndpointKind, Ros2Caller
 from tests.support.ros2_domains import free_domain
 from tests.support.ros2_gateways import PAIRS, System
 from tests.support.waiting import wait_until
@@ -103,7 +103,7 @@ def system(request: pytest.FixtureRequest) -> Iterator[System]:
         system.close()
 
 
-def caller(system: System, service: str) -> Caller:
+def caller(system: System, service: str) -> Ros2Caller:
     name = f"/fibonacci/_action/{service}"
     kind = {"send_goal": PAIR.send_goal, "get_result": PAIR.get_result, "cancel_goal": PAIR.cancel_goal}
     found = system.ros2.caller(name, kind[service], getattr(PAIR.hashes, service))

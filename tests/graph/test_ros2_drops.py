@@ -10,7 +10,7 @@ import pytest
 
 from pipros.msg import load_message_class, load_service_class
 from pipros.ros2.bridged_topics import Route, ToRos2
-from pipros.ros2.interface import CallFailed, Durability, PartHashes, TopicQos
+from pipros.ros2.interface import Durability, PartHashes, Ros2CallFailed, TopicQos
 from pipros.ros2.rtps import qos as dds
 from pipros.ros2.rtps.domain import Discovery
 from pipros.ros2.rtps.participant import Participant
@@ -103,7 +103,7 @@ def test_failed_calls_are_counted_with_the_reason(system: System) -> None:
     caller = system.ros2.caller("/switch", SET_BOOL, "")
     wait_until(lambda: caller.is_available, what="the service")
 
-    with pytest.raises(CallFailed):
+    with pytest.raises(Ros2CallFailed):
         caller.call(b"\0\1\0\0\1\0\0\0", 0.5)
 
     wait_until(lambda: gateway.status().passed[0].dropped == 1, what="the count")

@@ -19,7 +19,7 @@ from pipros.ros2 import action_messages as messages
 from pipros.ros2.action_messages import Ros2Status
 from pipros.ros2.action_to_ros1 import ActionToRos1
 from pipros.ros2.action_to_ros2 import ActionToRos2
-from pipros.ros2.interface import CallFailed
+from pipros.ros2.interface import Ros2CallFailed
 from pipros.ros2.limits import Ros2Limits
 from tests.support.ros2_gateways import PAIRS
 from tests.support.waiting import wait_until
@@ -49,7 +49,7 @@ class Service:
         self._log.append(f"{self._name} {NAMES.get(goal, '?')}")
         self.is_open.wait(60)
         if not self.reply:
-            raise CallFailed("no answer")
+            raise Ros2CallFailed("no answer")
         self._log.append(f"{self._name} {NAMES.get(goal, '?')}: answered")
         return self.reply
 

@@ -12,10 +12,10 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.ros2.interface import (
-    CallFailed,
     Durability,
     EndpointKind,
     EngineError,
+    Ros2CallFailed,
     Ros2Engine,
     Sample,
     TopicQos,
@@ -152,7 +152,7 @@ def test_a_late_gateway_gets_latched_messages_of_ros2(engine: Ros2Engine, peer: 
 
 def test_services_of_ros2_are_called(engine: Ros2Engine, peer: Peer) -> None:
     caller = engine.caller("/add", ADD_KIND, ADD)
-    with pytest.raises(CallFailed, match="the ROS 2 service /add is not available"):
+    with pytest.raises(Ros2CallFailed, match="the ROS 2 service /add is not available"):
         caller.call(b"request", 5.0)
     peer.serve("/add", lambda request: request[::-1])
     wait_until(lambda: caller.is_available, what="the service")

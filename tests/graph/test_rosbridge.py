@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed
 from pipros.basics.limits import Limits
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.protocol import Settings
+from pipros.bridges.rosbridge.protocol import RosbridgeSettings
 from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.bridges.rosbridge.session import Timing
 from pipros.bridges.rosbridge.stream_servers import TcpServer
@@ -357,7 +357,10 @@ def test_bson_mode_has_bson_in_both_directions(node: Node, robot: Node) -> None:
     robot.advertise("/scan", load_message_class("sensor_msgs/CompressedImage"), latch=True).publish(
         load_message_class("sensor_msgs/CompressedImage")(data=b"\0\1")
     )
-    with rosbridge_server(node, settings=Settings(is_bson=True)) as url, RosbridgeClient(url) as client:
+    with (
+        rosbridge_server(node, settings=RosbridgeSettings(is_bson=True)) as url,
+        RosbridgeClient(url) as client,
+    ):
         client.socket.send(bson.encode({"op": "subscribe", "topic": "/scan"}))
         assert client.receive(bson.decode)["msg"]["data"] == b"\0\1"
         client.socket.send(bson.encode({"op": "advertise", "topic": "/cmd", "type": "std_msgs/String"}))
@@ -533,7 +536,7 @@ def test_tcp_clients_send_and_receive_json_objects_without_a_delimiter(node: Nod
 
 def test_tcp_clients_may_use_bson(node: Node, robot: Node) -> None:
     robot.advertise("/state", STRING, latch=True).publish(STRING("x"))
-    server = TcpServer(node, ServerOptions(port=0, settings=Settings(is_bson=True)))
+    server = TcpServer(node, ServerOptions(port=0, settings=RosbridgeSettings(is_bson=True)))
     port = server.start()
     try:
         with socket.create_connection(("127.0.0.1", port), 20) as connection:
@@ -560,7 +563,7 @@ def test_tcp_connections_that_begin_as_a_web_request_end_before_anything_is_read
         {"op": "publish", "topic": "/cmd_vel", "msg": {"data": "drive"}},
     ]
     body = b"".join(bson.encode(each) if is_bson else json.dumps(each).encode() for each in operations)
-    server = TcpServer(node, ServerOptions(port=0, settings=Settings(is_bson=is_bson)))
+    server = TcpServer(node, ServerOptions(port=0, settings=RosbridgeSettings(is_bson=is_bson)))
     port = server.start()
     try:
         for _ in range(2):
@@ -624,7 +627,7 @@ def test_idle_tcp_clients_make_room_for_others(make_node: MakeNode) -> None:
 
 def test_a_tcp_client_that_does_not_log_in_is_disconnected(make_node: MakeNode) -> None:
     node = make_node("bridge", limits=Limits()._replace(login_s=0.2))
-    settings = Settings(authenticator=Authenticator("0123456789abcdef", time.time))
+    settings = RosbridgeSettings(authenticator=Authenticator("0123456789abcdef", time.time))
     server = TcpServer(node, ServerOptions(port=0, settings=settings))
     port = server.start()
     try:

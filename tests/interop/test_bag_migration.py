@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pipros.bag import BagReader, BagWriter
-from pipros.bag.migration_rules import Rule, parse_rules
+from pipros.bag.migration_rules import MigrationRule, parse_rules
 from pipros.msg.dynamic import message_classes_from_text
 from pipros.msg.time import Duration, Time
 from tests.support.ros import RosSystem
@@ -48,7 +48,7 @@ def fill(message: Any, count: list[int]) -> None:
             setattr(message, name, [value() for _ in range(size)] if length else value())
 
 
-def old_message(rule: Rule) -> Any:
+def old_message(rule: MigrationRule) -> Any:
     """Return a message of the old definition of a rule."""
     message: Any = message_classes_from_text(rule.old[0], rule.old_text)[rule.old[0]]()
     fill(message, [0])
@@ -61,11 +61,11 @@ def old_message(rule: Rule) -> Any:
     return message
 
 
-def topic_of(rule: Rule) -> str:
+def topic_of(rule: MigrationRule) -> str:
     return "/" + rule.name
 
 
-def old_bag(rules: Sequence[Rule]) -> bytes:
+def old_bag(rules: Sequence[MigrationRule]) -> bytes:
     """A bag with one message for each rule, on its own topic."""
     file = io.BytesIO()
     writer = BagWriter(file)

@@ -22,10 +22,10 @@ from websockets.typing import Subprotocol
 
 from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
-from pipros.bridges.client import Client
+from pipros.bridges.client import BridgeClient
 from pipros.bridges.door import Door
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import Frame, text_frame
+from pipros.bridges.outbox import WebSocketFrame, text_frame
 from pipros.server.secret import Secret
 from tests.support.waiting import wait_until
 
@@ -42,9 +42,9 @@ class Echo:
         self.is_closed = False
         self.is_unused = False
         self.worked_s = 0.0
-        self.client: Client
+        self.client: BridgeClient
 
-    def open(self, client: Client) -> Echo:
+    def open(self, client: BridgeClient) -> Echo:
         session = Echo()
         session.client = client
         client.outbox.open("topic")
@@ -57,7 +57,7 @@ class Echo:
     async def receive(self, data: str | bytes) -> None:
         if data == "defect":
             raise RuntimeError("a defect")
-        self.client.send(text_frame(data) if isinstance(data, str) else Frame((data[:1], data[1:])))
+        self.client.send(text_frame(data) if isinstance(data, str) else WebSocketFrame((data[:1], data[1:])))
 
     def takes(self) -> Mapping[Hashable, str]:
         return {"topic": "/chatter"}
@@ -135,7 +135,7 @@ def test_control_frames_wait_for_the_end_of_a_large_message(is_encrypted: bool) 
             client.transport.pause_reading()
             large = bytes(range(256)) * 40_000
             for number in range(2):  # more than the buffers of the system take
-                outbox.put("topic", Frame((b"%d" % number, large)), Frame((b"|", large)))
+                outbox.put("topic", WebSocketFrame((b"%d" % number, large)), WebSocketFrame((b"|", large)))
             pong = await client.ping()
             client.transport.resume_reading()
             for number in range(2):
@@ -247,9 +247,9 @@ def test_a_client_that_never_reads_costs_the_others_nothing_and_is_disconnected(
                 await condition(lambda: len(handler.sessions) == 2)
                 second = handler.sessions[1]
                 for _ in range(20):  # more than its queue, before it may be disconnected
-                    first.client.outbox.put("topic", Frame((b"x" * 100_000,)))
+                    first.client.outbox.put("topic", WebSocketFrame((b"x" * 100_000,)))
                 for number in range(200):
-                    frame = Frame((b"%d" % number, b"x" * 100_000))
+                    frame = WebSocketFrame((b"%d" % number, b"x" * 100_000))
                     first.client.outbox.put("topic", frame)
                     second.client.outbox.put("topic", frame)
                     assert await other.recv() == b"".join(frame.parts)
@@ -269,7 +269,7 @@ def test_writing_to_a_client_that_has_vanished_logs_nothing(caplog: pytest.LogCa
         async with opened(limits=limits, handler=handler) as door, connected(door) as client:
             await condition(lambda: handler.sessions)
             client.transport.get_extra_info("socket").shutdown(socket.SHUT_RDWR)
-            handler.sessions[0].client.outbox.put("topic", Frame((bytes(50_000_000),)))
+            handler.sessions[0].client.outbox.put("topic", WebSocketFrame((bytes(50_000_000),)))
             await condition(lambda: handler.sessions[0].is_closed)
 
     run(body())
@@ -284,7 +284,7 @@ def test_a_client_that_does_not_read_its_answers_is_disconnected() -> None:
             await condition(lambda: handler.sessions)
             client.transport.pause_reading()
             for _ in range(500):
-                handler.sessions[0].client.send(Frame((b"x" * 90_000,)))
+                handler.sessions[0].client.send(WebSocketFrame((b"x" * 90_000,)))
             assert handler.sessions[0].client.outbox.is_overrun
             await condition(lambda: handler.sessions[0].is_closed)
 
@@ -386,7 +386,7 @@ def test_the_list_of_clients_has_what_each_takes_and_lost() -> None:
         async with opened(handler=handler) as door, connected(door, user_agent_header=agent) as client:
             await client.send("hello")
             await client.recv()
-            handler.sessions[0].client.outbox.put("topic", Frame((b"12345",)))
+            handler.sessions[0].client.outbox.put("topic", WebSocketFrame((b"12345",)))
             await client.recv()
             status, text = await asyncio.to_thread(get, door, "/clients", {})
             assert status == 200
@@ -516,7 +516,7 @@ def test_an_incomplete_message_must_end_in_time(part: bytes) -> None:
 
 def test_a_slow_session_stops_the_reading_but_loses_no_message() -> None:
     class Slow(Echo):
-        def open(self, client: Client) -> Echo:
+        def open(self, client: BridgeClient) -> Echo:
             session = Slow()
             session.client = client
             return session

@@ -18,7 +18,7 @@ from pipros.basics.limits import Limits
 from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.effects import Disconnect, Publish, Reply
-from pipros.bridges.rosbridge.protocol import ClientProtocol, Settings
+from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
 from pipros.bridges.shares import ServerShares, TopicShares
 from tests.support.waiting import wait_until
 
@@ -26,8 +26,8 @@ from tests.support.waiting import wait_until
 class Peer:
     """A client of rosbridge, without sockets."""
 
-    def __init__(self, settings: Settings | None = None, limits: Limits | None = None) -> None:
-        self.protocol = ClientProtocol(settings or Settings(), str, limits)
+    def __init__(self, settings: RosbridgeSettings | None = None, limits: Limits | None = None) -> None:
+        self.protocol = ClientProtocol(settings or RosbridgeSettings(), str, limits)
 
     def sends(self, data: str | bytes) -> list[Any]:
         return list(self.protocol.receive(data))
@@ -68,7 +68,7 @@ def test_a_client_that_makes_the_server_keep_too_much_is_told_once_and_then_disc
 ) -> None:
     limits = Limits(tables=(BridgeLimits(bridge_kept_bytes=20_000),))
     shares = ServerShares(limits).client()
-    protocol = ClientProtocol(Settings(), str, limits, shares=shares)
+    protocol = ClientProtocol(RosbridgeSettings(), str, limits, shares=shares)
     errors: list[str] = []
     for number in range(1000):
         for effect in protocol.receive(json.dumps(operation).replace("%d", f"{number:0500}")):
@@ -86,7 +86,7 @@ def test_a_client_that_makes_the_server_keep_too_much_is_told_once_and_then_disc
 def test_what_a_client_no_longer_uses_is_no_longer_counted() -> None:
     limits = Limits()
     shares = ServerShares(limits).client()
-    protocol = ClientProtocol(Settings(), str, limits, shares=shares)
+    protocol = ClientProtocol(RosbridgeSettings(), str, limits, shares=shares)
     for number in range(50):
         for op, values in (
             ("subscribe", {"topic": "/a", "id": number}),
@@ -119,7 +119,9 @@ def test_a_message_with_too_many_values_is_refused_before_it_is_parsed() -> None
 
 
 def test_a_bson_document_with_too_many_values_is_refused_before_it_is_parsed() -> None:
-    peer = Peer(Settings(is_bson=True), limits=Limits(tables=(BridgeLimits(bridge_parsed_bytes=1_000_000),)))
+    peer = Peer(
+        RosbridgeSettings(is_bson=True), limits=Limits(tables=(BridgeLimits(bridge_parsed_bytes=1_000_000),))
+    )
     for values in ([[]] * 5_000, [{"a": {}}] * 3_000, [None] * 20_000):
         [reply] = peer.sends(bson.encode({"op": "publish", "topic": "/a", "msg": {"data": values}}))
         assert "bridge_parsed_bytes" in reply.operation["msg"]
@@ -137,14 +139,14 @@ def test_a_bson_document_with_too_many_values_is_refused_before_it_is_parsed() -
 
 @pytest.mark.parametrize("service", [[[]], {}, 5, None, True])
 def test_a_reader_that_calls_an_invalid_service_gets_an_error(service: Any) -> None:
-    peer = Peer(Settings(has_control=False))
+    peer = Peer(RosbridgeSettings(has_control=False))
     [reply] = peer.sends(json.dumps({"op": "call_service", "service": service}))
     assert reply.operation["result"] is False
 
 
 def test_incomplete_texts_and_fragments_are_counted_with_their_overhead() -> None:
     shares = ServerShares(Limits()).client()
-    protocol = ClientProtocol(Settings(), str, shares=shares)
+    protocol = ClientProtocol(RosbridgeSettings(), str, shares=shares)
     assert list(protocol.receive_stream('{"a": "')) == []
     for _ in range(1000):
         assert list(protocol.receive_stream("x")) == []

@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed, InvalidMessage
 from pipros.basics.limits import Limits
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.protocol import Settings
+from pipros.bridges.rosbridge.protocol import RosbridgeSettings
 from pipros.bridges.rosbridge.server import ServerOptions
 from pipros.bridges.rosbridge.stream_servers import TcpServer
 from pipros.bridges.rosbridge.udp_server import UdpServer
@@ -177,7 +177,10 @@ def test_deep_bson_is_refused(make_node: MakeNode, robot: Node) -> None:
         body = b"\x03a\0" + deep + b"\0"
         deep = struct.pack("<i", len(body) + 4) + body
     node = make_node("bson_bridge", limits=LIMITS)
-    with rosbridge_server(node, settings=Settings(is_bson=True)) as url, RosbridgeClient(url) as client:
+    with (
+        rosbridge_server(node, settings=RosbridgeSettings(is_bson=True)) as url,
+        RosbridgeClient(url) as client,
+    ):
         client.socket.send(deep)
         answer = client.receive(bson.decode)
         assert answer["op"] == "status"
@@ -234,7 +237,7 @@ def test_tcp_clients_that_do_not_log_in_keep_little_and_not_for_long(
     make_node: MakeNode, is_bson: bool, is_trickling: bool
 ) -> None:
     node = make_node("bridge", limits=Limits()._replace(login_s=0.5, login_bytes=10_000))
-    settings = Settings(authenticator=Authenticator("0123456789abcdef", time.time), is_bson=is_bson)
+    settings = RosbridgeSettings(authenticator=Authenticator("0123456789abcdef", time.time), is_bson=is_bson)
     server = TcpServer(node, ServerOptions(port=0, settings=settings))
     port = server.start()
     start = (5_000_000).to_bytes(4, "little") + b"\2op\0" if is_bson else b'{"op": "'
@@ -264,7 +267,7 @@ def test_tcp_clients_that_do_not_log_in_keep_little_and_not_for_long(
 def test_a_tcp_message_must_end_in_time(make_node: MakeNode) -> None:
     for is_bson, start in ((False, b'{"op": "'), (True, (1000).to_bytes(4, "little"))):
         node = make_node(f"bridge{is_bson}", limits=Limits()._replace(request_s=0.3))
-        server = TcpServer(node, ServerOptions(port=0, settings=Settings(is_bson=is_bson)))
+        server = TcpServer(node, ServerOptions(port=0, settings=RosbridgeSettings(is_bson=is_bson)))
         port = server.start()
         try:
             with socket.create_connection(("127.0.0.1", port), 20) as client:
@@ -297,7 +300,7 @@ def test_udp_addresses_that_say_nothing_sensible_leave_room_for_clients(
 
 
 def test_udp_clients_may_use_bson(make_node: MakeNode, robot: Node) -> None:
-    server = UdpServer(make_node("bridge"), ServerOptions(port=0, settings=Settings(is_bson=True)))
+    server = UdpServer(make_node("bridge"), ServerOptions(port=0, settings=RosbridgeSettings(is_bson=True)))
     address = "127.0.0.1", server.start()
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
@@ -313,7 +316,10 @@ def test_a_reader_that_subscribes_again_and_again_does_not_delay_the_others(
     make_node: MakeNode, robot: Node
 ) -> None:
     node = make_node("bridge")
-    with rosbridge_server(node, settings=Settings(has_control=False)) as url, RosbridgeClient(url) as reader:
+    with (
+        rosbridge_server(node, settings=RosbridgeSettings(has_control=False)) as url,
+        RosbridgeClient(url) as reader,
+    ):
         for number in range(3000):
             options = {"queue_length": number, "topic": f"/s{number % 400}", "type": "std_msgs/String"}
             reader.send("subscribe", **options)

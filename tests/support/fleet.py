@@ -11,7 +11,7 @@ from pipros.basics.env import Environment
 from pipros.basics.limits import process_limits
 from pipros.fleet.agent import Agent, agent_node_name
 from pipros.fleet.fleet_file import FleetFile, parse_fleet_file
-from pipros.fleet.zenoh_session import Link, LinkFailed, Tls, connect, open_router
+from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls, connect, open_router
 from pipros.graph.system_state import SystemState
 from pipros.master.master import Master
 from pipros.msg import load_message_class
@@ -23,10 +23,10 @@ LOOK_S = 0.05
 LIMIT_S = 60
 
 
-def link_to(router: str, tls: Tls | None = None, **options: Any) -> Link:
+def link_to(router: str, tls: Tls | None = None, **options: Any) -> SessionLink:
     """Connect to a router, with repeated attempts, as `pipros fleet join` makes them."""
 
-    def connected() -> Link | None:
+    def connected() -> SessionLink | None:
         try:
             return connect(router, tls, **options)
         except LinkFailed as error:
@@ -84,7 +84,7 @@ class Member:
         self._stack.enter_context(self.agent_node)
         self.agent_node.log.addHandler(_Kept(self.warnings))
         parsed = parse_fleet_file(file) if isinstance(file, str) else file
-        self.link: Link = link_to(router, tls, limits=self.agent_node.limits)
+        self.link: SessionLink = link_to(router, tls, limits=self.agent_node.limits)
         self._stack.callback(self.link.close)
         self.agent = Agent(
             self.agent_node, self.link, name, parsed, on_failure=self.failures.append, look_s=LOOK_S

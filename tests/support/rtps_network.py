@@ -17,7 +17,7 @@ from pipros.ros2.rtps.events import (
     OverLimit,
     PeerChanged,
     Received,
-    Settings,
+    RtpsSettings,
 )
 from pipros.ros2.rtps.identity import OWN_VENDOR
 from pipros.ros2.rtps.parameters import Address
@@ -74,7 +74,7 @@ class SimulatedNetwork:
         prefix = bytes([0, 0, 0, 0, *bytes(7), len(self.hosts) + 1])
         me = ParticipantData(prefix, vendor, lease_s, discovery=(address,), data=(address,))
         others = tuple(each for each in ADDRESSES if each != address)
-        engine = ParticipantCore(Settings(me, others, frozenset()), limits or Limits(), self.now)
+        engine = ParticipantCore(RtpsSettings(me, others, frozenset()), limits or Limits(), self.now)
         host = self.hosts[address] = Host(engine, address)
         return host
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pipros.bag import open_bag
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.libraries.diagnostics.csv_rows import Columns, file_names
+from pipros.libraries.diagnostics.csv_rows import CsvColumns, file_names
 from pipros.libraries.diagnostics.items import Status
 
 _star_names(__name__, "diagnostic_msgs operator os rosbag roslib subprocess sys tempfile time")
@@ -39,13 +39,13 @@ class LogExporter:
         Raises:
             OSError, pipros.bag.BagError: the bag cannot be read.
         """
-        columns: dict[str, Columns] = defaultdict(Columns)
+        columns: dict[str, CsvColumns] = defaultdict(CsvColumns)
         for _, status in self._statuses():
             columns[status.name].add(status)
         self._files = file_names(columns)
         for name, found in columns.items():
             self._path(name).write_text(found.header(), encoding="utf-8")
-        so_far: dict[str, Columns] = defaultdict(Columns)
+        so_far: dict[str, CsvColumns] = defaultdict(CsvColumns)
         rows: dict[str, list[str]] = defaultdict(list)
         for stamp_s, status in self._statuses():
             rows[status.name].append(so_far[status.name].row(status, stamp_s))

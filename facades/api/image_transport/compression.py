@@ -11,7 +11,12 @@ from sensor_msgs.msg import CompressedImage, Image
 
 import rospy
 from cv_bridge import CvBridge, CvBridgeError
-from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
+from pipros.libraries.vision.compressed_images import (
+    CompressionError,
+    CompressionSettings,
+    compressed,
+    decompressed,
+)
 from pipros.pictures.codecs import codec
 
 
@@ -25,8 +30,8 @@ def compressor(topic: str) -> Callable[[Image], CompressedImage | None]:
         ImportError: neither OpenCV nor Pillow is installed.
         CompressionError: a parameter has an invalid value.
     """
-    default, bridge, pictures = Settings(), CvBridge(), codec()
-    settings = Settings(
+    default, bridge, pictures = CompressionSettings(), CvBridge(), codec()
+    settings = CompressionSettings(
         rospy.get_param(f"{topic}/format", default.kind),
         rospy.get_param(f"{topic}/jpeg_quality", default.jpeg_quality),
         rospy.get_param(f"{topic}/png_level", default.png_level),

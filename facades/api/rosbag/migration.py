@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from pipros.bag.migration import Change, Migrator
+from pipros.bag.migration import Migrator, TypeChange
 from pipros.bag.migration_plugins import installed_rules, rules_of_files
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.rewrite import replaced_file
@@ -54,7 +54,7 @@ def _warn(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def checkbag(migrator: MessageMigrator, inbag: str) -> list[Change]:
+def checkbag(migrator: MessageMigrator, inbag: str) -> list[TypeChange]:
     """Return the message types in a bag that need migration.
 
     Raises:
@@ -75,7 +75,7 @@ def fixbag(migrator: MessageMigrator, inbag: str, outbag: str) -> bool:
     return not fixbag2(migrator, inbag, outbag)
 
 
-def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = False) -> list[Change]:
+def fixbag2(migrator: MessageMigrator, inbag: str, outbag: str, force: bool = False) -> list[TypeChange]:
     """Write the migrated bag. If rules are missing, write nothing and return the changes that lack a rule.
 
     If `force` is true, write the bag anyway, and copy messages that lack a rule unchanged. Raises the

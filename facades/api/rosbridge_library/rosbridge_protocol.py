@@ -8,8 +8,8 @@ from functools import cache
 from typing import Any
 
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import Outbox
-from pipros.bridges.rosbridge.session import Bridge
+from pipros.bridges.outbox import ClientOutbox
+from pipros.bridges.rosbridge.session import RosbridgeNode
 from pipros.bridges.rosbridge.text_input import BadInput, json_object
 from rosbridge_library.protocol import Protocol
 from rospy.session import session
@@ -27,7 +27,7 @@ class RosbridgeProtocol(Protocol):
         super().__init__(client_id)
         bridge = shared_bridge()
         self._sending = threading.Lock()
-        self._outbox = Outbox(bridge.limits.of(BridgeLimits).bridge_queue_bytes, self._send_all)
+        self._outbox = ClientOutbox(bridge.limits.of(BridgeLimits).bridge_queue_bytes, self._send_all)
         self._session = bridge.connect(self._outbox)
 
     def incoming(self, message_string: str | bytes = "") -> None:
@@ -57,7 +57,7 @@ class RosbridgeProtocol(Protocol):
 
 
 @cache
-def shared_bridge() -> Bridge:
+def shared_bridge() -> RosbridgeNode:
     """Return the bridge that all clients in the process share.
 
     Raises:
@@ -65,7 +65,7 @@ def shared_bridge() -> Bridge:
     """
     if session.node is None:
         raise RuntimeError("call rospy.init_node before RosbridgeProtocol")
-    return Bridge(session.node, call_later)
+    return RosbridgeNode(session.node, call_later)
 
 
 def call_later(delay_s: float, function: Callable[[], object]) -> None:

@@ -17,7 +17,7 @@ from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.bridges.rosbridge.authentication import Authenticator
 from pipros.bridges.rosbridge.encoding import bson_codec
 from pipros.bridges.rosbridge.globs import Globs
-from pipros.bridges.rosbridge.protocol import Settings
+from pipros.bridges.rosbridge.protocol import RosbridgeSettings
 from pipros.bridges.rosbridge.server import ServerOptions, WebSocketServer
 from pipros.bridges.rosbridge.session import Timing
 from pipros.bridges.rosbridge.stream_servers import TcpServer
@@ -112,7 +112,7 @@ def options_from_parameters(*, is_websocket: bool) -> ServerOptions:
         ping_s=ping_s or None,
         pong_s=_number("websocket_ping_timeout", 30.0) or None,
         message_bytes=int(limit_bytes) or None,
-        settings=Settings(
+        settings=RosbridgeSettings(
             topics=Globs.parse(_parameter("topics_glob", "")),
             services=Globs.parse(_parameter("services_glob", "")),
             authenticator=None if is_websocket else authenticator,

@@ -10,7 +10,7 @@ from typing import Any
 
 from pipros.bag.connection import Connection
 from pipros.bag.errors import BagError
-from pipros.bag.migration_rules import Rule
+from pipros.bag.migration_rules import MigrationRule
 from pipros.bag.migration_update import Update
 from pipros.bag.reader import BagReader
 from pipros.bag.writer import MessageWriter
@@ -26,7 +26,7 @@ Kind = tuple[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class TypeChange:
     """A type in a bag that the installed packages define differently.
 
     Attributes:
@@ -42,21 +42,21 @@ class Change:
 class Migrator:
     """Applies migration rules to messages. A type whose fields have not changed does not need a rule."""
 
-    def __init__(self, rules: Sequence[Rule] = ()) -> None:
+    def __init__(self, rules: Sequence[MigrationRule] = ()) -> None:
         self._rules = {rule.old: rule for rule in rules if rule.is_valid}
         self._classes: dict[Kind, type[Message]] = {}
         self._updates: dict[Kind, Update] = {}
         self._parts: dict[tuple[type[Message], str], type[Message] | None] = {}
 
-    def changes(self, bag: BagReader) -> list[Change]:
+    def changes(self, bag: BagReader) -> list[TypeChange]:
         """Return the types in a bag that need migration. Raise `BagError` if a definition is malformed."""
-        found: dict[Kind, Change] = {}
+        found: dict[Kind, TypeChange] = {}
         for connection in bag.connections:
             old = connection.type, connection.md5sum
             target = self.target(connection)
             if target is not None and old not in found:
                 missing = dict.fromkeys(self._missing(bag.class_of(connection), target))
-                found[old] = Change(old, (target._type, target._md5sum), tuple(missing))
+                found[old] = TypeChange(old, (target._type, target._md5sum), tuple(missing))
         return list(found.values())
 
     def target(self, connection: Connection) -> type[Message] | None:
@@ -100,7 +100,7 @@ class Migrator:
                 found += self._missing(inner, other_inner)
         return found
 
-    def _class_of(self, rule: Rule, last: type[Message]) -> type[Message]:
+    def _class_of(self, rule: MigrationRule, last: type[Message]) -> type[Message]:
         if rule.new == (last._type, last._md5sum):
             return last
         if rule.new not in self._classes:
@@ -138,7 +138,7 @@ class Migrator:
             self._set(made, name, getattr(message, name))
         return made  # type: ignore[no-any-return]
 
-    def _updated(self, old: Message, rule: Rule, cls: type[Message]) -> Message:
+    def _updated(self, old: Message, rule: MigrationRule, cls: type[Message]) -> Message:
         update = self._updates.get(rule.old)
         if update is None:
             find = partial(_class_of_text, rule)
@@ -157,7 +157,7 @@ class Migrator:
             value = [self.migrate(each, inner) if isinstance(each, Message) else each for each in value]
         setattr(owner, name, value)
 
-    def fix(self, bag: BagReader, writer: MessageWriter, *, force: bool = False) -> list[Change]:
+    def fix(self, bag: BagReader, writer: MessageWriter, *, force: bool = False) -> list[TypeChange]:
         """Migrate a bag's messages, write them, and finish the writer. Return an empty list.
 
         If rules are missing, write nothing, and return the changes that need them. With `force`, copy the
@@ -197,7 +197,7 @@ class Migrator:
 
 
 @lru_cache(maxsize=1000)
-def _class_of_text(rule: Rule, side: str, name: str) -> type[Message] | None:
+def _class_of_text(rule: MigrationRule, side: str, name: str) -> type[Message] | None:
     """Return the class for a type in a rule's old or new definition. The package name is optional."""
     top, text = (rule.new[0], rule.new_text) if side == "new" else (rule.old[0], rule.old_text)
     classes = message_classes_from_text(top, text)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipros.bag.migration_rules import Rule, parse_rules
+from pipros.bag.migration_rules import MigrationRule, parse_rules
 from pipros.basics.errors import PiprosError
 from pipros.basics.input_file import read_text
 from pipros.workspace.dependency_graph import DependencyGraph
@@ -27,9 +27,9 @@ _EXPORTS = {
 """The attribute that names the rule file, by package."""
 
 
-def installed_rules(index: PackageIndex, warn: Say) -> list[Rule]:
+def installed_rules(index: PackageIndex, warn: Say) -> list[MigrationRule]:
     """Return the rules from all packages. Invalid rules and unreadable files are reported with `warn`."""
-    found: list[Rule] = []
+    found: list[MigrationRule] = []
     for package, file in _files(index, warn):
         try:
             found += parse_rules(read_text(file), str(file), warn)
@@ -52,7 +52,7 @@ def _files(index: PackageIndex, warn: Say) -> Iterator[tuple[str, Path]]:
                 yield package.name, package.path / value
 
 
-def rules_of_files(files: Iterable[str]) -> list[Rule]:
+def rules_of_files(files: Iterable[str]) -> list[MigrationRule]:
     """Return the rules in the given files.
 
     Raise `BagError` or `OSError` if a file is malformed or unreadable.

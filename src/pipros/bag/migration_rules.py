@@ -19,7 +19,7 @@ _DEPTH_LIMIT = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class MigrationRule:
     """A migration rule.
 
     Attributes:
@@ -37,7 +37,9 @@ class Rule:
     methods: Mapping[str, ast.FunctionDef] = field(default_factory=dict, compare=False)
 
 
-def parse_rules(text: str, file: str, on_refusal: Callable[[str], object] | None = None) -> list[Rule]:
+def parse_rules(
+    text: str, file: str, on_refusal: Callable[[str], object] | None = None
+) -> list[MigrationRule]:
     """Return the rules in a file.
 
     Args:
@@ -76,7 +78,7 @@ def _check_depth(tree: ast.Module, file: str) -> None:
         left += [(child, depth + 1) for child in ast.iter_child_nodes(node)]
 
 
-def _rule(node: ast.stmt, file: str) -> Rule:
+def _rule(node: ast.stmt, file: str) -> MigrationRule:
     if not isinstance(node, ast.ClassDef):
         raise _refusal(node, file, "a rule file may only contain classes")
     values: dict[str, object] = {}
@@ -94,7 +96,7 @@ def _rule(node: ast.stmt, file: str) -> Rule:
             raise _refusal(part, file, "a rule may only contain values and methods")
     try:
         migration_update.check(methods)
-    except migration_update.Refused as error:
+    except migration_update.RuleRefused as error:
         raise _refusal(error.node, file, str(error)) from None
     texts = {
         name: str(values.get(name, "")).strip()
@@ -103,7 +105,9 @@ def _rule(node: ast.stmt, file: str) -> Rule:
     old = texts["old_type"], _md5sum(texts["old_type"], texts["old_full_text"], node, file)
     new = texts["new_type"], _md5sum(texts["new_type"], texts["new_full_text"], node, file)
     is_valid = values.get("valid") is True and "update" in methods
-    return Rule(node.name, old, new, texts["old_full_text"], texts["new_full_text"], is_valid, methods)
+    return MigrationRule(
+        node.name, old, new, texts["old_full_text"], texts["new_full_text"], is_valid, methods
+    )
 
 
 def _md5sum(type_name: str, text: str, node: ast.AST, file: str) -> str:

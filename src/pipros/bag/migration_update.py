@@ -28,7 +28,7 @@ FindClass = Callable[[str, str], type[Message] | None]
 """Callable that takes "new" or "old" and a type name, and returns the class in that definition, or None."""
 
 
-class Refused(Exception):
+class RuleRefused(Exception):
     """A rule contains an unsupported statement. `node` is the part at fault."""
 
     def __init__(self, node: ast.AST, reason: str) -> None:
@@ -37,7 +37,7 @@ class Refused(Exception):
 
 
 def check(methods: Mapping[str, ast.FunctionDef]) -> None:
-    """Raise `Refused` for the first unsupported statement."""
+    """Raise `RuleRefused` for the first unsupported statement."""
     for method in methods.values():
         _check_all(method.body, methods)
 
@@ -46,7 +46,7 @@ def _check_all(body: Sequence[ast.stmt], methods: Mapping[str, ast.FunctionDef])
     for node in body:
         if isinstance(node, ast.If | ast.For):
             if isinstance(node, ast.For) and (not isinstance(node.target, ast.Name) or node.orelse):
-                raise Refused(node, "a loop must have a single target name and no else")
+                raise RuleRefused(node, "a loop must have a single target name and no else")
             _check_all(node.body, methods)
             _check_all(node.orelse, methods)
         elif isinstance(node, ast.Assign) and len(node.targets) == 1:
@@ -55,9 +55,9 @@ def _check_all(body: Sequence[ast.stmt], methods: Mapping[str, ast.FunctionDef])
             _check_target(node.target)
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
             if not _is_known_call(node.value, methods):
-                raise Refused(node, f"a rule must not call [{ast.unparse(node.value.func)}]")
+                raise RuleRefused(node, f"a rule must not call [{ast.unparse(node.value.func)}]")
         elif not isinstance(node, ast.Assert | ast.Pass) and not is_text(node):
-            raise Refused(
+            raise RuleRefused(
                 node,
                 "a rule may only assign to fields of new_msg, or call self.migrate or self.migrate_array",
             )
@@ -66,7 +66,7 @@ def _check_all(body: Sequence[ast.stmt], methods: Mapping[str, ast.FunctionDef])
 def _check_target(target: ast.expr) -> None:
     names = _attributes(target)
     if not names or (len(names) > 1 and names[0] == "self") or names[0] == "old_msg":
-        raise Refused(target, "a rule may only assign to names and to fields of new_msg")
+        raise RuleRefused(target, "a rule may only assign to names and to fields of new_msg")
 
 
 def _is_known_call(call: ast.Call, methods: Mapping[str, ast.FunctionDef]) -> bool:

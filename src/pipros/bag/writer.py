@@ -76,7 +76,7 @@ class MessageWriter(MessageSink, Protocol):
     def flush(self) -> None: ...
 
 
-class _Topic:
+class _WrittenTopic:
     """The prefix of a connection's message records, and the connection's index entries in the open chunk."""
 
     __slots__ = ("entries", "is_sorted", "last_ns", "start")
@@ -130,7 +130,7 @@ class BagWriter:
             self._file.truncate(layout.end)
             self._file.seek(layout.end)
         self._next_id = max(self.layout.connections, default=-1) + 1
-        self._topics = {key: _Topic(value) for key, value in self.layout.connections.items()}
+        self._topics = {key: _WrittenTopic(value) for key, value in self.layout.connections.items()}
 
     @property
     def size(self) -> int:
@@ -142,7 +142,7 @@ class BagWriter:
         connection = Connection(self._next_id, topic, dict(header))
         self._next_id += 1
         self.layout.connections[connection.id] = connection
-        self._topics[connection.id] = _Topic(connection)
+        self._topics[connection.id] = _WrittenTopic(connection)
         self._chunk.write(connection_record(connection))
         return connection
 
@@ -174,7 +174,7 @@ class BagWriter:
         U32.pack_into(chunk.getbuffer(), begin - 4, chunk.tell() - begin)
         self._added(topic, seconds, nanoseconds, offset)
 
-    def _added(self, topic: _Topic, seconds: int, nanoseconds: int, offset: int) -> None:
+    def _added(self, topic: _WrittenTopic, seconds: int, nanoseconds: int, offset: int) -> None:
         topic.entries += ENTRY.pack(seconds, nanoseconds, offset)
         time_ns = seconds * NS_PER_S + nanoseconds
         if time_ns < topic.last_ns:

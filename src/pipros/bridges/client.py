@@ -1,12 +1,12 @@
 """Connection to one client of a bridge. It sends the client's outbox as fast as the client reads.
 
-Theory of operation. `Outbox` wakes the event loop once for all clients. No task writes a client's frames:
-the event loop writes them until the socket buffer is full, and again when asyncio reports that there is room.
-A connection whose buffer stays full is aborted if the client reads nothing for `bridge_stall_s`. Frames
-bypass websockets' `send`, which copies a large message twice and takes several times as long for a small one,
-and `broadcast`, which does not report a full buffer. Frame headers are therefore encoded here (unmasked,
-without extensions; RFC 6455). A large frame is sent without copying it; while it is being written, control
-frames wait.
+Theory of operation. `ClientOutbox` wakes the event loop once for all clients. No task writes a client's
+frames: the event loop writes them until the socket buffer is full, and again when asyncio reports that there
+is room. A connection whose buffer stays full is aborted if the client reads nothing for `bridge_stall_s`.
+Frames bypass websockets' `send`, which copies a large message twice and takes several times as long for a
+small one, and `broadcast`, which does not report a full buffer. Frame headers are therefore encoded here
+(unmasked, without extensions; RFC 6455). A large frame is sent without copying it; while it is being written,
+control frames wait.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from websockets.protocol import State
 
 from pipros.basics.limits import Limits
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import Frame, Outbox, Traffic
+from pipros.bridges.outbox import ClientOutbox, ClientTraffic, WebSocketFrame
 from pipros.bridges.shares import ClientShares
 from pipros.net import sockets
 from pipros.net.backlog import Backlog, Buffer
@@ -142,7 +142,7 @@ class BridgeConnection(PortConnection):
         is_free = not self.paused and not self._rest
         return is_free and self.protocol.state is State.OPEN and not self.transport.is_closing()
 
-    def write(self, frame: Frame) -> None:
+    def write(self, frame: WebSocketFrame) -> None:
         """Start writing a frame.
 
         Call only if `has_room` is True. Afterwards, `has_room` is False until the whole frame is written.
@@ -201,7 +201,7 @@ def frame_head(size: int, *, is_text: bool) -> bytes:
     return struct.pack("!BBQ", first, 127, size)
 
 
-class Client:
+class BridgeClient:
     """One connected client. Call methods from the event loop unless they are documented as thread-safe.
 
     Attributes:
@@ -231,16 +231,16 @@ class Client:
         self.address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
         self.agent = connection.request.headers.get("User-Agent", "") if connection.request else ""
         self.shares = shares
-        self.outbox = Outbox(
+        self.outbox = ClientOutbox(
             limits.of(BridgeLimits).bridge_queue_bytes, lambda: wakeups.wake(self._flush), shares.queue
         )
-        self.received = Traffic()
+        self.received = ClientTraffic()
         self.host = host
         self.active_s = time.monotonic()
         self._connection = connection
         self._stall_s = limits.of(BridgeLimits).bridge_stall_s
         self._loop = asyncio.get_running_loop()
-        self._frames: deque[Frame] = deque()  # remaining frames of the current message
+        self._frames: deque[WebSocketFrame] = deque()  # remaining frames of the current message
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
         self._sent = asyncio.Event()  # set while no response waits or is being written
@@ -250,11 +250,11 @@ class Client:
         connection.on_full = self._watch_progress
         connection.on_lost = self._note_lost
 
-    def send(self, *frames: Frame) -> None:
+    def send(self, *frames: WebSocketFrame) -> None:
         """Send a response, or another message that must not be dropped. Thread-safe."""
         self.outbox.answer(*frames)
 
-    async def send_large(self, make: Callable[[], Awaitable[Frame]]) -> None:
+    async def send_large(self, make: Callable[[], Awaitable[WebSocketFrame]]) -> None:
         """Send a response that may be large, once all other responses have been written.
 
         Large responses are made and sent one at a time, so that they never overrun the outbox, and at most

@@ -28,11 +28,11 @@ from websockets.typing import Subprotocol
 
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.bridges.admission import Admission
-from pipros.bridges.client import BridgeConnection, Client, Wakeups
+from pipros.bridges.client import BridgeClient, BridgeConnection, Wakeups
 from pipros.bridges.freed_memory import FreedMemory
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import Traffic
-from pipros.bridges.pace import Pace
+from pipros.bridges.outbox import ClientTraffic
+from pipros.bridges.pace import ReadPace
 from pipros.bridges.shares import ServerShares
 from pipros.server.access import LOOPBACK_HOSTS, Access
 from pipros.server.listener import Entrance
@@ -80,7 +80,7 @@ class Session(Protocol):
 class Handler(Protocol):
     """A protocol that a door offers."""
 
-    def open(self, client: Client) -> Session:
+    def open(self, client: BridgeClient) -> Session:
         """Start a session for a client. Called in the event loop."""
 
     def is_login(self, first: str | bytes) -> bool:
@@ -105,10 +105,10 @@ class ClientRow:
     address: str
     agent: str
     since: float
-    sent: Traffic
-    topics: Mapping[str, Traffic]
+    sent: ClientTraffic
+    topics: Mapping[str, ClientTraffic]
     publishes: Sequence[str]
-    received: Traffic
+    received: ClientTraffic
     waiting_bytes: int
 
 
@@ -150,7 +150,7 @@ class Door:
             share=DESCRIPTORS_SHARE,
         )
         self._server_port = ServerPort(entrance, self._limits)
-        self._clients: dict[Client, tuple[Session, float]] = {}
+        self._clients: dict[BridgeClient, tuple[Session, float]] = {}
         self._numbers = itertools.count(1)
         self._has_reported_origin = False
         self._wakeups: Wakeups
@@ -293,13 +293,13 @@ class Door:
             return
         if connection.shares is None:  # closed while it was being admitted
             return
-        client = Client(
+        client = BridgeClient(
             *(connection, next(self._numbers), name or "rosbridge", self._limits, self._wakeups),
             connection.shares,
         )
         session = handler.open(client)
         self._clients[client] = session, time.time()
-        pace = Pace(self._limits, work=self.shares.work)
+        pace = ReadPace(self._limits, work=self.shares.work)
         try:
             async for data in connection:
                 client.active_s = time.monotonic()
@@ -365,5 +365,7 @@ def _origin(request: Request) -> str | None:
     return None if not values else ", ".join(values)
 
 
-def _by_name(names: Mapping[Hashable, str], traffic: Mapping[Hashable, Traffic]) -> dict[str, Traffic]:
-    return {name: traffic.get(key, Traffic()) for key, name in names.items()}
+def _by_name(
+    names: Mapping[Hashable, str], traffic: Mapping[Hashable, ClientTraffic]
+) -> dict[str, ClientTraffic]:
+    return {name: traffic.get(key, ClientTraffic()) for key, name in names.items()}

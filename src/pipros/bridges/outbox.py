@@ -25,7 +25,7 @@ _STEP_BYTES: Final = 256 * 1024
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Frame:
+class WebSocketFrame:
     """One WebSocket frame. May be shared by several outboxes.
 
     Attributes:
@@ -44,13 +44,13 @@ class Frame:
         object.__setattr__(self, "size", sum(map(len, self.parts)))
 
 
-def text_frame(text: str) -> Frame:
+def text_frame(text: str) -> WebSocketFrame:
     """Return a frame that contains text."""
-    return Frame((text.encode(errors="replace"),), is_text=True)
+    return WebSocketFrame((text.encode(errors="replace"),), is_text=True)
 
 
 @dataclass(slots=True)
-class Traffic:
+class ClientTraffic:
     """Number and size in bytes of the messages passed to the connection, and number of lost messages."""
 
     messages: int = 0
@@ -61,7 +61,7 @@ class Traffic:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Waiting:
     number: int  # position in the sequence of all messages and responses
-    frames: Sequence[Frame]
+    frames: Sequence[WebSocketFrame]
     size: int
     subscription: _Subscription | None = None  # None for responses
 
@@ -70,10 +70,10 @@ class _Waiting:
 class _Subscription:
     queue_length: int
     numbers: deque[int] = field(default_factory=deque)  # numbers of the subscription's queued messages
-    traffic: Traffic = field(default_factory=Traffic)
+    traffic: ClientTraffic = field(default_factory=ClientTraffic)
 
 
-class Outbox:
+class ClientOutbox:
     """Queue of messages and responses for one client. Thread-safe; methods never block.
 
     Attributes:
@@ -89,7 +89,7 @@ class Outbox:
             wake: called in any thread when the outbox is no longer empty, or is overrun.
             budget: memory for the queue, beyond `UNCOUNTED_BYTES`.
         """
-        self.total = Traffic()
+        self.total = ClientTraffic()
         self.is_overrun = False
         self._limit_bytes = limit_bytes
         self._wake = wake
@@ -120,7 +120,7 @@ class Outbox:
                 self._bytes -= self._messages.pop(number).size
             self._give_back_room()
 
-    def put(self, key: Hashable, *frames: Frame) -> None:
+    def put(self, key: Hashable, *frames: WebSocketFrame) -> None:
         """Add a message; its frames are sent or dropped together.
 
         Do nothing if the subscription is closed.
@@ -141,7 +141,7 @@ class Outbox:
         if was_empty:
             self._wake()
 
-    def answer(self, *frames: Frame) -> None:
+    def answer(self, *frames: WebSocketFrame) -> None:
         """Add a response to a request, or another message that must not be dropped."""
         size = sum(frame.size for frame in frames)
         with self._lock:
@@ -159,7 +159,7 @@ class Outbox:
         if wakes:
             self._wake()
 
-    def pop(self) -> Sequence[Frame] | None:
+    def pop(self) -> Sequence[WebSocketFrame] | None:
         """Remove the oldest message or response and return its frames. Return None if the outbox is empty."""
         with self._lock:
             first = next(iter(self._messages), self._next)
@@ -194,7 +194,7 @@ class Outbox:
         """Size of the queue in bytes."""
         return self._bytes
 
-    def traffic(self) -> Mapping[Hashable, Traffic]:
+    def traffic(self) -> Mapping[Hashable, ClientTraffic]:
         """Return a copy of each open subscription's traffic, by subscription key."""
         with self._lock:
             return {key: replace(found.traffic) for key, found in self._subscriptions.items()}

@@ -39,7 +39,7 @@ class SharedWork:
         return len(self._busy_until_s)
 
 
-class Pace:
+class ReadPace:
     """Computes how long to wait before reading a client's next message.
 
     The connection's buffers fill up during the delay, so a client that sends too much is slowed down; no

@@ -9,9 +9,9 @@ from pipros.basics.rooms import offered
 from pipros.bridges.door import Handler
 from pipros.bridges.foxglove.handler import SUBPROTOCOLS, FoxgloveHandler, Rules
 from pipros.bridges.rosapi import RosApi
-from pipros.bridges.rosbridge.protocol import Settings
+from pipros.bridges.rosbridge.protocol import RosbridgeSettings
 from pipros.bridges.rosbridge.server import RosbridgeHandler
-from pipros.bridges.rosbridge.session import Bridge
+from pipros.bridges.rosbridge.session import RosbridgeNode
 from pipros.bridges.serve import DoorOptions, secret_of, serve
 from pipros.graph.services import type_of
 from pipros.net.loop import BackgroundLoop
@@ -44,7 +44,7 @@ class AllProtocols:
         self._rosapi: Node | None = None
         self.page: PageServer | None = None if self._page is None else self._page.server
         self._foxglove = FoxgloveHandler(node, loop, Rules(has_control=has_control))
-        self._bridge = Bridge(node, self._call_later, Settings(has_control=has_control))
+        self._bridge = RosbridgeNode(node, self._call_later, RosbridgeSettings(has_control=has_control))
 
     def handlers(self) -> Mapping[str, Handler]:
         return {**dict.fromkeys(SUBPROTOCOLS, self._foxglove), "": RosbridgeHandler(self._bridge)}

@@ -24,7 +24,7 @@ _ALL_MESSAGES: Final = (
 )
 
 
-class Role(Enum):
+class FleetRole(Enum):
     """A member's permissions. The values appear in the list of members."""
 
     MEMBER = "member"
@@ -32,7 +32,7 @@ class Role(Enum):
     """Receives topics and reads parameters. Cannot publish to others, call services or set parameters."""
 
 
-def access_rules(members: Mapping[str, Role]) -> dict[str, object]:
+def access_rules(members: Mapping[str, FleetRole]) -> dict[str, object]:
     """Return Zenoh's `access_control` section for a router. Everything that no rule allows is denied."""
     rules: list[dict[str, object]] = [
         _rule("receives", "egress", _ALL_MESSAGES, [_EVERYTHING]),
@@ -54,7 +54,7 @@ def access_rules(members: Mapping[str, Role]) -> dict[str, object]:
     }
 
 
-def _rules_of(name: str, role: Role) -> list[dict[str, object]]:
+def _rules_of(name: str, role: FleetRole) -> list[dict[str, object]]:
     every = "*"
     puts = [keys.directory(name), keys.wanted(name, every), keys.topic(name, keys.EVERY)]
     queries = [
@@ -67,7 +67,7 @@ def _rules_of(name: str, role: Role) -> list[dict[str, object]]:
         keys.history(every, every),
         keys.parameters(every, "get", name),
     ]
-    if role is Role.MEMBER:
+    if role is FleetRole.MEMBER:
         puts.append(keys.into(name, every, keys.EVERY))
         queries += [keys.service(every, name, keys.EVERY), keys.parameters(every, "set", name)]
     subscriptions = [

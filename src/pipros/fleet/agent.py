@@ -32,7 +32,7 @@ from pipros.fleet.shown_members import ShownMembers
 from pipros.fleet.sources import Sender
 from pipros.fleet.statistics import Statistics
 from pipros.fleet.warnings_once import WarningsOnce
-from pipros.fleet.zenoh_session import Ends, Link, LinkFailed, Question
+from pipros.fleet.zenoh_session import Ends, LinkFailed, Question, SessionLink
 from pipros.msg import load_service_class
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -75,7 +75,7 @@ class Agent:
     def __init__(
         self,
         node: Node,
-        link: Link,
+        link: SessionLink,
         member: str,
         file: FleetFile,
         *,

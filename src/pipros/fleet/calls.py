@@ -11,7 +11,7 @@ from typing import Any, Final, Protocol
 from pipros.basics.errors import PiprosError, Refused
 from pipros.basics.printable import printable
 from pipros.fleet import keys
-from pipros.fleet.directory import Entry, read_json
+from pipros.fleet.directory import DirectoryEntry, read_json
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.limits import FleetLimits
 from pipros.libraries.topic_tools.raw import raw_service_class
@@ -31,7 +31,7 @@ _LONGEST_REASON: Final = 2000
 
 
 class Requests(Protocol):
-    """Sender of requests to other members, implemented by `pipros.fleet.zenoh_session.Link`."""
+    """Sender of requests to other members, implemented by `pipros.fleet.zenoh_session.SessionLink`."""
 
     def get(
         self, key: str, payload: bytes = b"", *, timeout_s: float, ended: Callable[[], bool] = ...
@@ -52,7 +52,7 @@ class Asked(Protocol):
 class RemoteService:
     """A service of another member, advertised on the local master."""
 
-    def __init__(self, node: Node, link: Requests, me: str, member: str, entry: Entry) -> None:
+    def __init__(self, node: Node, link: Requests, me: str, member: str, entry: DirectoryEntry) -> None:
         """Advertise the service as `/<member><name>`. Blocks until the master responds.
 
         Raises:
@@ -123,7 +123,7 @@ class LocalCalls:
         self._running = 0
         self._lock = threading.Lock()
         self._workers = Workers("calls of other members", node.limits.of(FleetLimits).fleet_calls)
-        self.services: Mapping[str, Entry] = {}
+        self.services: Mapping[str, DirectoryEntry] = {}
 
     def take(self, asked: Asked) -> None:
         """Handle a request in a separate thread, or refuse it immediately if too many calls are running."""

@@ -18,7 +18,7 @@ from typing import Final
 from pipros.basics.errors import MissingExtra, PiprosError
 from pipros.basics.extras import install_command
 from pipros.basics.input_file import read_file
-from pipros.fleet.access import ROUTER, Role, access_rules
+from pipros.fleet.access import ROUTER, FleetRole, access_rules
 from pipros.fleet.directory import read_json
 from pipros.fleet.key_files import AUTHORITY, AUTHORITY_KEY, CERTIFICATE, KEY, MEMBERS, NAME, read_keys
 from pipros.fleet.keys import member_name
@@ -92,7 +92,7 @@ class Authority:
         authority._issue(ROUTER, days, is_router=True)
         return authority
 
-    def members(self) -> dict[str, Role]:
+    def members(self) -> dict[str, FleetRole]:
         """Return the listed members with their roles.
 
         Raises:
@@ -100,11 +100,11 @@ class Authority:
         """
         try:
             found = read_json(read_file(self.members_file, _MEMBERS_BYTES))
-            return {member_name(name): Role(role) for name, role in found.items()}
+            return {member_name(name): FleetRole(role) for name, role in found.items()}
         except (OSError, ValueError, AttributeError) as error:
             raise KeysFailed(f"cannot read {self.members_file}: {error}") from None
 
-    def add(self, name: str, role: Role = Role.MEMBER, days: int = MEMBER_DAYS) -> Path:
+    def add(self, name: str, role: FleetRole = FleetRole.MEMBER, days: int = MEMBER_DAYS) -> Path:
         """Issue a certificate for a new member, and list the member. Return the folder to copy to the member.
 
         Raises:
@@ -184,7 +184,7 @@ class Authority:
             raise KeysFailed(f"cannot issue a certificate in [{self.folder}]: {error}") from None
         return folder
 
-    def _write_members(self, members: Mapping[str, Role]) -> None:
+    def _write_members(self, members: Mapping[str, FleetRole]) -> None:
         text = json.dumps({name: role.value for name, role in sorted(members.items())}, indent=1)
         part = self.members_file.with_suffix(".part")
         with _writable_by_owner_only():

@@ -19,7 +19,7 @@ _TYPE: Final = re.compile(r"[A-Za-z]\w*/[A-Za-z]\w*", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class Entry:
+class DirectoryEntry:
     """A topic or service.
 
     Attributes:
@@ -51,9 +51,9 @@ class Directory:
     member: str
     instance: str
     revision: int = 0
-    shared: tuple[Entry, ...] = ()
-    accepted: tuple[Entry, ...] = ()
-    services: tuple[Entry, ...] = ()
+    shared: tuple[DirectoryEntry, ...] = ()
+    accepted: tuple[DirectoryEntry, ...] = ()
+    services: tuple[DirectoryEntry, ...] = ()
     has_parameters: bool = False
     sets_parameters: bool = False
 
@@ -143,7 +143,7 @@ def wishes_from_json(content: bytes, limit_bytes: int | None = None) -> Wishes |
     return None
 
 
-def _entries(values: object) -> tuple[Entry, ...]:
+def _entries(values: object) -> tuple[DirectoryEntry, ...]:
     found = {}
     for value in values if isinstance(values, list) else ():
         match value:
@@ -154,7 +154,7 @@ def _entries(values: object) -> tuple[Entry, ...]:
                 and _TYPE.fullmatch(kind)
                 and _MD5.fullmatch(md5sum)
             ):
-                found[name] = Entry(name, kind, md5sum, _timeout_s(value.get("timeout_s")))
+                found[name] = DirectoryEntry(name, kind, md5sum, _timeout_s(value.get("timeout_s")))
     return tuple(sorted(found.values()))
 
 

@@ -69,7 +69,7 @@ _TIMEOUT_S: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class FleetRule:
     """One entry of a list in a fleet file.
 
     Attributes:
@@ -99,7 +99,7 @@ class Rule:
         return self.is_allowed and matches_any(self.members, member)
 
 
-SHARE_ALL: Final = (Rule("/**"),)
+SHARE_ALL: Final = (FleetRule("/**"),)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,13 +117,13 @@ class FleetFile:
     router: str = ""
     show: Sequence[str] = ANYONE
     bandwidth_kbit: float = 0.0
-    shared_topics: Sequence[Rule] = SHARE_ALL
-    shared_parameters: Sequence[Rule] = ()
-    accepted_topics: Sequence[Rule] = ()
-    accepted_services: Sequence[Rule] = ()
-    accepted_parameters: Sequence[Rule] = ()
+    shared_topics: Sequence[FleetRule] = SHARE_ALL
+    shared_parameters: Sequence[FleetRule] = ()
+    accepted_topics: Sequence[FleetRule] = ()
+    accepted_services: Sequence[FleetRule] = ()
+    accepted_parameters: Sequence[FleetRule] = ()
 
-    def shared_topic(self, topic: str) -> Rule | None:
+    def shared_topic(self, topic: str) -> FleetRule | None:
         """Return the rule that shares a topic, or None if the topic is not shared."""
         if topic in NEVER_SHARED:
             return None
@@ -132,12 +132,12 @@ class FleetFile:
             return None
         return rule
 
-    def accepted_topic(self, topic: str) -> Rule | None:
+    def accepted_topic(self, topic: str) -> FleetRule | None:
         """Return the rule that accepts a topic from at least some members, or None if there is none."""
         rule = None if topic in NEVER_SHARED else first_rule(self.accepted_topics, topic)
         return rule if rule is not None and rule.is_allowed else None
 
-    def accepted_service(self, service: str) -> Rule | None:
+    def accepted_service(self, service: str) -> FleetRule | None:
         """Return the rule that accepts calls to a service from at least some members, or None."""
         rule = first_rule(self.accepted_services, service)
         return rule if rule is not None and rule.is_allowed else None
@@ -151,7 +151,7 @@ class FleetFile:
         return rule is not None and rule.accepts(member)
 
 
-def first_rule(rules: Sequence[Rule], name: str) -> Rule | None:
+def first_rule(rules: Sequence[FleetRule], name: str) -> FleetRule | None:
     """Return the first rule that matches a name, or None if there is none."""
     return next((rule for rule in rules if matches(rule.name, name)), None)
 
@@ -213,7 +213,7 @@ def parse_fleet_file(content: str | bytes, file: str = "<string>") -> FleetFile:
         raise BadFleetFile(str(error)) from None
     reader = _Reader(file)
     top = reader.mapping({} if values is None else values, "", {"router", "show", "bandwidth_kbit", *_LISTS})
-    rules: dict[tuple[str, str], Sequence[Rule]] = {}
+    rules: dict[tuple[str, str], Sequence[FleetRule]] = {}
     for part, lists in _LISTS.items():
         section = reader.mapping(top.get(part, {}), part, lists.keys())
         for kind, keys in lists.items():
@@ -265,14 +265,14 @@ class _Reader:
                 )
         return value
 
-    def rules(self, value: object, place: str, keys: frozenset[str]) -> Sequence[Rule]:
+    def rules(self, value: object, place: str, keys: frozenset[str]) -> Sequence[FleetRule]:
         if not isinstance(value, list):
             raise self._error(place, "must be a list", value)
         return tuple(self._rule(each, f"{place}[{number}]", keys) for number, each in enumerate(value))
 
-    def _rule(self, value: object, place: str, keys: frozenset[str]) -> Rule:
+    def _rule(self, value: object, place: str, keys: frozenset[str]) -> FleetRule:
         if isinstance(value, str):
-            return Rule(self._name(value, place))
+            return FleetRule(self._name(value, place))
         found = self.mapping(value, place, {"name", "allow", *keys})
         if "name" not in found:
             raise BadFleetFile(f"{self.file}: {place}: missing required key [name]")
@@ -281,7 +281,7 @@ class _Reader:
             if key != "name":
                 attribute, convert = self._keys[key]
                 settings[attribute] = convert(each, f"{place}.{key}")
-        return Rule(self._name(found["name"], f"{place}.name"), **settings)
+        return FleetRule(self._name(found["name"], f"{place}.name"), **settings)
 
     def _name(self, value: object, place: str) -> str:
         if not isinstance(value, str) or not re.fullmatch(r"/[\w/*]*", value, re.ASCII) or "//" in value:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from pipros.basics.errors import PiprosError
-from pipros.fleet.directory import Entry
-from pipros.fleet.fleet_file import Rule
+from pipros.fleet.directory import DirectoryEntry
+from pipros.fleet.fleet_file import FleetRule
 from pipros.msg import load_message_class
 from pipros.node.codec import encoder
 
@@ -21,7 +21,7 @@ MOST_FRAMES: Final = 10_000
 """Maximum number of static transforms per member. Beyond it, only known frames are updated."""
 
 
-def frame_change(entry: Entry, rule: Rule, member: str) -> FrameChange | None:
+def frame_change(entry: DirectoryEntry, rule: FleetRule, member: str) -> FrameChange | None:
     """Return the function that changes a topic's messages, or None if they are sent unchanged."""
     if entry.type not in TF_TYPES:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import dataclass
 
-from pipros.fleet.directory import Entry
+from pipros.fleet.directory import DirectoryEntry
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.keys import AGENT_PREFIX
 from pipros.graph.definitions import Definition
@@ -31,9 +31,9 @@ class LocalGraph:
     """
 
     state: SystemState
-    shared: tuple[Entry, ...] = ()
-    accepted: tuple[Entry, ...] = ()
-    services: tuple[Entry, ...] = ()
+    shared: tuple[DirectoryEntry, ...] = ()
+    accepted: tuple[DirectoryEntry, ...] = ()
+    services: tuple[DirectoryEntry, ...] = ()
 
 
 def is_agent(node: str) -> bool:
@@ -86,7 +86,9 @@ def look(
     """
     members, topics = tuple(others), state.topics()
 
-    def entries(nodes_by_topic: Registrations, is_offered: Callable[[str], object]) -> tuple[Entry, ...]:
+    def entries(
+        nodes_by_topic: Registrations, is_offered: Callable[[str], object]
+    ) -> tuple[DirectoryEntry, ...]:
         found = []
         for topic, nodes in nodes_by_topic.items():
             local = not_agents(nodes)
@@ -95,7 +97,7 @@ def look(
             kind = types.get(topic, "*")
             definition = define(topic, kind, local) if "/" in kind else None
             if definition is not None:
-                found.append(Entry(topic, definition.type, definition.md5sum))
+                found.append(DirectoryEntry(topic, definition.type, definition.md5sum))
         return tuple(sorted(found))
 
     services = []
@@ -105,7 +107,7 @@ def look(
         if rule is None or not local or is_returned(name, member, members, state.services):
             continue
         if found := header(name, local):
-            services.append(Entry(name, *found, timeout_s=rule.timeout_s))
+            services.append(DirectoryEntry(name, *found, timeout_s=rule.timeout_s))
     return LocalGraph(
         state,
         entries(state.publishers, file.shared_topic),
@@ -114,7 +116,7 @@ def look(
     )
 
 
-def outcome_topics(entry: Entry) -> tuple[str, ...]:
+def outcome_topics(entry: DirectoryEntry) -> tuple[str, ...]:
     """Return an action's feedback and result topics if `entry` is its status topic, otherwise an empty tuple.
 
     An action client sends its goal as soon as it has received a status message, so the agent on the client's

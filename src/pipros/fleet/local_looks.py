@@ -11,7 +11,7 @@ from pipros.fleet import keys
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.local_graph import LocalGraph, look
 from pipros.fleet.zenoh_session import Question
-from pipros.graph.definitions import Definitions
+from pipros.graph.definitions import TopicDefinitions
 from pipros.graph.services import header_at, uri_of
 from pipros.graph.system_state import read_state
 from pipros.net.loop import BackgroundLoop
@@ -31,7 +31,7 @@ class LocalLooks:
         self._file = file
         self._calls: OpenCalls = OpenCalls()
         self._loop = BackgroundLoop(f"definitions of {node.name}")
-        self._definitions = Definitions(node, self._loop, self._calls)
+        self._definitions = TopicDefinitions(node, self._loop, self._calls)
         self._headers: dict[tuple[str, tuple[str, ...]], tuple[str, str]] = {}
 
     def start(self) -> None:

@@ -19,7 +19,7 @@ _LEVEL: Final = 1  # zlib's fastest
 
 
 @dataclass(frozen=True, slots=True)
-class Attachment:
+class MessageAttachment:
     """Metadata sent with each message.
 
     Attributes:
@@ -40,7 +40,7 @@ class Attachment:
     is_latched: bool = False
 
 
-def pack(attachment: Attachment) -> bytes:
+def pack(attachment: MessageAttachment) -> bytes:
     """Encode an attachment."""
     flags = attachment.is_compressed * _COMPRESSED | attachment.is_latched * _LATCHED
     return _LAYOUT.pack(
@@ -54,7 +54,7 @@ def pack(attachment: Attachment) -> bytes:
     )
 
 
-def unpack(content: bytes) -> Attachment:
+def unpack(content: bytes) -> MessageAttachment:
     """Decode an attachment.
 
     Raises:
@@ -63,7 +63,7 @@ def unpack(content: bytes) -> Attachment:
     if len(content) != _LAYOUT.size or content[0] != VERSION:
         raise ProtocolError(f"a message attachment must have {_LAYOUT.size} bytes and version {VERSION}")
     _, flags, source, instance, sequence, stamp_ns, md5sum = _LAYOUT.unpack(content)
-    return Attachment(
+    return MessageAttachment(
         source,
         instance.hex(),
         sequence,
@@ -100,7 +100,7 @@ def decompressed(body: bytes, limit_bytes: int) -> bytes:
 
 
 @dataclass(slots=True)
-class Received:
+class ReceivedMessage:
     """Counts the messages received from one member on one topic. Detects missing and repeated messages.
 
     Attributes:
@@ -117,7 +117,7 @@ class Received:
     _last: int = 0
     _replayed: set[int] = field(default_factory=set, repr=False)
 
-    def is_new(self, attachment: Attachment, size: int, *, is_replay: bool = False) -> bool:
+    def is_new(self, attachment: MessageAttachment, size: int, *, is_replay: bool = False) -> bool:
         """Count a message. Return False if it was received before.
 
         A replay is a latched message sent on request. It may be older than the last message.

@@ -13,8 +13,8 @@ from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import LocalGraph, outcome_topics
 from pipros.fleet.members import Token
 from pipros.fleet.sinks import Sink
-from pipros.fleet.sources import Sender, Source
-from pipros.fleet.zenoh_session import Link, Question
+from pipros.fleet.sources import Sender, SentTopic
+from pipros.fleet.zenoh_session import Question, SessionLink
 from pipros.graph.system_state import SystemState
 from pipros.node import Node
 
@@ -36,7 +36,7 @@ class Offers:
     def __init__(
         self,
         node: Node,
-        link: Link,
+        link: SessionLink,
         sender: Sender,
         member: str,
         file: FleetFile,
@@ -53,7 +53,7 @@ class Offers:
         """
         self.local = LocalGraph(SystemState({}, {}, {}))
         self.directory = Directory(member, sender.instance)
-        self.shared: dict[str, Source] = {}
+        self.shared: dict[str, SentTopic] = {}
         self.accepted: dict[str, Sink] = {}
         self.is_waiting = False
         self._node = node
@@ -165,7 +165,9 @@ class Offers:
                 self.is_waiting = True  # an action client sends its goal once it receives a status
             elif name not in self.shared and rule is not None:
                 change = frame_change(entry, rule, self._member)
-                source = Source(self._node, self._sender, entry, keys.topic(self._member, name), rule, change)
+                source = SentTopic(
+                    self._node, self._sender, entry, keys.topic(self._member, name), rule, change
+                )
                 self.shared[name] = source
                 source.start()
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final, Generic, TypeVar
 
-from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.fleet_file import FleetRule, Priority
 
 Item = TypeVar("Item")
 
@@ -19,7 +19,7 @@ _ORDER: Final = {Priority.HIGH: 0, Priority.NORMAL: 1, Priority.LOW: 2}
 
 
 @dataclass(slots=True)
-class _Topic(Generic[Item]):
+class _QueuedTopic(Generic[Item]):
     rank: int
     interval_s: float
     room: int
@@ -27,7 +27,7 @@ class _Topic(Generic[Item]):
     waiting: deque[tuple[Item, int]] = field(default_factory=deque)
 
 
-class Outbox(Generic[Item]):
+class FleetOutbox(Generic[Item]):
     """Queue that selects the next message to send, and drops messages beyond its limits.
 
     A topic with a rate keeps only its newest message until the next one is due, so the last message of a
@@ -47,12 +47,14 @@ class Outbox(Generic[Item]):
         self._bytes_per_s = bandwidth_kbit * 1000 / 8
         self._credit = self._bytes_per_s * BURST_S
         self._credited_s = 0.0
-        self._topics: dict[str, _Topic[Item]] = {}
+        self._topics: dict[str, _QueuedTopic[Item]] = {}
 
-    def add_topic(self, name: str, rule: Rule) -> None:
+    def add_topic(self, name: str, rule: FleetRule) -> None:
         """Add a topic, or change its rule. Queued messages are kept."""
         room = 1 if rule.is_latest_only or rule.rate_hz else QUEUE
-        topic: _Topic[Item] = _Topic(_ORDER[rule.priority], 1 / rule.rate_hz if rule.rate_hz else 0.0, room)
+        topic: _QueuedTopic[Item] = _QueuedTopic(
+            _ORDER[rule.priority], 1 / rule.rate_hz if rule.rate_hz else 0.0, room
+        )
         if before := self._topics.get(name):
             topic.waiting, topic.next_s = before.waiting, before.next_s
         self._topics[name] = topic
@@ -114,13 +116,13 @@ class Outbox(Generic[Item]):
         waits = [max(topic.next_s - now_s, self._debt_s(topic), 0.0) for _, topic in self._waiting()]
         return min(waits, default=None)
 
-    def _debt_s(self, topic: _Topic[Item]) -> float:
+    def _debt_s(self, topic: _QueuedTopic[Item]) -> float:
         """Return the time in s until the bandwidth permits another message; 0 or less if it already does."""
         if not self._bytes_per_s or topic.rank == 0:
             return 0.0
         return -self._credit / self._bytes_per_s
 
-    def _waiting(self) -> Iterator[tuple[str, _Topic[Item]]]:
+    def _waiting(self) -> Iterator[tuple[str, _QueuedTopic[Item]]]:
         return ((name, topic) for name, topic in self._topics.items() if topic.waiting)
 
     def _earn(self, now_s: float) -> None:
@@ -129,7 +131,7 @@ class Outbox(Generic[Item]):
             self._credit = min(self._credit + earned, self._bytes_per_s * BURST_S)
         self._credited_s = now_s
 
-    def _drop_oldest(self, name: str, topic: _Topic[Item]) -> None:
+    def _drop_oldest(self, name: str, topic: _QueuedTopic[Item]) -> None:
         self.bytes -= topic.waiting.popleft()[1]
         self._drop(name)
 

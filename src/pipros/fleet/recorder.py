@@ -22,16 +22,16 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.fleet import keys
 from pipros.fleet.access import ROUTER
-from pipros.fleet.directory import Directory, Entry, Wishes, from_json, to_json, wishes_to_json
+from pipros.fleet.directory import Directory, DirectoryEntry, Wishes, from_json, to_json, wishes_to_json
 from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import matches_any
 from pipros.fleet.history_files import FILE_BYTES, HistoryFiles
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.members import Members
-from pipros.fleet.messages import Received, decompressed, unpack
+from pipros.fleet.messages import ReceivedMessage, decompressed, unpack
 from pipros.fleet.shown_member import read_definition
 from pipros.fleet.warnings_once import WarningsOnce
-from pipros.fleet.zenoh_session import Ends, Link, LinkFailed, Question
+from pipros.fleet.zenoh_session import Ends, LinkFailed, Question, SessionLink
 from pipros.msg.class_finder import installed_class
 from pipros.net.workers import Workers
 
@@ -47,16 +47,16 @@ _HEADER_BYTES: Final = 256
 """Approximate size of a connection in a file, without the definition."""
 
 
-class _Topic:
+class _RecordedTopic:
     """A recorded topic of one agent instance."""
 
-    def __init__(self, member: str, entry: Entry, instance: str, latched: dict[int, int]) -> None:
+    def __init__(self, member: str, entry: DirectoryEntry, instance: str, latched: dict[int, int]) -> None:
         """`latched`: size in bytes of each publisher's latched message, including those of past instances."""
         self.member = member
         self.entry = entry
         self.instance = instance
         self.latched = latched
-        self.received = Received()
+        self.received = ReceivedMessage()
         self.definition: bytes | None = None
         self.taken_bytes = 0  # reserved for the definition
         self.is_forgotten = False
@@ -80,7 +80,7 @@ class _Topic:
         return self.connections[source, is_latched]
 
 
-class Recorder:
+class FleetRecorder:
     """Recorder that uses a router's session. Call `start`, and `close` before closing the session.
 
     A single thread owns the topics and writes the files. It never delays the router: if it falls behind,
@@ -92,7 +92,7 @@ class Recorder:
 
     def __init__(
         self,
-        link: Link,
+        link: SessionLink,
         files: HistoryFiles,
         instance: str,
         topics: Sequence[str] = (),
@@ -112,7 +112,7 @@ class Recorder:
         self._workers = Workers("requests of a recorder", 4)
         self._members = Members(self._limits.of(FleetLimits).fleet_members)
         self._directories: dict[str, Directory] = {}
-        self._topics: dict[tuple[str, str], _Topic] = {}
+        self._topics: dict[tuple[str, str], _RecordedTopic] = {}
         self._wishes: dict[str, Wishes] = {}
         self._revisions = itertools.count(1)
         self._room = Budget(self._limits.of(FleetLimits).fleet_definition_bytes)
@@ -212,7 +212,7 @@ class Recorder:
         except LinkFailed as error:
             self._warn(str(error))
 
-    def _prepare(self, topic: _Topic) -> None:
+    def _prepare(self, topic: _RecordedTopic) -> None:
         """Obtain the definition of a topic, then its latched messages."""
         entry, text = topic.entry, ""
         found = installed_class(entry.type)
@@ -232,7 +232,7 @@ class Recorder:
             self._warn(str(error))
         self._events.post("wishes", topic.member, lambda: self._publish_wishes(topic.member))
 
-    def _keep_definition(self, topic: _Topic, definition: bytes) -> None:
+    def _keep_definition(self, topic: _RecordedTopic, definition: bytes) -> None:
         with self._lock:
             if topic.is_forgotten:
                 return
@@ -305,7 +305,7 @@ class Recorder:
         if gone:
             self._files.forget_latched(member, {f"/{member}{name}" for _, name in gone})
 
-    def _forget_definition(self, topic: _Topic) -> None:
+    def _forget_definition(self, topic: _RecordedTopic) -> None:
         with self._lock:
             topic.is_forgotten = True
             self._room.give_back(topic.taken_bytes)
@@ -330,7 +330,7 @@ class Recorder:
                 self._topic(member, entry.name)
         self._publish_wishes(member)
 
-    def _topic(self, member: str, name: str) -> _Topic | None:
+    def _topic(self, member: str, name: str) -> _RecordedTopic | None:
         """Return a topic, added if necessary, or None if it is not shared or there are too many topics."""
         directory = self._directories.get(member)
         entries = directory.shared if directory is not None else ()
@@ -346,7 +346,7 @@ class Recorder:
             latched = topic.latched if topic is not None else {}
             if topic is not None:
                 self._forget_definition(topic)
-            self._topics[member, name] = topic = _Topic(member, entry, directory.instance, latched)
+            self._topics[member, name] = topic = _RecordedTopic(member, entry, directory.instance, latched)
             self._workers.run(self._prepare, topic)
         return topic
 
@@ -386,7 +386,7 @@ class Recorder:
             connection = topic.connection(found.source, is_latched=is_latched)
             self._files.write(member, connection, time.time_ns(), body)
 
-    def _may_keep(self, topic: _Topic, source: int, body_bytes: int) -> bool:
+    def _may_keep(self, topic: _RecordedTopic, source: int, body_bytes: int) -> bool:
         """Reserve room to repeat a latched message in later files. Return False if there is no room."""
         size = body_bytes + len(topic.definition or b"") + _HEADER_BYTES
         if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:

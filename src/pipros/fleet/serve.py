@@ -17,7 +17,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.interruptible_wait import OnceEvent, set_by_signals
 from pipros.fleet.agent import Agent, agent_node_name, new_instance
 from pipros.fleet.fleet_file import FleetFile
-from pipros.fleet.zenoh_session import Link, LinkFailed, Tls, checked_address, connect, open_router
+from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls, checked_address, connect, open_router
 from pipros.node import Node
 from pipros.node.start_params import is_on
 
@@ -133,7 +133,7 @@ def _join(
             link.close()
 
 
-def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -> Link | None:
+def _connected(router: str, tls: Tls | None, file: FleetFile, over: OnceEvent) -> SessionLink | None:
     """Connect to the router, retrying until it answers. Return None if the program is stopped first."""
     is_reported = False
     while not over.is_set():
@@ -211,10 +211,10 @@ def _running_router(options: RouterOptions) -> Iterator[None]:
         if options.history is None:
             yield
             return
-        from pipros.fleet.recorder import Recorder  # imported here, because agents do not need it
+        from pipros.fleet.recorder import FleetRecorder  # imported here, because agents do not need it
 
         files, topics = options.history.files, options.history.topics
-        with closing(Recorder(router, files, new_instance(), topics, log=_log())) as recorder:
+        with closing(FleetRecorder(router, files, new_instance(), topics, log=_log())) as recorder:
             recorder.start()
             yield
 

@@ -13,20 +13,20 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 from pipros.fleet import keys
 from pipros.fleet.calls import RemoteService
-from pipros.fleet.directory import Directory, Entry, read_json
-from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.directory import Directory, DirectoryEntry, read_json
+from pipros.fleet.fleet_file import FleetRule, Priority
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import outcome_topics
 from pipros.fleet.sinks import Sink
-from pipros.fleet.sources import Sender, Source
+from pipros.fleet.sources import Sender, SentTopic
 from pipros.fleet.warnings_once import WarningsOnce
-from pipros.fleet.zenoh_session import Ends, Link, LinkFailed
+from pipros.fleet.zenoh_session import Ends, LinkFailed, SessionLink
 from pipros.msg.class_finder import installed_class
 from pipros.net.workers import Workers
 from pipros.node import Node
 
 _REQUEST_S: Final = 3.0
-_INPUTS: Final = Rule("/**", priority=Priority.HIGH)
+_INPUTS: Final = FleetRule("/**", priority=Priority.HIGH)
 """Rule for messages to topics of other members. These are commands, so they have high priority."""
 
 
@@ -43,7 +43,7 @@ class ShownMember:
     def __init__(
         self,
         node: Node,
-        link: Link,
+        link: SessionLink,
         sender: Sender,
         me: str,
         directory: Directory,
@@ -59,7 +59,7 @@ class ShownMember:
         """
         self.directory = directory
         self.sinks: dict[str, Sink] = {}
-        self.inputs: dict[str, Source] = {}
+        self.inputs: dict[str, SentTopic] = {}
         self.services: dict[str, RemoteService] = {}
         self._node = node
         self._link = link
@@ -73,11 +73,11 @@ class ShownMember:
         self._taken_bytes: dict[tuple[str, str], int] = {}
         self._lock = threading.Lock()
         self._received: dict[str, Ends] = {}
-        self._refused: set[Entry] = set()
+        self._refused: set[DirectoryEntry] = set()
         self._is_closed = False
 
     @contextmanager
-    def _once(self, entry: Entry) -> Iterator[None]:
+    def _once(self, entry: DirectoryEntry) -> Iterator[None]:
         """Suppress a PiprosError in the block: log that `entry` is not shown, and do not try again."""
         try:
             yield
@@ -124,7 +124,7 @@ class ShownMember:
         self._settle_services({})
         self._room.close()
 
-    def _forget(self, offered: set[Entry]) -> None:
+    def _forget(self, offered: set[DirectoryEntry]) -> None:
         """Forget all definitions and errors except those of the given entries."""
         self._refused &= offered
         with self._lock:
@@ -132,10 +132,12 @@ class ShownMember:
                 del self._definitions[key]
                 self._room.give_back(self._taken_bytes.pop(key, 0))
 
-    def _local(self, entry: Entry) -> Entry:
-        return Entry(f"/{self.directory.member}{entry.name}", entry.type, entry.md5sum, entry.timeout_s)
+    def _local(self, entry: DirectoryEntry) -> DirectoryEntry:
+        return DirectoryEntry(
+            f"/{self.directory.member}{entry.name}", entry.type, entry.md5sum, entry.timeout_s
+        )
 
-    def _settle_sinks(self, offered: dict[str, Entry]) -> None:
+    def _settle_sinks(self, offered: dict[str, DirectoryEntry]) -> None:
         for name, sink in list(self.sinks.items()):
             if name not in offered or self._local(offered[name]) != sink.entry:
                 del self.sinks[name]
@@ -156,7 +158,7 @@ class ShownMember:
                         self._wake,
                     )
 
-    def _settle_inputs(self, offered: dict[str, Entry]) -> None:
+    def _settle_inputs(self, offered: dict[str, DirectoryEntry]) -> None:
         for name, source in list(self.inputs.items()):
             if name not in offered or self._local(offered[name]) != source.entry:
                 del self.inputs[name]
@@ -164,12 +166,12 @@ class ShownMember:
         for name, entry in offered.items():
             if name not in self.inputs and entry not in self._refused:
                 key = keys.into(self._me, self.directory.member, name)
-                source = Source(self._node, self._sender, self._local(entry), key, _INPUTS)
+                source = SentTopic(self._node, self._sender, self._local(entry), key, _INPUTS)
                 with self._once(entry):
                     source.start()
                     self.inputs[name] = source
 
-    def _settle_services(self, offered: dict[str, Entry]) -> None:
+    def _settle_services(self, offered: dict[str, DirectoryEntry]) -> None:
         for name, service in list(self.services.items()):
             if offered.get(name) != service.entry:
                 del self.services[name]
@@ -207,7 +209,7 @@ class ShownMember:
 
     # -- definitions ------------------------------------------------------------------
 
-    def _definition(self, entry: Entry) -> str | None:
+    def _definition(self, entry: DirectoryEntry) -> str | None:
         """Return the definition of a message type, or None while it is being requested."""
         key = entry.type, entry.md5sum
         with self._lock:

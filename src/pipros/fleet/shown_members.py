@@ -16,7 +16,7 @@ from pipros.fleet.local_graph import occupied
 from pipros.fleet.members import Token
 from pipros.fleet.shown_member import ShownMember
 from pipros.fleet.sources import Sender
-from pipros.fleet.zenoh_session import Link, Question
+from pipros.fleet.zenoh_session import Question, SessionLink
 from pipros.graph.system_state import SystemState
 from pipros.net.workers import Workers
 from pipros.node import Node
@@ -34,7 +34,7 @@ class ShownMembers:
     def __init__(
         self,
         node: Node,
-        link: Link,
+        link: SessionLink,
         sender: Sender,
         me: str,
         workers: Workers,

@@ -6,9 +6,9 @@ import logging
 from collections.abc import Callable
 
 from pipros.basics.errors import PiprosError, ProtocolError
-from pipros.fleet.directory import Entry
+from pipros.fleet.directory import DirectoryEntry
 from pipros.fleet.limits import FleetLimits
-from pipros.fleet.messages import Attachment, Received, decompressed, unpack
+from pipros.fleet.messages import MessageAttachment, ReceivedMessage, decompressed, unpack
 from pipros.fleet.outbox import QUEUE
 from pipros.fleet.sources import MARK
 from pipros.libraries.topic_tools.raw import class_like
@@ -33,7 +33,7 @@ class Sink:
     def __init__(
         self,
         node: Node,
-        entry: Entry,
+        entry: DirectoryEntry,
         origin: str,
         definition: str,
         log: logging.Logger,
@@ -50,7 +50,7 @@ class Sink:
             PiprosError: the node already publishes the topic with another type.
         """
         self.entry = entry
-        self.received: dict[str, Received] = {}
+        self.received: dict[str, ReceivedMessage] = {}
         self._node = node
         self._log = log
         self._on_change = on_change
@@ -77,7 +77,7 @@ class Sink:
 
     def take(self, sender: str, payload: bytes, attachment: bytes, *, is_replay: bool = False) -> None:
         """Publish a message from a member, unless it is malformed, repeated or of another type."""
-        received = self.received.setdefault(sender, Received())
+        received = self.received.setdefault(sender, ReceivedMessage())
         try:
             found = unpack(attachment)
             if found.md5sum != self.entry.md5sum:
@@ -93,7 +93,7 @@ class Sink:
         if received.is_new(found, len(payload), is_replay=is_replay):
             self._publish(sender, found, body)
 
-    def _publish(self, sender: str, attachment: Attachment, body: bytes) -> None:
+    def _publish(self, sender: str, attachment: MessageAttachment, body: bytes) -> None:
         message = self._class(body)
         if attachment.is_latched:
             if len(self._publishers) == 1:

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import Final, Protocol
 
 from pipros.basics.limits import Limits
-from pipros.fleet.directory import Entry
-from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.directory import DirectoryEntry
+from pipros.fleet.fleet_file import FleetRule, Priority
 from pipros.fleet.frames import FrameChange
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import is_agent
-from pipros.fleet.messages import Attachment, compressed, pack
-from pipros.fleet.outbox import Outbox
+from pipros.fleet.messages import MessageAttachment, compressed, pack
+from pipros.fleet.outbox import FleetOutbox
 from pipros.libraries.topic_tools.raw import class_like
 from pipros.node import Node
 from pipros.node.any_msg import AnyMsg
@@ -40,7 +40,7 @@ _MOST_SOURCES: Final = 1000
 
 
 class Sends(Protocol):
-    """A link that sends messages, implemented by `pipros.fleet.zenoh_session.Link`."""
+    """A link that sends messages, implemented by `pipros.fleet.zenoh_session.SessionLink`."""
 
     def put(
         self, key: str, payload: bytes, attachment: bytes = b"", priority: Priority = Priority.NORMAL
@@ -48,10 +48,10 @@ class Sends(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Outgoing:
+class SourceMessage:
     """A message to be sent."""
 
-    source: Source
+    source: SentTopic
     publisher: int
     body: bytes
     is_latched: bool
@@ -80,26 +80,28 @@ class Sender:
         self._link = link
         self.instance = instance
         self.limits = limits
-        self.outbox: Outbox[Outgoing] = Outbox(limits.of(FleetLimits).fleet_queue_bytes, bandwidth_kbit)
+        self.outbox: FleetOutbox[SourceMessage] = FleetOutbox(
+            limits.of(FleetLimits).fleet_queue_bytes, bandwidth_kbit
+        )
         self.latched_bytes = 0
         self._sequences: dict[str, int] = {}
         self._changed = threading.Condition()
-        self._is_sending: Source | None = None
+        self._is_sending: SentTopic | None = None
         self._is_closed = False
         self._full_until_s = 0.0
         self.is_up = True
         threading.Thread(target=self._send_all, name="sender of a fleet link", daemon=True).start()
 
-    def add(self, source: Source) -> None:
+    def add(self, source: SentTopic) -> None:
         with self._changed:
             self.outbox.add_topic(source.key, source.rule)
 
-    def remove(self, source: Source) -> None:
+    def remove(self, source: SentTopic) -> None:
         with self._changed:
             self.outbox.remove_topic(source.key)
 
     def next_sequence(self, key: str) -> int:
-        """Return a key's next sequence number. The caller must hold the lock of the key's `Source`.
+        """Return a key's next sequence number. The caller must hold the lock of the key's `SentTopic`.
 
         The numbers continue when a topic is restarted, because receivers ignore numbers that they
         have already received.
@@ -111,7 +113,7 @@ class Sender:
         with self._changed:
             return self.outbox.dropped.get(key, 0)
 
-    def offer(self, message: Outgoing) -> None:
+    def offer(self, message: SourceMessage) -> None:
         """Send a message immediately, or queue it.
 
         Blocks for at most CATCH_UP_S plus the time that Zenoh waits for room; does not block while the link
@@ -135,11 +137,11 @@ class Sender:
     def _is_full(self) -> bool:
         return self._is_closed or time.monotonic() < self._full_until_s
 
-    def _is_free(self, source: Source) -> bool:
+    def _is_free(self, source: SentTopic) -> bool:
         """Return whether all earlier messages of a source have been sent."""
         return self._is_sending is not source and self.outbox.is_idle(source.key)
 
-    def _send(self, message: Outgoing) -> None:
+    def _send(self, message: SourceMessage) -> None:
         begin_s = time.monotonic()
         message.source.send(self._link, message, is_up=self.is_up)
         end_s = time.monotonic()
@@ -166,7 +168,7 @@ class Sender:
             self._send(found[1])
 
 
-class Source:
+class SentTopic:
     """A local topic whose messages are sent to other members.
 
     Attributes:
@@ -180,9 +182,9 @@ class Source:
         self,
         node: Node,
         sender: Sender,
-        entry: Entry,
+        entry: DirectoryEntry,
         key: str,
-        rule: Rule,
+        rule: FleetRule,
         change: FrameChange | None = None,
     ) -> None:
         self.entry = entry
@@ -233,12 +235,12 @@ class Source:
         before = self._subscriber.statistics()["dropped"] if self._subscriber is not None else 0
         return before + self._sender.dropped(self.key)
 
-    def send(self, link: Sends, message: Outgoing, *, is_up: bool) -> None:
+    def send(self, link: Sends, message: SourceMessage, *, is_up: bool) -> None:
         """Number a message and send it. Called by `Sender`."""
         body = compressed(message.body) if self.rule.is_compressed else message.body
         with self._lock:
             attachment = pack(
-                Attachment(
+                MessageAttachment(
                     message.publisher,
                     self._sender.instance,
                     self._sender.next_sequence(self.key),
@@ -281,4 +283,4 @@ class Source:
         body, is_latched = raw.body, header.get("latching") == "1"
         if self._change is not None:
             number, body = 0, self._change(body)
-        self._sender.offer(Outgoing(self, number, body, is_latched))
+        self._sender.offer(SourceMessage(self, number, body, is_latched))

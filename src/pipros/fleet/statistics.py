@@ -11,9 +11,9 @@ from pipros.fleet.calls import LocalCalls
 from pipros.fleet.offers import Offers
 from pipros.fleet.shown_members import ShownMembers
 from pipros.fleet.sinks import Sink
-from pipros.fleet.sources import Source
+from pipros.fleet.sources import SentTopic
 from pipros.fleet.zenoh_session import Question
-from pipros.libraries.diagnostics.link_status import LinkDiagnostics, Traffic, link_statuses
+from pipros.libraries.diagnostics.link_status import LinkDiagnostics, LinkTraffic, link_statuses
 from pipros.node import Node
 
 DIAGNOSTICS_S: Final = 1.0
@@ -38,7 +38,7 @@ class Statistics:
         self._present = present
         self._diagnostics: LinkDiagnostics | None = None
         self._published_s = 0.0
-        self._received_before: dict[str, Traffic] = {}
+        self._received_before: dict[str, LinkTraffic] = {}
 
     def counters(self) -> dict[str, Any]:
         """Return the counters, for `pipros fleet top`. Callable from any thread."""
@@ -73,12 +73,12 @@ class Statistics:
             return
         self._published_s = now_s
         counters = self.counters()
-        received = {name: Traffic() for name in counters["members"] if name != self._member}
+        received = {name: LinkTraffic() for name in counters["members"] if name != self._member}
         for name, (messages, _, lost, malformed) in counters["received"].items():
             sender = name.partition(" ")[0]
             if sender in received:
                 before = received[sender]
-                received[sender] = Traffic(
+                received[sender] = LinkTraffic(
                     before.topics + 1,
                     before.messages + messages,
                     before.lost + lost,
@@ -96,7 +96,7 @@ class Statistics:
             )
         self._received_before = received
 
-    def _sources(self) -> Iterator[Source]:
+    def _sources(self) -> Iterator[SentTopic]:
         yield from list(self._offers.shared.values())
         for shown in list(self._shown.members.values()):
             yield from list(shown.inputs.values())

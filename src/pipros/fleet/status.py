@@ -11,7 +11,7 @@ from pipros.basics.errors import PiprosError
 from pipros.fleet import keys
 from pipros.fleet.directory import Directory, from_json, read_json
 from pipros.fleet.history_files import HistoryFile, read_rows
-from pipros.fleet.zenoh_session import Link
+from pipros.fleet.zenoh_session import SessionLink
 
 REQUEST_S: Final = 3.0
 HISTORY_S: Final = 60.0
@@ -45,13 +45,13 @@ class Counters:
     round_trip_s: float
 
 
-def present(link: Link) -> list[Present]:
+def present(link: SessionLink) -> list[Present]:
     """Return all running agent instances, sorted by member."""
     found = (keys.read_live(key) for key in link.live_keys(keys.live("*"), REQUEST_S))
     return [Present(member, version, instance) for member, version, instance in sorted(filter(None, found))]
 
 
-def directory_of(link: Link, member: str) -> Directory | None:
+def directory_of(link: SessionLink, member: str) -> Directory | None:
     """Return a member's directory, or None if the member does not respond.
 
     Raises:
@@ -61,7 +61,7 @@ def directory_of(link: Link, member: str) -> Directory | None:
     return from_json(answers[-1].payload, member) if answers else None
 
 
-def counters_of(link: Link, member: str) -> Counters | None:
+def counters_of(link: SessionLink, member: str) -> Counters | None:
     """Return a member's counters, or None if the response is missing or malformed."""
     begin_s = time.monotonic()
     try:
@@ -75,7 +75,7 @@ def counters_of(link: Link, member: str) -> Counters | None:
     return None
 
 
-def history_of(link: Link, member: str) -> list[HistoryFile] | None:
+def history_of(link: SessionLink, member: str) -> list[HistoryFile] | None:
     """Return a router's recorded files for a member, oldest first, or None if no router keeps a history.
 
     Raises:
@@ -85,7 +85,7 @@ def history_of(link: Link, member: str) -> list[HistoryFile] | None:
     return list(read_rows(read_json(answers[-1].payload))) if answers else None
 
 
-def history_file(link: Link, member: str, name: str) -> bytes | None:
+def history_file(link: SessionLink, member: str, name: str) -> bytes | None:
     """Return the content of a recorded file, or None if no router has it, for example because it was deleted.
 
     Raises:

@@ -76,7 +76,7 @@ class Tls:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class FleetAnswer:
     """One reply to a request."""
 
     key: str
@@ -110,7 +110,7 @@ class Question:
         self._query.drop()  # type: ignore[no-untyped-call]
 
 
-class Link:
+class SessionLink:
     """Session of a member or router. Thread-safe."""
 
     def __init__(self, session: zenoh.Session) -> None:
@@ -161,7 +161,7 @@ class Link:
         *,
         timeout_s: float,
         ended: Callable[[], bool] = lambda: False,
-    ) -> list[Answer]:
+    ) -> list[FleetAnswer]:
         """Send a request and return all replies.
 
         Blocks until all members that serve `key` have replied, or for about `timeout_s`.
@@ -173,7 +173,7 @@ class Link:
             LinkFailed: the session was closed, or the request was refused and no other reply arrived; the
                 text gives the reason.
         """
-        found: list[Answer] = []
+        found: list[FleetAnswer] = []
         refusals: list[str] = []
         is_over = threading.Event()
 
@@ -302,9 +302,9 @@ def _keep_thread_state() -> None:
         ctypes.pythonapi.PyGILState_Ensure()
 
 
-def _answer_of(sample: zenoh.Sample) -> Answer:
+def _answer_of(sample: zenoh.Sample) -> FleetAnswer:
     attachment = sample.attachment
-    return Answer(
+    return FleetAnswer(
         str(sample.key_expr),
         sample.payload.to_bytes(),
         attachment.to_bytes() if attachment is not None else b"",
@@ -317,7 +317,7 @@ def connect(
     *,
     limits: Limits | None = None,
     bandwidth_kbit: float = 0.0,
-) -> Link:
+) -> SessionLink:
     """Connect to a router. The link reconnects whenever it is lost.
 
     Blocks for at most about a second if the router is near or refuses the connection, and otherwise for up to
@@ -354,7 +354,7 @@ def connect(
             "transport/link/tls/verify_name_on_connect": False,
         }
     try:
-        return Link(_open(_config("client", settings, limits or process_limits())))
+        return SessionLink(_open(_config("client", settings, limits or process_limits())))
     except zenoh.ZError as error:
         waited = f"waited {limit_s:.1f} s for the handshake, after a TCP connection in {round_trip_s:.2f} s"
         raise LinkFailed(f"cannot reach the router at {router}: {_reason(error)} ({waited})") from None
@@ -406,7 +406,7 @@ def open_router(
     *,
     others: Sequence[str] = (),
     limits: Limits | None = None,
-) -> Link:
+) -> SessionLink:
     """Start a router.
 
     Args:
@@ -441,7 +441,7 @@ def open_router(
     if access is not None:
         settings["access_control"] = access
     try:
-        return Link(zenoh.open(_config("router", settings, limits or process_limits())))
+        return SessionLink(zenoh.open(_config("router", settings, limits or process_limits())))
     except zenoh.ZError as error:
         raise LinkFailed(f"cannot listen at {', '.join(addresses)}: {_reason(error)}") from None
 

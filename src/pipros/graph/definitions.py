@@ -60,7 +60,7 @@ class ServiceDefinition:
     response_text: str = field(repr=False)
 
 
-class Definitions:
+class TopicDefinitions:
     """Finds definitions. Thread-safe. All methods except `correct` may block."""
 
     def __init__(self, node: Node, loop: BackgroundLoop, calls: OpenCalls) -> None:

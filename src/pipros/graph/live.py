@@ -40,7 +40,7 @@ def ask_bus_info(api: str) -> Any:
         return client.call("getBusInfo", CALLER_ID)
 
 
-class Link(NamedTuple):
+class GraphLink(NamedTuple):
     """A connection from one vertex to another."""
 
     start: str
@@ -65,15 +65,15 @@ def vertex_of_topic(topic: str) -> str:
     return " " + topic
 
 
-def links_of(start: str, end: str, direction: str, topic: str = "") -> set[Link]:
+def links_of(start: str, end: str, direction: str, topic: str = "") -> set[GraphLink]:
     """Return the links for a connection that `start` reports as `o` (outbound), `i` (inbound) or `b`
     (both).
     """
     links = set()
     if direction in ("o", "b"):
-        links.add(Link(start, end, topic))
+        links.add(GraphLink(start, end, topic))
     if direction in ("i", "b"):
-        links.add(Link(end, start, topic))
+        links.add(GraphLink(end, start, topic))
     return links
 
 
@@ -114,9 +114,9 @@ class LiveGraph:
         self.nodes: set[str] = set()
         self.topics: set[str] = set()
         self.services: set[str] = set()
-        self.links: set[Link] = set()
-        self.topic_links: set[Link] = set()
-        self.registered_links: set[Link] = set()
+        self.links: set[GraphLink] = set()
+        self.topic_links: set[GraphLink] = set()
+        self.registered_links: set[GraphLink] = set()
         self.silent: dict[str, NoReport] = {}
         self.silent_lock = Lock()
         self.max_age_of_state_s = self.max_age_of_report_s = max_age_s
@@ -170,7 +170,7 @@ class LiveGraph:
     def _shows(self, node: str) -> bool:
         return node.startswith(self.node_namespace)
 
-    def _links_in(self, state: SystemState) -> Iterator[Link]:
+    def _links_in(self, state: SystemState) -> Iterator[GraphLink]:
         for registrations, direction in ((state.publishers, "o"), (state.subscribers, "i")):
             for topic, names in registrations.items():
                 if topic.startswith(self.topic_namespace):

@@ -52,7 +52,7 @@ class Traffic(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class NodeState:
+class ObservedNode:
     """State of a node.
 
     Attributes:
@@ -78,7 +78,7 @@ class Observation:
 
     state: SystemState = field(default_factory=lambda: SystemState({}, {}, {}))
     types: Mapping[str, str] = field(default_factory=dict)
-    nodes: Mapping[str, NodeState] = field(default_factory=dict)
+    nodes: Mapping[str, ObservedNode] = field(default_factory=dict)
     connections: Mapping[TopicConnection, Traffic | None] = field(default_factory=dict)
     error: str = ""
 
@@ -164,7 +164,7 @@ class SystemObserver:
         self._last = Observation(
             state,
             types,
-            {name: NodeState(node.uri, node.error) for name, node in self._nodes.items()},
+            {name: ObservedNode(node.uri, node.error) for name, node in self._nodes.items()},
             self._connections({*state.topics()}),
         )
         return self._last

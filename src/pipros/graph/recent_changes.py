@@ -34,7 +34,7 @@ LONGEST_GAP_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class GraphEvent:
     """The addition or removal of a node or topic, with its wall time in s."""
 
     when_s: float
@@ -62,7 +62,7 @@ class RecentChanges:
         self._last_s = 0.0
         self._parts: frozenset[Part] = frozenset()
         self._connected_s: dict[TopicConnection, float] = {}
-        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self._events: deque[GraphEvent] = deque(maxlen=MOST_EVENTS)
         self._removals: list[_Removal] = []
 
     def add(self, observation: Observation, now_s: float) -> None:
@@ -85,12 +85,12 @@ class RecentChanges:
             self._removals.clear()
             return
         for is_added, changed in ((True, parts - before), (False, before - parts)):
-            self._events.extend(Event(now_s, is_added, part) for part in sorted(changed))
+            self._events.extend(GraphEvent(now_s, is_added, part) for part in sorted(changed))
         if removed := before - parts:
             self._removals.append(_removal(last.state, self._connected_s, removed, now_s))
         self._forget(now_s)
 
-    def events(self, now_s: float) -> list[Event]:
+    def events(self, now_s: float) -> list[GraphEvent]:
         """Return the changes of the last ten minutes, newest first."""
         return [event for event in reversed(self._events) if now_s - event.when_s < EVENTS_S]
 

@@ -16,7 +16,7 @@ class OverBudget(PiprosError, ValueError):
 
 
 @dataclass(slots=True, eq=False, repr=False)
-class Budget:
+class LaunchBudget:
     """Resources that a launch's files have used so far.
 
     Attributes:

@@ -15,7 +15,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.graph_variables import InvalidEnvironment
 from pipros.basics.input_file import read_file
 from pipros.basics.limits import process_limits
-from pipros.launch.budget import Budget
+from pipros.launch.budget import LaunchBudget
 from pipros.launch.substitute import FindResource, anonymous_name
 from pipros.workspace.index import PackageIndex
 from pipros.workspace.overlays import built_workspaces
@@ -53,7 +53,7 @@ class LoadContext(NamedTuple):
 
         return cls(find, os.environ, anonymous_name, _read_file, _run_command)
 
-    def within(self, budget: Budget) -> LoadContext:
+    def within(self, budget: LaunchBudget) -> LoadContext:
         """Return a context whose functions raise OverBudget if they read more than `budget` allows."""
 
         def read(path: str) -> bytes:

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 
 from pipros.basics.errors import NotFound, PiprosError
 from pipros.basics.limits import limit_text
-from pipros.launch.budget import Budget
+from pipros.launch.budget import LaunchBudget
 from pipros.launch.param_types import convert
 from pipros.safe.expr import Expression, ExpressionError
 
@@ -73,7 +73,7 @@ class Substitution:
     folder: str | None = None
     anonymous: dict[str, str] = field(default_factory=dict)
     unset_as: str | None = None
-    budget: Budget = field(default_factory=Budget)
+    budget: LaunchBudget = field(default_factory=LaunchBudget)
 
     def resolve(self, text: str) -> str:
         """Return the text with all substitutions applied.

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from pipros.basics import names
 from pipros.basics.limits import Limits, process_limits
-from pipros.launch.budget import Budget, OverBudget
+from pipros.launch.budget import LaunchBudget, OverBudget
 from pipros.launch.builder import LaunchBuilder
 from pipros.launch.load_context import LoadContext
 from pipros.launch.model import Launch, LaunchError, Place
@@ -95,7 +95,7 @@ class Loader:
                 value, as Noetic does if it checks a file without its arguments.
             builder: collects the contents; by default, an empty builder is used.
         """
-        self._budget = Budget(limits or process_limits())
+        self._budget = LaunchBudget(limits or process_limits())
         self._context = context.within(self._budget)
         self.arguments: dict[str, str | None] = dict(arguments)
         self._unset_as = unset_as

@@ -10,7 +10,7 @@ from typing import Any
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Duration, Time
 from pipros.node.publisher import Publisher
-from pipros.node.topic_statistics import TrafficMeter, Window, WindowLimits
+from pipros.node.topic_statistics import StatisticsWindow, TrafficMeter, WindowLimits
 
 UNMEASURED = ("/statistics", "/clock")
 """Topics that are not measured, as in genuine nodes."""
@@ -59,7 +59,7 @@ class StatisticsPublisher:
         if window is not None:
             self._publisher.publish(self._message(topic, publisher, window))
 
-    def _message(self, topic: str, publisher: str, window: Window) -> Any:
+    def _message(self, topic: str, publisher: str, window: StatisticsWindow) -> Any:
         return self._class(
             topic=topic,
             node_pub=publisher,

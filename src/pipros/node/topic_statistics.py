@@ -28,7 +28,7 @@ class WindowLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class StatisticsWindow:
     """The statistics of one window. Times are in nanoseconds, durations in seconds."""
 
     start_ns: int
@@ -57,7 +57,9 @@ class TrafficMeter:
     _dropped: int = 0
     _last_sequence: int | None = None
 
-    def add(self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None) -> Window | None:
+    def add(
+        self, now_ns: int, size: int, sequence: int | None, stamp_ns: int | None
+    ) -> StatisticsWindow | None:
         """Count a received message. Return the window's statistics if this message ends it, otherwise None.
 
         `sequence` and `stamp_ns` come from the message's header; they are None if it has no header.
@@ -82,10 +84,10 @@ class TrafficMeter:
         self._bytes = self._dropped = 0
         return window
 
-    def _figures(self, now_ns: int) -> Window:
+    def _figures(self, now_ns: int) -> StatisticsWindow:
         arrivals = self._arrivals_ns
         periods = [later - earlier for earlier, later in itertools.pairwise(arrivals)]
-        return Window(
+        return StatisticsWindow(
             self._start_ns,
             now_ns,
             len(arrivals),

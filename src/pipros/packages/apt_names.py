@@ -38,7 +38,7 @@ _PLUGINS: Mapping[str, str] = {
 """Packages of ROS, and Debian's packages with the descriptions of their nodelets."""
 
 
-class Distribution(NamedTuple):
+class AptDistribution(NamedTuple):
     """The running Linux distribution.
 
     Attributes:
@@ -52,19 +52,19 @@ class Distribution(NamedTuple):
     is_debian: bool = False
 
 
-def running_distribution() -> Distribution:
+def running_distribution() -> AptDistribution:
     """Return the distribution that this machine's `os-release` file names."""
     try:
         text = read_text(OS_RELEASE, errors="replace")
     except (PiprosError, OSError):
-        return Distribution("This system")
+        return AptDistribution("This system")
     pairs = (line.partition("=") for line in text.splitlines())
     values = {name: value.strip("\"'") for name, _, value in pairs}
     name = values.get("NAME", "This system").removesuffix(" GNU/Linux")
     if "focal" in (values.get("VERSION_CODENAME"), values.get("UBUNTU_CODENAME")):
-        return Distribution(name, is_noetics=True)
+        return AptDistribution(name, is_noetics=True)
     family = [values.get("ID", ""), *values.get("ID_LIKE", "").split()]
-    return Distribution(name, is_debian="debian" in family)
+    return AptDistribution(name, is_debian="debian" in family)
 
 
 def how_to_have(programs: Sequence[str], plugins: Sequence[str] = ()) -> str:

@@ -8,7 +8,7 @@ from pipros.msg import load_message_class
 from pipros.node.codec import decoder, encoder
 from pipros.ros2.action_messages import Ros2Status
 from pipros.ros2.conversion.errors import ConversionError
-from pipros.ros2.conversion.plans import ActionPlan, Plan
+from pipros.ros2.conversion.plans import ActionPlan, ConversionPlan
 from pipros.ros2.interfaces.action_types import CANCEL_GOAL, STATUS_ARRAY
 from pipros.ros2.interfaces.type_hash import ActionHashes
 
@@ -77,5 +77,5 @@ class ActionPair:
         return self._result()
 
 
-def _to_cdr(plan: Plan, message_class: Any, message: Any, start: bytes = b"") -> bytes:
+def _to_cdr(plan: ConversionPlan, message_class: Any, message: Any, start: bytes = b"") -> bytes:
     return plan.to_cdr(b"".join((start, *encoder(message_class)(message))))

@@ -50,7 +50,7 @@ _QUEUE: Final = 100
 
 
 @dataclass(slots=True)
-class _Goal:
+class _Ros1Goal:
     """A goal for the server.
 
     Attributes:
@@ -106,7 +106,7 @@ class ActionToRos1:
         self._name = name
         self._changed = threading.Condition()
         self._is_closed = False
-        self._goals: GoalTable[_Goal] = GoalTable(
+        self._goals: GoalTable[_Ros1Goal] = GoalTable(
             node.limits.goals, node.limits.name_characters, lambda goal: goal.has_ended
         )
         self._goal_id = load_message_class("actionlib_msgs/GoalID")
@@ -178,7 +178,7 @@ class ActionToRos1:
 
     def _send_goal(self, pair: ActionPair, request: bytes) -> bytes:
         key, cdr = split_id(request)
-        goal = _Goal(id_in_ros1(key), key, self._node.clock.now_ns())
+        goal = _Ros1Goal(id_in_ros1(key), key, self._node.clock.now_ns())
         message = pair.goal(goal=pair.goal_to_ros1(cdr))
         stamp = Time(goal.stamp_ns // 1_000_000_000, goal.stamp_ns % 1_000_000_000)
         message.header.stamp = stamp
@@ -310,17 +310,17 @@ class ActionToRos1:
         except (PiprosError, ValueError) as error:
             self.counts.fail(f"{self._name}: feedback was dropped: {error}")
 
-    def _found(self, goal_id: Any) -> _Goal | None:
+    def _found(self, goal_id: Any) -> _Ros1Goal | None:
         """Return the goal with a ROS 1 ID, adding it if it is unknown; None if there are too many goals."""
         key = id_in_ros2(goal_id.id)
         goal = self._goals.find(id_in_ros1(key))
         if goal is None:
-            goal = _Goal(goal_id.id, key, goal_id.stamp.to_nsec())
+            goal = _Ros1Goal(goal_id.id, key, goal_id.stamp.to_nsec())
             if not self._goals.add(id_in_ros1(key), goal):
                 return None
         return goal
 
-    def _set_status(self, goal: _Goal, status: int) -> None:
+    def _set_status(self, goal: _Ros1Goal, status: int) -> None:
         if goal.has_ended or status not in Status._value2member_map_:
             return
         goal.is_rejected |= status == Status.REJECTED
@@ -328,7 +328,7 @@ class ActionToRos1:
         if goal.status.has_ended:
             goal.ended_s = time.monotonic()
 
-    def _forget(self, goal: _Goal) -> None:
+    def _forget(self, goal: _Ros1Goal) -> None:
         self._goals.keep(lambda each: each is not goal)
 
     def _rows(self) -> list[tuple[GoalInfo, Ros2Status]]:

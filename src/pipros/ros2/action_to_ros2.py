@@ -51,7 +51,7 @@ _LOG = logging.getLogger("pipros.ros2")
 
 
 @dataclass(slots=True)
-class _Goal:
+class _Ros2Goal:
     """A ROS 1 goal.
 
     Attributes:
@@ -94,7 +94,7 @@ class ActionToRos2:
         self._node = node
         self._name = name
         self._lock = threading.Lock()
-        self._goals: GoalTable[_Goal] = GoalTable(
+        self._goals: GoalTable[_Ros2Goal] = GoalTable(
             node.limits.goals, node.limits.name_characters, lambda goal: goal.status in TERMINAL
         )
         self._others: list[tuple[GoalInfo, Ros2Status]] = []
@@ -179,7 +179,7 @@ class ActionToRos2:
     def _on_goal(self, message: Any) -> None:
         goal_id = message.goal_id.id or id_in_ros1(os.urandom(16))
         stamp = message.goal_id.stamp or self._now()
-        goal = _Goal(goal_id, stamp, id_in_ros2(goal_id))
+        goal = _Ros2Goal(goal_id, stamp, id_in_ros2(goal_id))
         with self._lock:
             if self._goals.find(goal_id) is not None:
                 return
@@ -227,7 +227,7 @@ class ActionToRos2:
         except PiprosError as error:
             _LOG.warning("a goal of the action %s was not cancelled: %s", self._name, error)
 
-    def _execute(self, goal: _Goal, request: bytes) -> None:
+    def _execute(self, goal: _Ros2Goal, request: bytes) -> None:
         with self._lock:
             has_ended, is_cancelled = bool(goal.ended_s), goal.is_cancelled
         if has_ended:
@@ -273,7 +273,7 @@ class ActionToRos2:
         self._is_closed.wait(RETRY_S)
         return None
 
-    def _end(self, goal: _Goal, status: Status, result: Any, text: str) -> None:
+    def _end(self, goal: _Ros2Goal, status: Status, result: Any, text: str) -> None:
         """End a goal and publish its result, unless it has ended."""
         message = self.pair.result(
             status=self._status_of(goal.id, goal.stamp, status, text),
@@ -324,7 +324,7 @@ class ActionToRos2:
             self._others = others
         self._publish_status()
 
-    def _find(self, key: bytes) -> _Goal | None:
+    def _find(self, key: bytes) -> _Ros2Goal | None:
         return next((goal for goal in self._goals if goal.key == key), None)
 
     def _publish_status(self) -> None:

@@ -26,8 +26,8 @@ from pipros.ros2.interface import (
     Durability,
     Endpoint,
     Ros2Engine,
+    Ros2Subscription,
     Sample,
-    Subscription,
     TopicQos,
 )
 from pipros.ros2.limits import Ros2Limits
@@ -43,7 +43,7 @@ _KEPT: Final = 100
 """Maximum number of latching publishers per topic whose last messages late subscribers receive."""
 
 
-class Pace:
+class RateLimit:
     """Limits a topic to `rate` messages per second."""
 
     def __init__(self, rate: float) -> None:
@@ -137,7 +137,7 @@ class ToRos2:
         self._engine = engine
         self._qos = offered_qos(route.ros1, is_latched=is_latched, override=route.override)
         self._is_latched = self._qos.durability is Durability.TRANSIENT_LOCAL
-        self._pace = Pace(route.rate)
+        self._pace = RateLimit(route.rate)
         self._merge = _merge(node, route)
         self._subscriber: Subscriber[AnyMsg] | None = None
         self._lock = threading.Lock()
@@ -262,9 +262,9 @@ class ToRos1:
         self._engine = engine
         self._known = known
         self._on_change = on_change
-        self._pace = Pace(route.rate)
+        self._pace = RateLimit(route.rate)
         self._merge = _merge(node, route)
-        self._readers: dict[Durability, tuple[TopicQos, Subscription]] = {}
+        self._readers: dict[Durability, tuple[TopicQos, Ros2Subscription]] = {}
         self._lock = threading.Lock()
         self._latched: dict[bytes, tuple[Any, int]] = {}
         self._latched_bytes = 0
@@ -319,7 +319,7 @@ class ToRos1:
             if durability not in self._readers:
                 self._readers[durability] = qos, self._subscribe(durability, qos)
 
-    def _subscribe(self, durability: Durability, qos: TopicQos) -> Subscription:
+    def _subscribe(self, durability: Durability, qos: TopicQos) -> Ros2Subscription:
         plan = self.route.pair.plan
         return self._engine.subscribe(
             self.route.ros2,

@@ -24,7 +24,7 @@ from pipros.msg import load_service_class
 from pipros.node import Node
 from pipros.ros2.action_to_ros1 import ActionToRos1
 from pipros.ros2.action_to_ros2 import ActionToRos2
-from pipros.ros2.bridged_services import Ros1Service, Ros2Service
+from pipros.ros2.bridged_services import Ros1ServiceBridge, Ros2ServiceBridge
 from pipros.ros2.bridged_topics import ToRos1, ToRos2, route_of
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 from pipros.ros2.interface import Endpoint, EndpointKind, Ros2Engine
@@ -46,7 +46,7 @@ DIAGNOSTICS_S: Final = 1.0
 _SKIPPED: Final = 1000
 _CLOCK: Final = "/clock"
 
-Open = ToRos1 | ToRos2 | Ros1Service | Ros2Service | ActionToRos1 | ActionToRos2
+Open = ToRos1 | ToRos2 | Ros1ServiceBridge | Ros2ServiceBridge | ActionToRos1 | ActionToRos2
 Key = tuple[Kind, Direction, str]
 """Identifies a topic, service or action. The name is the one on the publishing or offering side."""
 _Wanted = tuple[object, Callable[[], Open]]
@@ -276,7 +276,7 @@ class Gateway:
     def _ros1_service(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, name)
         pair = self._pairs.of_service(graph.services[name])
-        return pair.plan.ros1_type, lambda: Ros1Service(self._node, self._engine, name, pair)
+        return pair.plan.ros1_type, lambda: Ros1ServiceBridge(self._node, self._engine, name, pair)
 
     def _ros2_service(self, name: str, graph: Ros1Graph, found: Ros2Graph) -> _Wanted | None:
         if name in graph.services:
@@ -284,7 +284,7 @@ class Gateway:
         server = callable_server(found.services[name])
         pair = self._pairs.of_ros2_service(server.type)
         self._pairs.check_hash(pair.plan.ros2_type, {pair.type_hash, pair.parts.request}, server.type_hash)
-        return pair.plan.ros2_type, lambda: Ros2Service(self._node, self._engine, name, pair)
+        return pair.plan.ros2_type, lambda: Ros2ServiceBridge(self._node, self._engine, name, pair)
 
     def _ros1_action(self, name: str, graph: Ros1Graph) -> _Wanted:
         self._check_rivals(EndpointKind.SERVER, action_names(name).send_goal)
@@ -384,7 +384,7 @@ def _update(each: Open, topic: Ros1Topic | None, publishers: Sequence[Endpoint])
     elif isinstance(each, ToRos1):
         of_type = each.route.pair.plan.ros2_type
         each.update([endpoint for endpoint in publishers if endpoint.type == of_type])
-    elif not isinstance(each, Ros2Service):
+    elif not isinstance(each, Ros2ServiceBridge):
         each.update()
 
 

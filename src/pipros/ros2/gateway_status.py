@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from pipros.libraries.diagnostics.link_status import Level, LinkStatus
-from pipros.ros2.interface import EndpointKind, Problem
+from pipros.libraries.diagnostics.link_status import LinkLevel, LinkStatus
+from pipros.ros2.interface import EndpointKind, EngineProblem
 from pipros.ros2.rules import Direction, Kind
 
 _SHOWN: Final = 200
@@ -100,13 +100,13 @@ class GatewayStatus:
         texts += [f"{len(problems)} left out"] if problems else []
         return LinkStatus(
             f"/ROS 2/{node.removeprefix('/')}",
-            Level.WARN if dropped or problems else Level.OK,
+            LinkLevel.WARN if dropped or problems else LinkLevel.OK,
             ", ".join(texts),
             dict(list(values.items())[:_SHOWN]),
         )
 
 
-def problem_key(problem: Problem) -> str:
+def problem_key(problem: EngineProblem) -> str:
     """Return the key of a problem in `GatewayStatus.left_out`."""
     direction = Direction.TO_ROS1 if problem.kind is EndpointKind.PUBLISHER else Direction.TO_ROS2
     kind = Kind.TOPIC.value if problem.kind else "nodes"

@@ -75,7 +75,7 @@ class Endpoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class EngineProblem:
     """A topic that a peer does not receive or send, or a node that peers do not see.
 
     Attributes:
@@ -116,11 +116,11 @@ class EngineError(PiprosError):
     """A connection to ROS 2 cannot be opened, or an endpoint cannot be created."""
 
 
-class CallFailed(EngineError):
+class Ros2CallFailed(EngineError):
     """A ROS 2 service is not available, or did not answer in time."""
 
 
-class Subscription(Protocol):
+class Ros2Subscription(Protocol):
     """A subscriber or a server of the engine."""
 
     @property
@@ -154,7 +154,7 @@ class Announcement(Protocol):
     def close(self) -> None: ...
 
 
-class Caller(Protocol):
+class Ros2Caller(Protocol):
     """A service client of the engine. Thread-safe."""
 
     def call(self, request: bytes, timeout_s: float) -> bytes:
@@ -199,7 +199,7 @@ class Ros2Engine(Protocol):
         type_hash: str,
         qos: TopicQos,
         callback: Callable[[Sample], None],
-    ) -> Subscription:
+    ) -> Ros2Subscription:
         """Create a subscriber."""
 
     def serve(
@@ -209,19 +209,21 @@ class Ros2Engine(Protocol):
         type_hash: str,
         answer: Callable[[bytes], bytes],
         parts: PartHashes = NO_HASHES,
-    ) -> Subscription:
+    ) -> Ros2Subscription:
         """Offer a service. If `answer` raises, the client gets no reply: ROS 2 has no error replies.
 
         `answer` runs in threads of the engine, up to 16 at a time for each service.
         """
 
-    def caller(self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES) -> Caller:
+    def caller(
+        self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES
+    ) -> Ros2Caller:
         """Create a service client."""
 
     def endpoints(self) -> Sequence[Endpoint]:
         """Return the known endpoints of other processes."""
 
-    def problems(self) -> Sequence[Problem]:
+    def problems(self) -> Sequence[EngineProblem]:
         """Return known communication problems with peers, such as subscribers with an incompatible QoS."""
 
     def close(self) -> None:

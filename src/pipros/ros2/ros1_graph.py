@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.definitions import Definition, Definitions
+from pipros.graph.definitions import Definition, TopicDefinitions
 from pipros.graph.services import header_at, uri_of
 from pipros.graph.system_state import Registrations, read_state
 from pipros.net.loop import BackgroundLoop
@@ -61,7 +61,7 @@ class Ros1Looker:
         self._node = node
         self._calls = OpenCalls()
         self._loop = BackgroundLoop(f"definitions of {node.name}")
-        self._definitions = Definitions(node, self._loop, self._calls)
+        self._definitions = TopicDefinitions(node, self._loop, self._calls)
         self._queries = NodeQueries(f"queries of {node.name}")
         self._topics: dict[str, Ros1Topic] = {}
 

@@ -20,7 +20,7 @@ from pipros.node.any_msg import AnyMsg
 from pipros.ros2.action_pair import ActionPair
 from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import MappingRules
-from pipros.ros2.conversion.plans import Plan, Plans, ServicePlan
+from pipros.ros2.conversion.plans import ConversionPlan, Plans, ServicePlan
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interface import NO_HASHES, PartHashes
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
@@ -42,7 +42,7 @@ class TypePair:
         type_hash: hash of the ROS 2 type; empty in Humble.
     """
 
-    plan: Plan
+    plan: ConversionPlan
     raw: type[AnyMsg]
     type_hash: str
 
@@ -178,13 +178,13 @@ class TypePairs:
         with self._lock:
             return self.of_action(self._plans.ros1_action(ros2_type), ros2_type)
 
-    def _pair(self, plan: Plan, definition: Definition) -> TypePair:
+    def _pair(self, plan: ConversionPlan, definition: Definition) -> TypePair:
         key = plan.ros1_type, plan.ros2_type, definition.md5sum
         if key not in self._pairs:
             self._pairs[key] = self._new_pair(plan, definition)
         return self._pairs[key]
 
-    def _new_pair(self, plan: Plan, definition: Definition) -> TypePair:
+    def _new_pair(self, plan: ConversionPlan, definition: Definition) -> TypePair:
         plan.prepare()
         header = {
             "type": definition.type,

@@ -121,7 +121,7 @@ class Expression:
 
     def value(self, names: Mapping[str, Any]) -> Any:
         """Evaluate the expression with the given names. Raises the same errors as `evaluate`."""
-        budget = guarded.Budget(self._limits)
+        budget = guarded.WorkBudget(self._limits)
         walk = _Walk(
             self._text,
             {**guarded.CONSTANTS, **names},
@@ -147,7 +147,7 @@ def arithmetic(text: str) -> float:
         if isinstance(node, (ast.expr_context, *_ARITHMETIC)):
             continue
         raise ExpressionError(text, _column(node), "only numbers, pi, + - * / ** and brackets are allowed")
-    value = _Walk(text, {"pi": math.pi}, {}, None, guarded.Budget(limits)).value(tree)
+    value = _Walk(text, {"pi": math.pi}, {}, None, guarded.WorkBudget(limits)).value(tree)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ExpressionError(text, 0, f"{value!r} is not a number")
     try:
@@ -187,7 +187,7 @@ class _Walk:
         names: Mapping[str, Any],
         functions: Mapping[str, Function],
         fields: FieldAccess | None,
-        budget: guarded.Budget,
+        budget: guarded.WorkBudget,
     ) -> None:
         self._text = text
         self._names = names

@@ -24,7 +24,7 @@ class ResultTooLarge(PiprosError, ValueError):
     """A result would be larger than its limit, or the budget is used up."""
 
 
-class Budget:
+class WorkBudget:
     """The work that one evaluation may still do. It limits the total size of the results."""
 
     def __init__(self, limits: Limits) -> None:
@@ -209,7 +209,7 @@ def _guarded_math() -> dict[str, Any]:
     names = {name: value for name, value in vars(math).items() if not name.startswith("_")}
     names.update({name: _bounded_count(names[name]) for name in ("factorial", "comb", "perm")})
     names.update(lcm=_bounded_count(math.lcm))
-    del names["prod"], names["pow"]  # `Budget` provides these functions
+    del names["prod"], names["pow"]  # `WorkBudget` provides these functions
     return names
 
 

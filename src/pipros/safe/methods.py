@@ -10,7 +10,7 @@ import string
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from pipros.safe.guarded import Budget, format_value
+from pipros.safe.guarded import WorkBudget, format_value
 
 Method = Callable[..., Any]
 
@@ -41,34 +41,34 @@ def _plain(kind: type, *names: str) -> dict[str, Method]:
 def _cut(method: Method) -> Method:
     """Return a method that splits a string, at worst into one part per character."""
 
-    def call(budget: Budget, text: str, *arguments: Any, **keywords: Any) -> Any:
+    def call(budget: WorkBudget, text: str, *arguments: Any, **keywords: Any) -> Any:
         budget.foresee(len(text))
         return method(text, *arguments, **keywords)
 
     return call
 
 
-def _replace(budget: Budget, text: str, old: str, new: str, count: int = -1) -> str:
+def _replace(budget: WorkBudget, text: str, old: str, new: str, count: int = -1) -> str:
     times = text.count(old) if count < 0 else min(count, text.count(old))
     budget.foresee(len(text) + times * (len(new) - len(old)))
     return text.replace(old, new, count)
 
 
-def _join(budget: Budget, separator: str, parts: Iterable[str]) -> str:
+def _join(budget: WorkBudget, separator: str, parts: Iterable[str]) -> str:
     listed = list(parts)
     budget.foresee(sum(len(part) for part in listed) + len(separator) * len(listed))
     return separator.join(listed)
 
 
 def _padded(method: Method) -> Method:
-    def call(budget: Budget, text: str, width: int, *fill: str) -> Any:
+    def call(budget: WorkBudget, text: str, width: int, *fill: str) -> Any:
         budget.foresee(width)
         return method(text, width, *fill)
 
     return call
 
 
-def _expand_tabs(budget: Budget, text: str, tabsize: int = 8) -> str:
+def _expand_tabs(budget: WorkBudget, text: str, tabsize: int = 8) -> str:
     budget.foresee(len(text) + text.count("\t") * max(tabsize, 0))
     return text.expandtabs(tabsize)
 
@@ -76,7 +76,7 @@ def _expand_tabs(budget: Budget, text: str, tabsize: int = 8) -> str:
 class _Format(string.Formatter):
     """`str.format` without attributes: `{}`, `{0}`, `{name}`, `{0[key]}` and formats of bounded width."""
 
-    def __init__(self, budget: Budget) -> None:
+    def __init__(self, budget: WorkBudget) -> None:
         self._budget = budget
 
     def get_field(self, field_name: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
@@ -90,7 +90,7 @@ class _Format(string.Formatter):
         return text
 
 
-def _format(budget: Budget, text: str, *arguments: Any, **keywords: Any) -> str:
+def _format(budget: WorkBudget, text: str, *arguments: Any, **keywords: Any) -> str:
     return _Format(budget).vformat(text, arguments, keywords)
 
 

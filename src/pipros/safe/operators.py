@@ -18,12 +18,12 @@ BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.BitOr: operator.or_,
     ast.BitXor: operator.xor,
 }
-GROWING: Mapping[type[ast.operator], Callable[[guarded.Budget, Any, Any], Any]] = {
-    ast.Add: guarded.Budget.add,
-    ast.Mult: guarded.Budget.multiply,
-    ast.Mod: guarded.Budget.modulo,
-    ast.Pow: guarded.Budget.power,
-    ast.LShift: guarded.Budget.shift_left,
+GROWING: Mapping[type[ast.operator], Callable[[guarded.WorkBudget, Any, Any], Any]] = {
+    ast.Add: guarded.WorkBudget.add,
+    ast.Mult: guarded.WorkBudget.multiply,
+    ast.Mod: guarded.WorkBudget.modulo,
+    ast.Pow: guarded.WorkBudget.power,
+    ast.LShift: guarded.WorkBudget.shift_left,
 }
 UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
     ast.UAdd: operator.pos,

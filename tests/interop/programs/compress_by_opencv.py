@@ -6,7 +6,7 @@ import json
 import cv2
 import numpy as np
 
-from pipros.libraries.vision.compressed_images import Settings, compressed, decompressed
+from pipros.libraries.vision.compressed_images import CompressionSettings, compressed, decompressed
 from pipros.pictures.codecs import OpenCVCodec
 
 codec = OpenCVCodec(cv2)
@@ -21,7 +21,7 @@ for encoding, shape, dtype in (
     ("bayer_gbrg8", (6, 8), "uint8"),
 ):
     image = rng.randint(0, 256, shape).astype(dtype)
-    for settings in (Settings("png"), Settings("jpeg")):
+    for settings in (CompressionSettings("png"), CompressionSettings("jpeg")):
         kind, data = compressed(image, encoding, settings, codec)
         back, name = decompressed(kind, data, codec)
         assert (name, back.shape, back.dtype) == (encoding, image.shape, image.dtype), kind

@@ -22,7 +22,7 @@ from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Durability, Qos
 from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK
-from pipros.ros2.rtps.services import Client, Server
+from pipros.ros2.rtps.services import RtpsClient, RtpsServer
 from pipros.ros2.rtps.sockets import RtpsSockets
 
 CDR = b"\0\1\0\0"
@@ -117,7 +117,7 @@ class ActionServer:
         self._feedback = participant.add_writer(f"{topic}/feedback", f"{type_name}_FeedbackMessage_", Qos())
         self._status = participant.add_writer(f"{topic}/status", STATUSES, qos_of("latched"))
         for handle in (self.send_goal, self.cancel_goal, self.get_result):
-            Server(participant, *names_of(action, type_name, handle.__name__), handle)
+            RtpsServer(participant, *names_of(action, type_name, handle.__name__), handle)
 
     def _set(self, goal: bytes, order: int, status: Ros2Status) -> None:
         with self._changed:
@@ -176,7 +176,7 @@ def call_action(participant: Participant, action: str, type_name: str, order: st
     feedback = participant.add_reader(f"{topic}/feedback", f"{type_name}_FeedbackMessage_", deep, on_feedback)
     statuses = participant.add_reader(f"{topic}/status", STATUSES, qos_of("latched"), on_status)
     parts = ("send_goal", "cancel_goal", "get_result")
-    send, cancel, get = (Client(participant, *names_of(action, type_name, part)) for part in parts)
+    send, cancel, get = (RtpsClient(participant, *names_of(action, type_name, part)) for part in parts)
     assert all(each.wait_for_server(LIMIT_S) for each in (send, cancel, get))
     assert all(each.wait_for_writers(timeout_s=LIMIT_S) for each in (feedback, statuses))
     is_accepted = messages.is_accepted(send.call(CDR + goal + pack("<i", int(order)), LIMIT_S))
@@ -218,11 +218,11 @@ def main(domain: str, options: str, mode: str, name: str, *words: str) -> None:
             print("ready", flush=True)
             wait_for_end()
         elif mode == "server":
-            Server(participant, name, words[0] + "_Request_", words[0] + "_Response_", add)
+            RtpsServer(participant, name, words[0] + "_Request_", words[0] + "_Response_", add)
             print("ready", flush=True)
             wait_for_end()
         elif mode == "client":
-            client = Client(participant, name, words[0] + "_Request_", words[0] + "_Response_")
+            client = RtpsClient(participant, name, words[0] + "_Request_", words[0] + "_Response_")
             assert client.wait_for_server(LIMIT_S)
             right, began = 0, time.monotonic()
             for number in range(int(words[1])):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pipros.basics.budget import Budget
-from pipros.bridges.outbox import UNCOUNTED_BYTES, Frame, Outbox, Traffic, text_frame
+from pipros.bridges.outbox import UNCOUNTED_BYTES, ClientOutbox, ClientTraffic, WebSocketFrame, text_frame
 
 MIB = 1 << 20
 
@@ -13,7 +13,7 @@ class Client:
 
     def __init__(self, limit_bytes: int = 100) -> None:
         self.wakes = 0
-        self.outbox = Outbox(limit_bytes, self.wake)
+        self.outbox = ClientOutbox(limit_bytes, self.wake)
         for key in "ab":
             self.outbox.open(key)
 
@@ -21,7 +21,7 @@ class Client:
         self.wakes += 1
 
     def put(self, key: str, data: bytes) -> None:
-        self.outbox.put(key, Frame((data,)))
+        self.outbox.put(key, WebSocketFrame((data,)))
 
     def taken(self) -> list[bytes]:
         """Pop everything."""
@@ -60,7 +60,7 @@ def test_a_queue_length_drops_the_oldest_messages_of_its_subscription_only() -> 
         client.put("b", b"b%d" % number)
 
     assert client.taken() == [b"b0", b"b1", b"a2", b"b2", b"a3", b"b3"]
-    assert client.outbox.traffic() == {"a": Traffic(2, 4, 2), "b": Traffic(4, 8, 0)}
+    assert client.outbox.traffic() == {"a": ClientTraffic(2, 4, 2), "b": ClientTraffic(4, 8, 0)}
 
 
 def test_more_bytes_than_the_limit_drop_the_oldest_messages_of_all() -> None:
@@ -71,7 +71,7 @@ def test_more_bytes_than_the_limit_drop_the_oldest_messages_of_all() -> None:
 
     assert client.outbox.waiting_bytes == 8
     assert client.taken() == [b"bbbb", b"AAAA"]
-    assert client.outbox.total == Traffic(2, 8, 1)
+    assert client.outbox.total == ClientTraffic(2, 8, 1)
 
 
 def test_a_message_larger_than_the_limit_waits_alone() -> None:
@@ -83,7 +83,7 @@ def test_a_message_larger_than_the_limit_waits_alone() -> None:
 
 def test_answers_are_not_dropped_for_messages() -> None:
     client = Client(limit_bytes=10)
-    client.outbox.answer(Frame((b"answer",)))
+    client.outbox.answer(WebSocketFrame((b"answer",)))
     client.put("a", b"1")
     client.put("a", b"123456789")
     client.put("a", b"2")
@@ -94,8 +94,8 @@ def test_answers_are_not_dropped_for_messages() -> None:
 def test_a_client_whose_answers_do_not_fit_is_overrun() -> None:
     client = Client(limit_bytes=10)
     client.put("a", b"1")
-    client.outbox.answer(Frame((b"12345678",)))
-    client.outbox.answer(Frame((b"too much",)))
+    client.outbox.answer(WebSocketFrame((b"12345678",)))
+    client.outbox.answer(WebSocketFrame((b"too much",)))
 
     assert client.outbox.is_overrun
     assert client.wakes == 2
@@ -105,8 +105,8 @@ def test_a_client_whose_answers_do_not_fit_is_overrun() -> None:
 def test_frames_of_one_message_are_dropped_together() -> None:
     client = Client()
     client.outbox.open("a", queue_length=1)
-    client.outbox.put("a", Frame((b"1",)), Frame((b"2", b"3")))
-    client.outbox.put("a", Frame((b"4",)), Frame((b"5", b"6")))
+    client.outbox.put("a", WebSocketFrame((b"1",)), WebSocketFrame((b"2", b"3")))
+    client.outbox.put("a", WebSocketFrame((b"4",)), WebSocketFrame((b"5", b"6")))
 
     assert client.taken() == [b"4|56"]
 
@@ -128,7 +128,7 @@ def test_a_closed_outbox_accepts_nothing() -> None:
     client.put("a", b"1")
     client.outbox.close()
     client.put("a", b"2")
-    client.outbox.answer(Frame((b"3",)))
+    client.outbox.answer(WebSocketFrame((b"3",)))
 
     assert client.taken() == []
     assert client.outbox.waiting_bytes == 0
@@ -145,8 +145,8 @@ def test_only_responses_count_as_answers() -> None:
     assert not client.outbox.has_answers
 
 
-def budgeted(budget: Budget, limit_bytes: int = 10 * MIB) -> Outbox:
-    outbox = Outbox(limit_bytes, lambda: None, budget)
+def budgeted(budget: Budget, limit_bytes: int = 10 * MIB) -> ClientOutbox:
+    outbox = ClientOutbox(limit_bytes, lambda: None, budget)
     outbox.open("a")
     return outbox
 
@@ -154,10 +154,10 @@ def budgeted(budget: Budget, limit_bytes: int = 10 * MIB) -> Outbox:
 def test_a_long_queue_uses_the_budget_until_it_is_sent() -> None:
     budget = Budget(MIB)
     outbox = budgeted(budget)
-    outbox.put("a", Frame((bytes(UNCOUNTED_BYTES),)))
+    outbox.put("a", WebSocketFrame((bytes(UNCOUNTED_BYTES),)))
     assert budget.used == 0  # small queues are not counted
 
-    outbox.put("a", Frame((bytes(100_000),)))
+    outbox.put("a", WebSocketFrame((bytes(100_000),)))
     assert 100_000 <= budget.used <= MIB
 
     outbox.pop()
@@ -169,7 +169,7 @@ def test_a_queue_that_becomes_much_shorter_returns_most_of_its_room() -> None:
     budget = Budget(10 * MIB)
     outbox = budgeted(budget)
     for size in (MIB, MIB, 100_000):
-        outbox.put("a", Frame((bytes(size),)))
+        outbox.put("a", WebSocketFrame((bytes(size),)))
     assert budget.used >= 2 * MIB
 
     outbox.pop()
@@ -181,7 +181,7 @@ def test_the_last_bytes_of_a_budget_are_used() -> None:
     budget = Budget(50_000)
     outbox = budgeted(budget)
     for size in (UNCOUNTED_BYTES, 50_000):
-        outbox.put("a", Frame((bytes(size),)))
+        outbox.put("a", WebSocketFrame((bytes(size),)))
 
     assert (budget.used, outbox.total.lost) == (50_000, 0)
 
@@ -190,7 +190,7 @@ def test_without_budget_the_oldest_messages_are_dropped_before_the_limit() -> No
     budget = Budget(50_000)
     outbox = budgeted(budget)
     for size in (UNCOUNTED_BYTES, 50_001):
-        outbox.put("a", Frame((bytes(size),)))
+        outbox.put("a", WebSocketFrame((bytes(size),)))
 
     assert outbox.total.lost == 1
     assert outbox.waiting_bytes == 50_001
@@ -199,9 +199,9 @@ def test_without_budget_the_oldest_messages_are_dropped_before_the_limit() -> No
 def test_clients_share_a_budget_and_a_closed_one_returns_its_part() -> None:
     budget = Budget(MIB)
     first, second = budgeted(budget), budgeted(budget)
-    first.answer(Frame((bytes(MIB),)))
-    second.answer(Frame((b"small",)))
-    second.answer(Frame((bytes(MIB),)))
+    first.answer(WebSocketFrame((bytes(MIB),)))
+    second.answer(WebSocketFrame((b"small",)))
+    second.answer(WebSocketFrame((bytes(MIB),)))
     assert second.is_overrun
 
     first.close()

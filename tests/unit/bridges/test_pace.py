@@ -6,7 +6,7 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.pace import BURST_S, BUSY_SHARE, Pace, SharedWork
+from pipros.bridges.pace import BURST_S, BUSY_SHARE, ReadPace, SharedWork
 
 LIMITS = Limits(tables=(BridgeLimits(bridge_client_rate=10, bridge_client_rate_bytes=1000),))
 
@@ -20,7 +20,7 @@ class Clock:
 
 def test_a_client_within_both_limits_is_not_delayed() -> None:
     clock = Clock()
-    pace = Pace(LIMITS, clock)
+    pace = ReadPace(LIMITS, clock)
     for _ in range(100):
         assert pace.delay_s(50) == 0
         clock.now_s += 0.11
@@ -29,7 +29,7 @@ def test_a_client_within_both_limits_is_not_delayed() -> None:
 @pytest.mark.parametrize(("size", "rate"), [(1, 10), (500, 2)])
 def test_a_client_that_waits_as_required_keeps_the_limit(size: int, rate: int) -> None:
     clock = Clock()
-    pace = Pace(LIMITS, clock)
+    pace = ReadPace(LIMITS, clock)
     sent = 0
     while clock.now_s < 110:
         clock.now_s += pace.delay_s(size)
@@ -39,7 +39,7 @@ def test_a_client_that_waits_as_required_keeps_the_limit(size: int, rate: int) -
 
 def test_a_silent_client_saves_one_burst_only() -> None:
     clock = Clock()
-    pace = Pace(LIMITS, clock)
+    pace = ReadPace(LIMITS, clock)
     clock.now_s += 3600
     assert [pace.delay_s(500) for _ in range(3)] == pytest.approx([0, 0, 0.5])
 
@@ -47,7 +47,7 @@ def test_a_silent_client_saves_one_burst_only() -> None:
 def run_busily(count: int, seconds: float, step_s: float = 0.01) -> list[float]:
     """Return the processor time that each of some busy clients of one server gets."""
     clock, work = Clock(), SharedWork()
-    paces = [Pace(Limits(), clock, work) for _ in range(count)]
+    paces = [ReadPace(Limits(), clock, work) for _ in range(count)]
     worked, due = [0.0] * count, [clock.now_s] * count
     end_s = clock.now_s + seconds
     while clock.now_s < end_s:
@@ -74,7 +74,7 @@ def test_busy_clients_share_a_part_of_the_processor_equally(count: int) -> None:
 
 def test_a_client_with_little_work_is_not_delayed_by_busy_ones() -> None:
     clock, work = Clock(), SharedWork()
-    busy, other = Pace(Limits(), clock, work), Pace(Limits(), clock, work)
+    busy, other = ReadPace(Limits(), clock, work), ReadPace(Limits(), clock, work)
     worked = other_worked = 0.0
     for _ in range(500):
         worked += 0.02

@@ -8,9 +8,9 @@ import pytest
 import zenoh
 
 from pipros.fleet import keys
-from pipros.fleet.access import ROUTER, Role, access_rules
+from pipros.fleet.access import ROUTER, FleetRole, access_rules
 
-MEMBERS = {"robot": Role.MEMBER, "visitor": Role.OBSERVER}
+MEMBERS = {"robot": FleetRole.MEMBER, "visitor": FleetRole.OBSERVER}
 
 
 def may(name: str, message: str, key: str) -> bool:

@@ -9,7 +9,7 @@ import pytest
 from pipros.basics.errors import LimitExceeded, ProtocolError
 from pipros.fleet.directory import (
     Directory,
-    Entry,
+    DirectoryEntry,
     Wishes,
     from_json,
     to_json,
@@ -25,9 +25,9 @@ def test_a_directory_survives_its_encoding() -> None:
         "r1",
         "0" * 16,
         7,
-        (Entry("/chatter", "std_msgs/String", MD5), Entry("/x", "a/B", MD5)),
-        (Entry("/cmd", "std_msgs/String", MD5),),
-        (Entry("/reset", "std_srvs/Empty", MD5, 2.5),),
+        (DirectoryEntry("/chatter", "std_msgs/String", MD5), DirectoryEntry("/x", "a/B", MD5)),
+        (DirectoryEntry("/cmd", "std_msgs/String", MD5),),
+        (DirectoryEntry("/reset", "std_srvs/Empty", MD5, 2.5),),
         has_parameters=True,
     )
     assert from_json(to_json(directory), "r1") == directory
@@ -71,9 +71,9 @@ def test_invalid_entries_are_omitted() -> None:
         {**good, "timeout_s": value} for value in (-1, 1e9, "1", None, float("nan"), True)
     ]
     found = from_json(json.dumps(document).encode(), "r1")
-    assert found.shared == (Entry("/ok", "a/B", MD5),)
+    assert found.shared == (DirectoryEntry("/ok", "a/B", MD5),)
     assert found.services == ()
-    assert found.accepted == (Entry("/ok", "a/B", MD5),)
+    assert found.accepted == (DirectoryEntry("/ok", "a/B", MD5),)
 
 
 def test_wishes_survive_their_encoding() -> None:

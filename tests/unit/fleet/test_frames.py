@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from pipros.fleet.directory import Entry
-from pipros.fleet.fleet_file import Rule
+from pipros.fleet.directory import DirectoryEntry
+from pipros.fleet.fleet_file import FleetRule
 from pipros.fleet.frames import MOST_FRAMES, TF_TYPE, FrameChange, frame_change
 from pipros.msg import load_message_class
 
 TFMessage: Any = load_message_class(TF_TYPE)
 TransformStamped: Any = load_message_class("geometry_msgs/TransformStamped")
-PREFIXED = Rule("/**", has_prefixed_frames=True)
+PREFIXED = FleetRule("/**", has_prefixed_frames=True)
 
 
 def body(*frames: tuple[str, str]) -> bytes:
@@ -27,15 +27,15 @@ def frames_in(content: bytes) -> list[tuple[str, str]]:
     return [(each.header.frame_id, each.child_frame_id) for each in TFMessage._from_bytes(content).transforms]
 
 
-def change_of(name: str, rule: Rule) -> FrameChange:
-    change = frame_change(Entry(name, TF_TYPE, "0" * 32), rule, "robot1")
+def change_of(name: str, rule: FleetRule) -> FrameChange:
+    change = frame_change(DirectoryEntry(name, TF_TYPE, "0" * 32), rule, "robot1")
     assert change is not None
     return change
 
 
 def test_other_topics_are_not_changed() -> None:
-    assert frame_change(Entry("/tf_static", "std_msgs/String", "0" * 32), PREFIXED, "robot1") is None
-    assert frame_change(Entry("/tf", TF_TYPE, "0" * 32), Rule("/**"), "robot1") is None
+    assert frame_change(DirectoryEntry("/tf_static", "std_msgs/String", "0" * 32), PREFIXED, "robot1") is None
+    assert frame_change(DirectoryEntry("/tf", TF_TYPE, "0" * 32), FleetRule("/**"), "robot1") is None
 
 
 def test_frames_get_the_members_name() -> None:
@@ -45,7 +45,7 @@ def test_frames_get_the_members_name() -> None:
 
 
 def test_static_transforms_of_all_publishers_are_merged() -> None:
-    change = change_of("/tf_static", Rule("/**"))
+    change = change_of("/tf_static", FleetRule("/**"))
     change(body(("base", "laser"), ("base", "camera")))
     assert sorted(frames_in(change(body(("mast", "camera"))))) == [("base", "laser"), ("mast", "camera")]
 
@@ -55,7 +55,7 @@ def test_malformed_messages_are_passed_on() -> None:
 
 
 def test_beyond_the_limit_known_frames_are_still_updated() -> None:
-    change = change_of("/tf_static", Rule("/**"))
+    change = change_of("/tf_static", FleetRule("/**"))
     change(body(*(("base", str(number)) for number in range(MOST_FRAMES))))
     found = frames_in(change(body(("mast", "0"), ("base", "new"))))
     assert len(found) == MOST_FRAMES

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Sequence
 
 import pytest
 
-from pipros.fleet.fleet_file import FleetFile, Rule
+from pipros.fleet.fleet_file import FleetFile, FleetRule
 from pipros.fleet.local_graph import LocalGraph, look
 from pipros.graph.definitions import Definition
 from pipros.graph.system_state import SystemState
 
-ALL = (Rule("/**"),)
+ALL = (FleetRule("/**"),)
 FILE = FleetFile(accepted_topics=ALL, accepted_services=ALL)
 
 

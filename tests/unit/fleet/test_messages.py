@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 
 from pipros.basics.errors import LimitExceeded, ProtocolError
-from pipros.fleet.messages import Attachment, Received, compressed, decompressed, pack, unpack
+from pipros.fleet.messages import MessageAttachment, ReceivedMessage, compressed, decompressed, pack, unpack
 
-FIRST = Attachment(3, "0123456789abcdef", 1, 5, "992ce8a1687cec8c8bd883ec73ca41d1")
+FIRST = MessageAttachment(3, "0123456789abcdef", 1, 5, "992ce8a1687cec8c8bd883ec73ca41d1")
 
 
-def numbered(sequence: int, instance: str = FIRST.instance) -> Attachment:
+def numbered(sequence: int, instance: str = FIRST.instance) -> MessageAttachment:
     return replace(FIRST, sequence=sequence, instance=instance)
 
 
@@ -41,7 +41,7 @@ def test_compressed_messages_are_bounded() -> None:
 
 
 def test_missing_messages_are_counted() -> None:
-    received = Received()
+    received = ReceivedMessage()
     assert all(received.is_new(numbered(number), 10) for number in (5, 6, 9))
     assert (received.messages, received.bytes, received.lost) == (3, 30, 2)
     assert not received.is_new(numbered(9), 10)
@@ -51,14 +51,14 @@ def test_missing_messages_are_counted() -> None:
 
 
 def test_a_new_run_of_the_sender_loses_nothing() -> None:
-    received = Received()
+    received = ReceivedMessage()
     received.is_new(numbered(50), 1)
     assert received.is_new(numbered(1, "f" * 16), 1)
     assert received.lost == 0
 
 
 def test_replayed_messages_are_neither_repeated_nor_lost() -> None:
-    received = Received()
+    received = ReceivedMessage()
     assert received.is_new(numbered(3), 1)
     assert received.is_new(numbered(1), 1, is_replay=True)
     assert not received.is_new(numbered(1), 1, is_replay=True)

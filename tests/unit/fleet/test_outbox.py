@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from pipros.fleet.fleet_file import Priority, Rule
-from pipros.fleet.outbox import QUEUE, Outbox
+from pipros.fleet.fleet_file import FleetRule, Priority
+from pipros.fleet.outbox import QUEUE, FleetOutbox
 
 
-def outbox(limit_bytes: int = 1000, bandwidth_kbit: float = 0.0, **rules: Rule) -> Outbox[str]:
-    box: Outbox[str] = Outbox(limit_bytes, bandwidth_kbit)
+def outbox(limit_bytes: int = 1000, bandwidth_kbit: float = 0.0, **rules: FleetRule) -> FleetOutbox[str]:
+    box: FleetOutbox[str] = FleetOutbox(limit_bytes, bandwidth_kbit)
     for name, rule in rules.items():
         box.add_topic(name, rule)
     return box
 
 
-def drained(box: Outbox[str], now_s: float = 0.0) -> list[str]:
+def drained(box: FleetOutbox[str], now_s: float = 0.0) -> list[str]:
     found = []
     while (item := box.pop(now_s)) is not None:
         found.append(item[1])
@@ -21,7 +21,7 @@ def drained(box: Outbox[str], now_s: float = 0.0) -> list[str]:
 
 
 def test_messages_keep_their_order() -> None:
-    box = outbox(a=Rule("/a"))
+    box = outbox(a=FleetRule("/a"))
     for text in "123":
         box.push("a", text, 1)
     assert not box.is_idle("a")
@@ -31,14 +31,18 @@ def test_messages_keep_their_order() -> None:
 
 
 def test_only_topics_without_limits_may_make_a_publisher_wait() -> None:
-    box = outbox(plain=Rule("/p"), rate=Rule("/r", rate_hz=2), latest=Rule("/l", is_latest_only=True))
+    box = outbox(
+        plain=FleetRule("/p"), rate=FleetRule("/r", rate_hz=2), latest=FleetRule("/l", is_latest_only=True)
+    )
     assert [name for name in ("plain", "rate", "latest", "unknown") if box.is_unlimited(name)] == ["plain"]
-    assert not outbox(bandwidth_kbit=1, plain=Rule("/p")).is_unlimited("plain")
+    assert not outbox(bandwidth_kbit=1, plain=FleetRule("/p")).is_unlimited("plain")
 
 
 def test_higher_priorities_are_first() -> None:
     box = outbox(
-        low=Rule("/l", priority=Priority.LOW), high=Rule("/h", priority=Priority.HIGH), normal=Rule("/n")
+        low=FleetRule("/l", priority=Priority.LOW),
+        high=FleetRule("/h", priority=Priority.HIGH),
+        normal=FleetRule("/n"),
     )
     for name in ("low", "normal", "high"):
         box.push(name, name, 1)
@@ -46,7 +50,7 @@ def test_higher_priorities_are_first() -> None:
 
 
 def test_topics_of_one_priority_take_turns() -> None:
-    box = outbox(a=Rule("/a"), b=Rule("/b"))
+    box = outbox(a=FleetRule("/a"), b=FleetRule("/b"))
     for number in range(2):
         box.push("a", f"a{number}", 1)
         box.push("b", f"b{number}", 1)
@@ -55,7 +59,7 @@ def test_topics_of_one_priority_take_turns() -> None:
 
 
 def test_a_rate_keeps_the_newest_message() -> None:
-    box = outbox(a=Rule("/a", rate_hz=2))
+    box = outbox(a=FleetRule("/a", rate_hz=2))
     box.push("a", "1", 1)
     assert box.pop(10.0) == ("a", "1")
     box.push("a", "2", 1)
@@ -68,7 +72,7 @@ def test_a_rate_keeps_the_newest_message() -> None:
 
 
 def test_latest_only_replaces_the_queued_message() -> None:
-    box = outbox(a=Rule("/a", is_latest_only=True))
+    box = outbox(a=FleetRule("/a", is_latest_only=True))
     for text in "123":
         box.push("a", text, 1)
     assert drained(box) == ["3"]
@@ -76,7 +80,7 @@ def test_latest_only_replaces_the_queued_message() -> None:
 
 
 def test_a_queue_drops_its_oldest() -> None:
-    box = outbox(limit_bytes=10_000, a=Rule("/a"))
+    box = outbox(limit_bytes=10_000, a=FleetRule("/a"))
     for number in range(QUEUE + 5):
         box.push("a", str(number), 1)
     assert drained(box)[0] == "5"
@@ -84,7 +88,9 @@ def test_a_queue_drops_its_oldest() -> None:
 
 
 def test_beyond_the_bytes_the_lowest_priority_is_dropped() -> None:
-    box = outbox(100, low=Rule("/l", priority=Priority.LOW), high=Rule("/h", priority=Priority.HIGH))
+    box = outbox(
+        100, low=FleetRule("/l", priority=Priority.LOW), high=FleetRule("/h", priority=Priority.HIGH)
+    )
     box.push("low", "image", 60)
     box.push("high", "stop", 60)
     assert drained(box) == ["stop"]
@@ -95,7 +101,7 @@ def test_beyond_the_bytes_the_lowest_priority_is_dropped() -> None:
 
 
 def test_a_bandwidth_spaces_messages() -> None:
-    box = outbox(10_000, 8, a=Rule("/a"), stop=Rule("/s", priority=Priority.HIGH))  # 1000 bytes/s
+    box = outbox(10_000, 8, a=FleetRule("/a"), stop=FleetRule("/s", priority=Priority.HIGH))  # 1000 bytes/s
     for text in "12":
         box.push("a", text, 600)
     assert box.pop(100.0) == ("a", "1")
@@ -110,7 +116,7 @@ def test_a_bandwidth_spaces_messages() -> None:
 
 
 def test_messages_of_unknown_topics_are_dropped() -> None:
-    box = outbox(a=Rule("/a"))
+    box = outbox(a=FleetRule("/a"))
     box.push("b", "1", 1)
     box.push("a", "2", 1)
     box.remove_topic("a")

@@ -17,12 +17,12 @@ from pipros.bag.connection import Connection
 from pipros.bag.opening import open_bag
 from pipros.basics.limits import process_limits
 from pipros.fleet import keys
-from pipros.fleet.directory import Directory, Entry, to_json
+from pipros.fleet.directory import Directory, DirectoryEntry, to_json
 from pipros.fleet.history_files import FILE_BYTES, SMALLEST_LIMIT_BYTES, HistoryFile, HistoryFiles
 from pipros.fleet.limits import FleetLimits
-from pipros.fleet.messages import Attachment, pack
-from pipros.fleet.recorder import Recorder
-from pipros.fleet.zenoh_session import Answer
+from pipros.fleet.messages import MessageAttachment, pack
+from pipros.fleet.recorder import FleetRecorder
+from pipros.fleet.zenoh_session import FleetAnswer
 from pipros.msg import load_message_class
 from tests.support.waiting import wait_until
 
@@ -83,13 +83,13 @@ class FakeLink:
         del pattern
         self._on_token = on_change
 
-    def get(self, key: str, **_: object) -> list[Answer]:
-        return [Answer(key, self.answers[key], b"")] if key in self.answers else []
+    def get(self, key: str, **_: object) -> list[FleetAnswer]:
+        return [FleetAnswer(key, self.answers[key], b"")] if key in self.answers else []
 
     def put(self, key: str, payload: bytes, **_: object) -> None:
         self.wanted[key.rpartition("/")[2]] = json.loads(payload)["topics"]
 
-    def join(self, member: str, *entries: Entry) -> None:
+    def join(self, member: str, *entries: DirectoryEntry) -> None:
         """Simulate a member that joins and sends its directory."""
         self._on_token(keys.live(member, keys.VERSION, RUN), True)
         self.send_directory(member, *entries)
@@ -97,16 +97,16 @@ class FakeLink:
     def leave(self, member: str) -> None:
         self._on_token(keys.live(member, keys.VERSION, RUN), False)
 
-    def send_directory(self, member: str, *entries: Entry) -> None:
+    def send_directory(self, member: str, *entries: DirectoryEntry) -> None:
         payload = to_json(Directory(member, RUN, 1, entries))
         self.answers[keys.directory(member)] = payload
         self._subscribers[keys.directory("*")](keys.directory(member), payload, b"")
 
     def send(
-        self, member: str, entry: Entry, sequence: int, body: bytes, *, is_latched: bool = False
+        self, member: str, entry: DirectoryEntry, sequence: int, body: bytes, *, is_latched: bool = False
     ) -> None:
         """Simulate a member that sends a message."""
-        attachment = pack(Attachment(0, RUN, sequence, 0, entry.md5sum, is_latched=is_latched))
+        attachment = pack(MessageAttachment(0, RUN, sequence, 0, entry.md5sum, is_latched=is_latched))
         self._subscribers[keys.topic("*", keys.EVERY)](keys.topic(member, entry.name), body, attachment)
 
 
@@ -147,12 +147,12 @@ def files(tmp_path: Path) -> Files:
 
 
 @pytest.fixture
-def recorder(link: FakeLink, files: Files) -> Iterator[Recorder]:
+def recorder(link: FakeLink, files: Files) -> Iterator[FleetRecorder]:
     limits = process_limits().with_table(
         FleetLimits(fleet_members=2, fleet_topics=6, fleet_definition_bytes=5000)
     )
     log = logging.getLogger("test")
-    found = Recorder(link, files, "11" * 8, ["/**"], log=log, limits=limits)  # type: ignore[arg-type]
+    found = FleetRecorder(link, files, "11" * 8, ["/**"], log=log, limits=limits)  # type: ignore[arg-type]
     found.start()
     yield found
     found.close()
@@ -171,13 +171,13 @@ def body(text: str) -> bytes:
     return b"".join(String(text)._to_buffers())
 
 
-TALK = Entry("/talk", "std_msgs/String", String._md5sum)
+TALK = DirectoryEntry("/talk", "std_msgs/String", String._md5sum)
 
 
 def test_a_definition_with_lone_surrogates_is_ignored(
-    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path
+    link: FakeLink, recorder: FleetRecorder, files: Files, tmp_path: Path
 ) -> None:
-    strange = Entry("/strange", "a/Strange", MD5)
+    strange = DirectoryEntry("/strange", "a/Strange", MD5)
     link.answers[keys.definition("robot1", "a/Strange")] = json.dumps([MD5, "\ud800"]).encode()
     link.join("robot1", strange)
     link.join("robot2", TALK)
@@ -191,7 +191,7 @@ def test_a_definition_with_lone_surrogates_is_ignored(
 
 
 def test_an_unexpected_error_ends_no_recording_and_is_logged_once(
-    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    link: FakeLink, recorder: FleetRecorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     files.broken = "robot1"
     link.join("robot1", TALK)
@@ -207,9 +207,9 @@ def test_an_unexpected_error_ends_no_recording_and_is_logged_once(
 
 
 def test_latched_messages_leave_room_in_the_files(
-    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path
+    link: FakeLink, recorder: FleetRecorder, files: Files, tmp_path: Path
 ) -> None:
-    maps = [Entry(f"/map{number}", "std_msgs/String", String._md5sum) for number in range(4)]
+    maps = [DirectoryEntry(f"/map{number}", "std_msgs/String", String._md5sum) for number in range(4)]
     link.join("robot1", *maps, TALK)
     link.join("robot2", TALK)
     wait_until(lambda: sum(map(len, link.wanted.values())) == 6, DEADLINE_S, "requests")
@@ -230,7 +230,7 @@ def test_latched_messages_leave_room_in_the_files(
 
 
 def test_surplus_requests_for_the_history_are_refused(
-    link: FakeLink, recorder: Recorder, files: Files
+    link: FakeLink, recorder: FleetRecorder, files: Files
 ) -> None:
     questions = [FakeQuestion(keys.history("robot1")) for _ in range(40)]
     for question in questions:
@@ -268,11 +268,11 @@ def test_a_member_that_leaves_is_forgotten(
 
 
 def test_topics_that_a_member_withdraws_are_forgotten(
-    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    link: FakeLink, recorder: FleetRecorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     large = os.urandom(FILE_BYTES // 12).hex()  # two of them are too large to be repeated
     for number in range(10):
-        entry = Entry(f"/map{number}", "std_msgs/String", String._md5sum)
+        entry = DirectoryEntry(f"/map{number}", "std_msgs/String", String._md5sum)
         link.join("robot1", entry)
         wait_until(lambda name=entry.name: link.wanted.get("robot1") == [name], DEADLINE_S, "a request")
         link.send("robot1", entry, 1, body(f"{number} {large}"), is_latched=True)
@@ -288,7 +288,7 @@ def test_topics_that_a_member_withdraws_are_forgotten(
     assert not caplog.messages
 
 
-def test_directories_of_members_without_a_token_are_ignored(link: FakeLink, recorder: Recorder) -> None:
+def test_directories_of_members_without_a_token_are_ignored(link: FakeLink, recorder: FleetRecorder) -> None:
     link.send_directory("ghost", TALK)
     link.join("robot1", TALK)
     wait_until(lambda: link.wanted.get("robot1") == ["/talk"], DEADLINE_S, "a request")
@@ -297,7 +297,7 @@ def test_directories_of_members_without_a_token_are_ignored(link: FakeLink, reco
 
 
 def test_surplus_members_are_reported(
-    link: FakeLink, recorder: Recorder, caplog: pytest.LogCaptureFixture
+    link: FakeLink, recorder: FleetRecorder, caplog: pytest.LogCaptureFixture
 ) -> None:
     for number in range(3):
         link.join(f"robot{number}", TALK)
@@ -308,9 +308,9 @@ def test_surplus_members_are_reported(
 
 
 def test_definitions_of_all_members_together_are_limited(
-    link: FakeLink, recorder: Recorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
+    link: FakeLink, recorder: FleetRecorder, files: Files, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    strange, text = Entry("/strange", "a/Strange", MD5), "string data # " + 3000 * "x"
+    strange, text = DirectoryEntry("/strange", "a/Strange", MD5), "string data # " + 3000 * "x"
     content = json.dumps([MD5, text]).encode()
 
     def definition_of(member: str) -> str:

@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import pytest
 
 from pipros.basics.limits import process_limits
-from pipros.fleet.directory import Entry
-from pipros.fleet.fleet_file import Priority, Rule
+from pipros.fleet.directory import DirectoryEntry
+from pipros.fleet.fleet_file import FleetRule, Priority
 from pipros.fleet.outbox import QUEUE
-from pipros.fleet.sources import Outgoing, Sender, Source
+from pipros.fleet.sources import Sender, SentTopic, SourceMessage
 from pipros.node import Node
 from tests.support.waiting import wait_until
 
@@ -52,9 +52,13 @@ def sender(link: FakeLink) -> Iterator[Sender]:
     sender.close()
 
 
-def source(sender: Sender, key: str, **rule: bool) -> Source:
-    found = Source(
-        Node("unused"), sender, Entry(f"/{key}", "std_msgs/String", "0" * 32), key, Rule("/**", **rule)
+def source(sender: Sender, key: str, **rule: bool) -> SentTopic:
+    found = SentTopic(
+        Node("unused"),
+        sender,
+        DirectoryEntry(f"/{key}", "std_msgs/String", "0" * 32),
+        key,
+        FleetRule("/**", **rule),
     )
     sender.add(found)
     return found
@@ -62,12 +66,12 @@ def source(sender: Sender, key: str, **rule: bool) -> Source:
 
 @pytest.mark.parametrize("size", [1, 1_000_000])
 def test_the_receiving_thread_sends_if_nothing_is_queued(link: FakeLink, sender: Sender, size: int) -> None:
-    sender.offer(Outgoing(source(sender, "a"), 0, bytes(size), is_latched=False))
+    sender.offer(SourceMessage(source(sender, "a"), 0, bytes(size), is_latched=False))
     assert link.sent == [("a", size, threading.current_thread())]
 
 
 def test_compressed_messages_are_left_to_the_thread(link: FakeLink, sender: Sender) -> None:
-    sender.offer(Outgoing(source(sender, "a", is_compressed=True), 0, b"", is_latched=False))
+    sender.offer(SourceMessage(source(sender, "a", is_compressed=True), 0, b"", is_latched=False))
     wait_until(lambda: link.sent, DEADLINE_S, "the message")
     assert link.sent[0][2] is not threading.current_thread()
 
@@ -76,11 +80,11 @@ def test_a_topic_waiting_for_the_link_blocks_no_other(link: FakeLink, sender: Se
     link.full.add("images")
     images, commands = source(sender, "images"), source(sender, "commands")
     blocked = threading.Thread(
-        target=sender.offer, args=(Outgoing(images, 0, b"image", is_latched=False),), daemon=True
+        target=sender.offer, args=(SourceMessage(images, 0, b"image", is_latched=False),), daemon=True
     )
     blocked.start()
     assert link.waits.wait(DEADLINE_S)
-    sender.offer(Outgoing(commands, 0, b"stop", is_latched=False))
+    sender.offer(SourceMessage(commands, 0, b"stop", is_latched=False))
     assert [key for key, _, _ in link.sent] == ["commands"]
     link.has_room.set()
     blocked.join(DEADLINE_S)
@@ -95,11 +99,11 @@ def test_a_publisher_waits_for_its_earlier_messages_so_that_none_is_dropped(
     link.full.add("images")
     images = source(sender, "images")
     for _ in range(QUEUE):
-        sender.outbox.push("images", Outgoing(images, 0, b"image", is_latched=False), 5)
-    sender.offer(Outgoing(source(sender, "other", is_compressed=True), 0, b"", is_latched=False))
+        sender.outbox.push("images", SourceMessage(images, 0, b"image", is_latched=False), 5)
+    sender.offer(SourceMessage(source(sender, "other", is_compressed=True), 0, b"", is_latched=False))
     assert link.waits.wait(DEADLINE_S)
     link.has_room.set()
     for _ in range(2 * QUEUE):
-        sender.offer(Outgoing(images, 0, b"image", is_latched=False))
+        sender.offer(SourceMessage(images, 0, b"image", is_latched=False))
     assert sender.dropped("images") == 0
     assert len([key for key, _, _ in link.sent if key == "images"]) == 3 * QUEUE

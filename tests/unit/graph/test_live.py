@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pipros.basics.errors import Unreachable
-from pipros.graph.live import Link, LiveGraph, links_of, vertex_of_topic
+from pipros.graph.live import GraphLink, LiveGraph, links_of, vertex_of_topic
 from tests.support.table_master import Answers, TableMaster
 
 API = {"/talker": "http://h:1/", "/listener": "http://h:2/"}
@@ -49,8 +49,8 @@ def test_connections_are_found_from_both_ends() -> None:
 
     assert graph.nodes == {"/talker", "/listener"}
     assert (graph.topics, graph.services) == ({vertex_of_topic("/chatter")}, {"/add"})
-    assert graph.links == {Link("/talker", "/listener", "/chatter")}
-    assert graph.topic_links == {Link("/talker", " /chatter"), Link(" /chatter", "/listener")}
+    assert graph.links == {GraphLink("/talker", "/listener", "/chatter")}
+    assert graph.topic_links == {GraphLink("/talker", " /chatter"), GraphLink(" /chatter", "/listener")}
     assert graph.topic_links == graph.registered_links
     assert graph.silent == {}
 
@@ -86,7 +86,7 @@ def test_a_node_with_a_malformed_response_is_silent_and_the_others_are_still_cal
     assert graph.update()
 
     assert {name: report.is_reachable for name, report in graph.silent.items()} == {"/listener": True}
-    assert graph.links == {Link("/talker", "/listener", "/chatter")}
+    assert graph.links == {GraphLink("/talker", "/listener", "/chatter")}
 
 
 def test_a_node_that_cannot_be_reached_is_dead_until_it_answers() -> None:
@@ -125,10 +125,10 @@ def test_a_node_that_unregistered_takes_its_links_along() -> None:
     assert graph.update()
 
     assert graph.nodes == {"/listener"}
-    assert graph.registered_links == {Link(" /chatter", "/listener")}
+    assert graph.registered_links == {GraphLink(" /chatter", "/listener")}
 
 
 def test_links_follow_the_direction_of_a_connection() -> None:
-    assert links_of("/a", "/b", "o", "/t") == {Link("/a", "/b", "/t")}
-    assert links_of("/a", "/b", "i") == {Link("/b", "/a")}
-    assert links_of("/a", "/b", "b") == {Link("/a", "/b"), Link("/b", "/a")}
+    assert links_of("/a", "/b", "o", "/t") == {GraphLink("/a", "/b", "/t")}
+    assert links_of("/a", "/b", "i") == {GraphLink("/b", "/a")}
+    assert links_of("/a", "/b", "b") == {GraphLink("/a", "/b"), GraphLink("/b", "/a")}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.node.topic_statistics import TrafficMeter, Window, WindowLimits
+from pipros.node.topic_statistics import StatisticsWindow, TrafficMeter, WindowLimits
 
 S = 1_000_000_000
 
 
-def run(meter: TrafficMeter, seconds: float, rate: int, start_ns: int = S) -> list[Window]:
+def run(meter: TrafficMeter, seconds: float, rate: int, start_ns: int = S) -> list[StatisticsWindow]:
     """Feed a steady stream of messages of 10 bytes, each a millisecond old."""
     windows = []
     for number in range(int(seconds * rate)):

@@ -17,7 +17,7 @@ from pipros.msg.language.spec import DefinitionError
 from pipros.msg.time import Duration, Time
 from pipros.ros2.conversion.errors import BoundExceeded, ConversionError, InvalidRules, NotConvertible
 from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules, merged, parse_rules
-from pipros.ros2.conversion.plans import Plan, Plans
+from pipros.ros2.conversion.plans import ConversionPlan, Plans
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions
 from pipros.ros2.interfaces.parse import parse_ros2_message
@@ -174,7 +174,7 @@ def test_large_arrays_are_not_copied() -> None:
 # Definitions of the tests ---------------------------------------------------------------------------------
 
 
-def plan_between(ros1: str, ros2: str, rules: MappingRules = BUILTIN_RULES, **others: str) -> Plan:
+def plan_between(ros1: str, ros2: str, rules: MappingRules = BUILTIN_RULES, **others: str) -> ConversionPlan:
     """Return the plan between `a_msgs/A` and `a_msgs/msg/A`. `others` are types of both languages."""
     theirs = {"A": ros2, **others}
 

@@ -6,10 +6,10 @@ import json
 
 import pytest
 
-from pipros.libraries.diagnostics.link_status import Level
+from pipros.libraries.diagnostics.link_status import LinkLevel
 from pipros.ros2.gateway_status import GatewayStatus, LeftOut, Row, problem_key
 from pipros.ros2.health import GatewayReport, gateway_report
-from pipros.ros2.interface import EndpointKind, Problem
+from pipros.ros2.interface import EndpointKind, EngineProblem
 
 TYPES = ("std_msgs/String", "std_msgs/msg/String")
 CHATTER = Row("topics", "to_ros2", "/chatter", TYPES, count=9, rate=4.5)
@@ -40,7 +40,7 @@ def test_malformed_reports_are_failures(text: str) -> None:
 def test_diagnostics_warn_of_drops_and_of_names_that_are_left_out() -> None:
     status = STATUS.diagnosis("/ros2_gateway_0")
 
-    assert (status.name, status.level) == ("/ROS 2/ros2_gateway_0", Level.WARN)
+    assert (status.name, status.level) == ("/ROS 2/ros2_gateway_0", LinkLevel.WARN)
     assert status.message == (
         "2 topics, services and actions pass, 3 messages, calls or goals failed, 1 left out"
     )
@@ -49,14 +49,14 @@ def test_diagnostics_warn_of_drops_and_of_names_that_are_left_out() -> None:
         "topics: to_ros1: /lossy": "0.0/s, 3 dropped: too long",
         "topics: to_ros1: /strange": "left out: its type is unknown",
     }
-    assert GatewayStatus("ab_12", [CHATTER]).diagnosis("/g").level is Level.OK
+    assert GatewayStatus("ab_12", [CHATTER]).diagnosis("/g").level is LinkLevel.OK
 
 
 def test_problems_have_keys_like_names_that_are_left_out() -> None:
     problems = [
-        Problem(EndpointKind.SUBSCRIBER, "/chatter", "", "/listener"),
-        Problem(EndpointKind.PUBLISHER, "/scan", "", "/laser"),
-        Problem(None, "/ros1_gateway_a_1", ""),
+        EngineProblem(EndpointKind.SUBSCRIBER, "/chatter", "", "/listener"),
+        EngineProblem(EndpointKind.PUBLISHER, "/scan", "", "/laser"),
+        EngineProblem(None, "/ros1_gateway_a_1", ""),
     ]
 
     assert [problem_key(each) for each in problems] == [

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from pipros.basics.limits import process_limits
-from pipros.ros2.bridged_topics import Pace
+from pipros.ros2.bridged_topics import RateLimit
 from pipros.ros2.conversion.mapping import BUILTIN_RULES
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.rtps.domain import Discovery, DiscoveryRange, multicast_port
@@ -45,7 +45,7 @@ def test_other_machines_are_reached_as_the_variables_say(variables: dict[str, st
 
 
 def test_a_pace_admits_the_first_message_and_refuses_one_at_once() -> None:
-    slow, fast = Pace(0.001), Pace(math.inf)
+    slow, fast = RateLimit(0.001), RateLimit(math.inf)
 
     assert [slow.admits() for _ in range(3)] == [True, False, False]
     assert all(fast.admits() for _ in range(3))

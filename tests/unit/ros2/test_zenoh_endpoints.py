@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from pipros.ros2.interface import Sample, TopicQos
-from pipros.ros2.zenoh.endpoints import Subscriber
+from pipros.ros2.zenoh.endpoints import ZenohSubscriber
 from pipros.ros2.zenoh.tokens import new_attachment
 
 
@@ -84,6 +84,6 @@ def test_first_messages_wait_for_the_tokens_of_their_publishers() -> None:
     def receive(sample: Sample) -> None:
         log.append(bytes(sample.publisher[:1]).decode())
 
-    Subscriber(Connection(gids, log), "/a", "std_msgs/msg/String", "", TopicQos(), receive)
+    ZenohSubscriber(Connection(gids, log), "/a", "std_msgs/msg/String", "", TopicQos(), receive)
 
     assert log == ["wait k", "k", "k", "wait u", "u", "v", "k"]  # no wait soon after one in vain

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from pipros.basics.limits import Limits
-from pipros.safe.guarded import BITS_LIMIT, CONSTANTS, FUNCTIONS, Budget, ResultTooLarge, format_value
+from pipros.safe.guarded import BITS_LIMIT, CONSTANTS, FUNCTIONS, ResultTooLarge, WorkBudget, format_value
 
 
-def budget(size: int = 100, work: int = 1000) -> Budget:
-    return Budget(Limits(expression_size=size, expression_work=work))
+def budget(size: int = 100, work: int = 1000) -> WorkBudget:
+    return WorkBudget(Limits(expression_size=size, expression_work=work))
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,7 @@ def budget(size: int = 100, work: int = 1000) -> Budget:
         lambda of: of.charge(["a" * 60] * 2),
     ],
 )
-def test_a_result_above_the_limit_is_not_computed(operation: Callable[[Budget], Any]) -> None:
+def test_a_result_above_the_limit_is_not_computed(operation: Callable[[WorkBudget], Any]) -> None:
     with pytest.raises(ResultTooLarge):
         operation(budget())
 
@@ -53,7 +53,7 @@ def test_a_result_above_the_limit_is_not_computed(operation: Callable[[Budget], 
         (lambda of: of.functions["set"]([1, 1]), {1}),
     ],
 )
-def test_small_results_are_as_in_python(operation: Callable[[Budget], Any], result: Any) -> None:
+def test_small_results_are_as_in_python(operation: Callable[[WorkBudget], Any], result: Any) -> None:
     assert operation(budget()) == result
 
 

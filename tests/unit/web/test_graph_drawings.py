@@ -8,7 +8,7 @@ import pytest
 
 from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph
 from pipros.graph.drawing.scene import Scene
-from pipros.graph.observer import NodeState, Observation
+from pipros.graph.observer import Observation, ObservedNode
 from pipros.graph.system_state import SystemState, TopicConnection
 from pipros.web.graph_drawings import GraphDrawings
 
@@ -16,7 +16,7 @@ from pipros.web.graph_drawings import GraphDrawings
 def observation(*topics: str) -> Observation:
     state = SystemState({name: ["/a"] for name in topics}, {name: ["/b"] for name in topics}, {})
     connections = {TopicConnection("/a", name, "/b"): None for name in topics}
-    return Observation(state, {}, {"/a": NodeState(), "/b": NodeState()}, connections)
+    return Observation(state, {}, {"/a": ObservedNode(), "/b": ObservedNode()}, connections)
 
 
 def test_a_graph_is_laid_out_once_for_all_browsers() -> None:

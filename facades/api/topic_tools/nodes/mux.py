@@ -6,7 +6,7 @@ import threading
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.topic_tools.selection import NONE, Refused, Selection
+from pipros.libraries.topic_tools.selection import NONE, BadSelection, Selection
 from pipros.node.any_msg import AnyMsg
 from topic_tools.nodes.output import Input, Output, base_name
 from topic_tools.nodes.switching import Services, selection_of
@@ -109,7 +109,7 @@ def main() -> int:
     first = str(rospy.get_param("~initial_topic", "")) or sources[0]
     try:
         selection.select(first if first == NONE else rospy.resolve_name(first))
-    except Refused as error:  # not an input: keep the first input selected
+    except BadSelection as error:  # not an input: keep the first input selected
         rospy.logwarn("~initial_topic: %s", error)
     lazy, latch = (bool(rospy.get_param(name, False)) for name in ("~lazy", "~latch"))
     mux = Mux(target, selection, lazy=lazy, latch=latch)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import rospy
-from pipros.libraries.topic_tools.selection import NONE, Refused, Selection
+from pipros.libraries.topic_tools.selection import NONE, BadSelection, Selection
 from pipros.msg import load_message_class, load_service_class
 
 
@@ -21,7 +21,7 @@ def selection_of(tool: str, topics: Iterable[str]) -> Selection:
     try:
         for topic in dict.fromkeys(map(rospy.resolve_name, topics)):
             selection.add(topic)
-    except Refused as error:
+    except BadSelection as error:
         raise SystemExit(str(error)) from None
     selection.select(selection.topics[0])
     return selection
@@ -41,15 +41,15 @@ class Services:
     def serve(self, verb: str, act: Callable[[str], object], name: str | None = None) -> None:
         """Serve `Add`, `Delete` or `Select`, calling `act` with the topic.
 
-        If `act` raises `Refused`, the call fails with the text of the exception. `Select` also publishes the
-        selection.
+        If `act` raises `BadSelection`, the call fails with the text of the exception. `Select` also publishes
+        the selection.
         """
         service: Any = load_service_class(f"topic_tools/{self._kind}{verb}")
 
         def handle(request: Any) -> Any:
             try:
                 result = act(resolved(request.topic))
-            except Refused as error:
+            except BadSelection as error:
                 rospy.logwarn(str(error))
                 raise rospy.ServiceException(str(error)) from None
             if verb != "Select":

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import rospy
 from pipros.basics.interrupts import exits_after_ctrl_c
-from pipros.libraries.topic_tools.rates import ByteRate, MessageRate, Rule
+from pipros.libraries.topic_tools.rates import ByteRate, MessageRate, RateRule
 from pipros.node.any_msg import AnyMsg
 from topic_tools.nodes.output import Input, Output, base_name, is_latched
 
@@ -33,7 +33,7 @@ _NUMBERS = {"messages": 1, "bytes": 2}
 class Throttle:
     """Republisher of the messages that a rule accepts."""
 
-    def __init__(self, source: str, target: str, rule: Rule, *, lazy: bool, latch: bool | None) -> None:
+    def __init__(self, source: str, target: str, rule: RateRule, *, lazy: bool, latch: bool | None) -> None:
         """Set up the topics. If `latch` is None, latch the output if the input's publisher latches."""
         self._rule, self._lazy = rule, lazy
         self._latches = is_latched if latch is None else lambda _: latch
@@ -75,7 +75,7 @@ def number_above_0(name: str, text: str) -> float:
     return number
 
 
-def _rule_of(kind: str, numbers: Sequence[str]) -> Rule:
+def _rule_of(kind: str, numbers: Sequence[str]) -> RateRule:
     if kind == "messages":
         return MessageRate(number_above_0("MSGS_PER_SEC", numbers[0]))
     window_s = number_above_0("WINDOW", numbers[1])

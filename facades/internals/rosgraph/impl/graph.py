@@ -7,7 +7,7 @@ from threading import Lock
 from typing import Any
 
 from pipros.basics.lazy_names import star_names as _star_names
-from pipros.graph.live import CALLER_ID, Link, LiveGraph, logger
+from pipros.graph.live import CALLER_ID, GraphLink, LiveGraph, logger
 from pipros.graph.live import vertex_of_topic as topic_node
 from rosgraph.impl.edges import Edge, EdgeList, edge_args
 from rosgraph.masterapi import Master
@@ -118,7 +118,7 @@ class Graph:
         return self._live.query_silent_nodes()
 
 
-def _edges(links: Iterable[Link]) -> EdgeList:
+def _edges(links: Iterable[GraphLink]) -> EdgeList:
     edges = EdgeList()
     for link in sorted(links):
         edges.add(Edge(*link))

@@ -48,14 +48,14 @@ AnyDefinition = TypeVar("AnyDefinition")
 
 
 @dataclass(frozen=True, slots=True)
-class Change(Generic[AnyOffer]):
+class CatalogChange(Generic[AnyOffer]):
     """Added channels or services, and the ids of removed ones, to announce to the clients."""
 
     added: Sequence[AnyOffer]
     removed: Sequence[int]
 
 
-class Catalog:
+class TopicCatalog:
     """The channels and services that are currently offered, keyed by id."""
 
     def __init__(self) -> None:
@@ -63,11 +63,11 @@ class Catalog:
         self.services: dict[int, Service] = {}
         self._ids = itertools.count(1)
 
-    def update_channels(self, found: Mapping[str, Definition]) -> Change[Channel]:
+    def update_channels(self, found: Mapping[str, Definition]) -> CatalogChange[Channel]:
         """Offer these topics and no others. Return the changes."""
         return self._update(self.channels, found, Channel)
 
-    def update_services(self, found: Mapping[str, ServiceDefinition]) -> Change[Service]:
+    def update_services(self, found: Mapping[str, ServiceDefinition]) -> CatalogChange[Service]:
         """Offer these services and no others. Return the changes."""
         return self._update(self.services, found, Service)
 
@@ -76,7 +76,7 @@ class Catalog:
         offers: dict[int, AnyOffer],
         found: Mapping[str, AnyDefinition],
         make: Callable[[int, str, AnyDefinition], AnyOffer],
-    ) -> Change[AnyOffer]:
+    ) -> CatalogChange[AnyOffer]:
         removed = [number for number, each in offers.items() if found.get(each.name) != each.definition]
         for number in removed:
             del offers[number]
@@ -85,4 +85,4 @@ class Catalog:
             make(next(self._ids), name, definition) for name, definition in found.items() if name not in kept
         ]
         offers.update((each.id, each) for each in added)
-        return Change(added, removed)
+        return CatalogChange(added, removed)

@@ -12,7 +12,7 @@ from typing import Any
 
 from pipros.bridges.foxglove.catalog import Channel, Service
 from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.outbox import Frame, text_frame
+from pipros.bridges.outbox import WebSocketFrame, text_frame
 from pipros.server.json_text import encoded
 
 _MESSAGE = struct.Struct("<BIQ")
@@ -23,7 +23,7 @@ _MESSAGE_DATA, _TIME_DATA, _SERVICE_RESPONSE, _ASSET_RESPONSE = 1, 2, 3, 4
 _ASSET_FOUND, _ASSET_FAILED = 0, 1
 
 
-class Level(IntEnum):
+class StatusLevel(IntEnum):
     """Severity of a status message."""
 
     INFO = 0
@@ -31,7 +31,7 @@ class Level(IntEnum):
     ERROR = 2
 
 
-def _op(op: str, **fields: Any) -> Frame:
+def _op(op: str, **fields: Any) -> WebSocketFrame:
     return text_frame(encoded({"op": op, **fields}))
 
 
@@ -41,7 +41,7 @@ def server_info(
     encodings: Sequence[str],
     metadata: Mapping[str, str],
     session: str,
-) -> Frame:
+) -> WebSocketFrame:
     """Return the first message to a client, with the `encodings` for publishing and service calls."""
     return _op(
         "serverInfo",
@@ -53,11 +53,11 @@ def server_info(
     )
 
 
-def status(level: Level, text: str) -> Frame:
+def status(level: StatusLevel, text: str) -> WebSocketFrame:
     return _op("status", level=int(level), message=text)
 
 
-def advertise(channels: Iterable[Channel]) -> Frame:
+def advertise(channels: Iterable[Channel]) -> WebSocketFrame:
     rows = [
         {
             "id": channel.id,
@@ -72,19 +72,19 @@ def advertise(channels: Iterable[Channel]) -> Frame:
     return _op("advertise", channels=rows)
 
 
-def unadvertise(ids: Iterable[int]) -> Frame:
+def unadvertise(ids: Iterable[int]) -> WebSocketFrame:
     return _op("unadvertise", channelIds=list(ids))
 
 
-def message_data(subscription: int, time_ns: int, body: bytes) -> Frame:
-    return Frame((_MESSAGE.pack(_MESSAGE_DATA, subscription, time_ns), body))
+def message_data(subscription: int, time_ns: int, body: bytes) -> WebSocketFrame:
+    return WebSocketFrame((_MESSAGE.pack(_MESSAGE_DATA, subscription, time_ns), body))
 
 
-def time(time_ns: int) -> Frame:
-    return Frame((_TIME.pack(_TIME_DATA, time_ns),))
+def time(time_ns: int) -> WebSocketFrame:
+    return WebSocketFrame((_TIME.pack(_TIME_DATA, time_ns),))
 
 
-def advertise_services(services: Iterable[Service]) -> Frame:
+def advertise_services(services: Iterable[Service]) -> WebSocketFrame:
     """Return a message that advertises services, with schemas in the formats for new and for old clients."""
     rows = [
         {
@@ -105,20 +105,20 @@ def _schema(name: str, text: str) -> Mapping[str, str]:
     return {"encoding": "ros1", "schemaName": name, "schemaEncoding": "ros1msg", "schema": text}
 
 
-def unadvertise_services(ids: Iterable[int]) -> Frame:
+def unadvertise_services(ids: Iterable[int]) -> WebSocketFrame:
     return _op("unadvertiseServices", serviceIds=list(ids))
 
 
-def service_response(service: int, call: int, encoding: str, body: bytes) -> Frame:
+def service_response(service: int, call: int, encoding: str, body: bytes) -> WebSocketFrame:
     name = encoding.encode()
-    return Frame((_RESPONSE.pack(_SERVICE_RESPONSE, service, call, len(name)) + name, body))
+    return WebSocketFrame((_RESPONSE.pack(_SERVICE_RESPONSE, service, call, len(name)) + name, body))
 
 
-def service_failure(service: int, call: int, text: str) -> Frame:
+def service_failure(service: int, call: int, text: str) -> WebSocketFrame:
     return _op("serviceCallFailure", serviceId=service, callId=call, message=text)
 
 
-def parameter_values(parameters: Sequence[Mapping[str, Any]], request: str | None = None) -> Frame:
+def parameter_values(parameters: Sequence[Mapping[str, Any]], request: str | None = None) -> WebSocketFrame:
     fields = {"parameters": parameters}
     return (
         _op("parameterValues", **fields) if request is None else _op("parameterValues", **fields, id=request)
@@ -132,7 +132,7 @@ def connection_graph(
     services: Mapping[str, Sequence[str]],
     removed_topics: Sequence[str],
     removed_services: Sequence[str],
-) -> Frame:
+) -> WebSocketFrame:
     """Return a graph update: changed topics and services with their nodes, and removed names."""
     return _op(
         "connectionGraphUpdate",
@@ -144,10 +144,12 @@ def connection_graph(
     )
 
 
-def asset(request: int, found: Asset) -> Frame:
-    return Frame((_ASSET.pack(_ASSET_RESPONSE, request, _ASSET_FOUND, 0), found.content), owner=found)
+def asset(request: int, found: Asset) -> WebSocketFrame:
+    return WebSocketFrame(
+        (_ASSET.pack(_ASSET_RESPONSE, request, _ASSET_FOUND, 0), found.content), owner=found
+    )
 
 
-def asset_failure(request: int, text: str) -> Frame:
+def asset_failure(request: int, text: str) -> WebSocketFrame:
     reason = text.encode()
-    return Frame((_ASSET.pack(_ASSET_RESPONSE, request, _ASSET_FAILED, len(reason)) + reason,))
+    return WebSocketFrame((_ASSET.pack(_ASSET_RESPONSE, request, _ASSET_FAILED, len(reason)) + reason,))

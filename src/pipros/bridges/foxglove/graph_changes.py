@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pipros.bridges.foxglove import frames
-from pipros.bridges.outbox import Frame
+from pipros.bridges.outbox import WebSocketFrame
 from pipros.graph.system_state import Registrations, SystemState
 
 EMPTY = SystemState({}, {}, {})
 
 
-def graph_update(before: SystemState, after: SystemState) -> Frame | None:
+def graph_update(before: SystemState, after: SystemState) -> WebSocketFrame | None:
     """Return a message with the difference between two states, or None if they are equal."""
     topics_before, services_before = {*before.publishers, *before.subscribers}, {*before.services}
     removed_topics = sorted(topics_before - {*after.publishers, *after.subscribers})

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.graph.definitions import Definition, Definitions, ServiceDefinition
+from pipros.graph.definitions import Definition, ServiceDefinition, TopicDefinitions
 from pipros.graph.system_state import SystemState
 from pipros.net.in_parallel import in_parallel
 from pipros.net.master_client import MasterClient
@@ -46,7 +46,7 @@ class GraphWatch:
     def __init__(
         self,
         master: MasterClient,
-        definitions: Definitions,
+        definitions: TopicDefinitions,
         on_look: Callable[[Look], object],
         *,
         topics: Patterns,

@@ -12,20 +12,20 @@ from pathlib import Path
 from typing import Any, Final
 
 from pipros.bridges.call_turns import CallTurns
-from pipros.bridges.client import Client
+from pipros.bridges.client import BridgeClient
 from pipros.bridges.foxglove import frames
-from pipros.bridges.foxglove.catalog import Catalog
+from pipros.bridges.foxglove.catalog import TopicCatalog
 from pipros.bridges.foxglove.graph_changes import EMPTY
 from pipros.bridges.foxglove.graph_watch import GraphWatch, Look, is_allowed
 from pipros.bridges.foxglove.parameter_watch import Changes, ParameterWatch
 from pipros.bridges.foxglove.parameters import flattened
 from pipros.bridges.foxglove.publishing import ENCODINGS
 from pipros.bridges.foxglove.sent_assets import Asset, SentAssets
-from pipros.bridges.foxglove.session import TIME_KEY, ClientSession
+from pipros.bridges.foxglove.session import TIME_KEY, FoxgloveSession
 from pipros.bridges.foxglove.shared_answer import SharedAnswer
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.shared_topics import SharedTopics, TopicMessage
-from pipros.graph.definitions import Definitions
+from pipros.graph.definitions import TopicDefinitions
 from pipros.graph.system_state import SystemState
 from pipros.msg.time import NS_PER_S
 from pipros.net.loop import BackgroundLoop
@@ -76,7 +76,7 @@ class FoxgloveHandler:
         self.node = node
         self._rules = rules
         self.topics = topics or SharedTopics(node)
-        self.catalog = Catalog()
+        self.catalog = TopicCatalog()
         self.state: SystemState = EMPTY
         self.has_control = rules.has_control
         self.threads = DaemonPool("foxglove client", node.limits.of(BridgeLimits).bridge_clients)
@@ -84,9 +84,9 @@ class FoxgloveHandler:
         self._assets = SentAssets(node.limits.of(BridgeLimits).bridge_asset_bytes)
         self._parameters = SharedAnswer(self._query_parameters)
         self._loop = loop
-        self._sessions: dict[ClientSession, Client] = {}
+        self._sessions: dict[FoxgloveSession, BridgeClient] = {}
         self._calls = OpenCalls()
-        self._definitions = Definitions(node, loop, self._calls)
+        self._definitions = TopicDefinitions(node, loop, self._calls)
         self._parameter_watch = ParameterWatch(node, self._on_parameters)
         self._packages = PackageIndex.from_environment(node.environment)
         self._graph_watch = GraphWatch(
@@ -111,9 +111,9 @@ class FoxgloveHandler:
         self._parameter_watch.close()
         self._calls.interrupt()
 
-    def open(self, client: Client) -> ClientSession:
+    def open(self, client: BridgeClient) -> FoxgloveSession:
         """Start a session for a client: send it all channels and services."""
-        session = ClientSession(client, self)
+        session = FoxgloveSession(client, self)
         capabilities = [each for each in CAPABILITIES if self.offers(each)]
         if isinstance(self.node.clock, SimulatedClock):
             capabilities.append("time")
@@ -131,7 +131,7 @@ class FoxgloveHandler:
         """Return False, because the protocol does not define a login."""
         return False
 
-    def leave(self, session: ClientSession) -> None:
+    def leave(self, session: FoxgloveSession) -> None:
         """Remove the session of a client that has disconnected."""
         self._sessions.pop(session, None)
         self.watch_parameters()

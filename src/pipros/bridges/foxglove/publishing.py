@@ -33,7 +33,7 @@ class Unsupported(PiprosError):
     """The encoding or type of a client's channel or service call is not supported."""
 
 
-class Publication:
+class ClientPublication:
     """A topic that a client publishes."""
 
     def __init__(self, node: Node, channel: ClientChannel) -> None:

@@ -26,7 +26,7 @@ _CALL_HEAD = struct.Struct("<III")
 _LIMIT_OF_IDS = 1 << 32
 
 
-class Malformed(ProtocolError):
+class MalformedRequest(ProtocolError):
     """A client's message violates the protocol. The connection stays open."""
 
 
@@ -147,18 +147,20 @@ def read_request(data: str | bytes) -> ClientRequest:
     if isinstance(data, bytes):
         return _read_binary(data)
     if len(data) > REQUEST_CHARACTERS:
-        raise Malformed(f"a JSON message must have at most {REQUEST_CHARACTERS} characters, got {len(data)}")
+        raise MalformedRequest(
+            f"a JSON message must have at most {REQUEST_CHARACTERS} characters, got {len(data)}"
+        )
     try:
         values = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise Malformed(f"the message is not JSON: {error}") from None
+        raise MalformedRequest(f"the message is not JSON: {error}") from None
     if not isinstance(values, dict):
-        raise Malformed(f"a message must be a JSON object, got {type(values).__name__}")
+        raise MalformedRequest(f"a message must be a JSON object, got {type(values).__name__}")
     op = values.get("op")
     read = _READERS.get(op) if isinstance(op, str) else None
     if read is None:
-        raise Malformed(f"unknown operation {printable(repr(op), 100)}")
-    return read(_Fields(values))
+        raise MalformedRequest(f"unknown operation {printable(repr(op), 100)}")
+    return read(_RequestFields(values))
 
 
 def _read_binary(data: bytes) -> ClientRequest:
@@ -170,26 +172,26 @@ def _read_binary(data: bytes) -> ClientRequest:
             service, call, length = _CALL_HEAD.unpack_from(data, 1)
             begin = 1 + _CALL_HEAD.size
             if length > len(data) - begin:
-                raise Malformed(f"an encoding of {length} bytes exceeds the message")
+                raise MalformedRequest(f"an encoding of {length} bytes exceeds the message")
             encoding = data[begin : begin + length].decode("utf-8", "replace")
             return CallService(service, call, encoding, data[begin + length :])
     except struct.error:
-        raise Malformed(f"a binary message with opcode {opcode} is too short") from None
-    raise Malformed(f"unknown binary opcode {opcode}")
+        raise MalformedRequest(f"a binary message with opcode {opcode} is too short") from None
+    raise MalformedRequest(f"unknown binary opcode {opcode}")
 
 
-class _Fields:
+class _RequestFields:
     """Type-checked access to the fields of a JSON object."""
 
     def __init__(self, values: object, where: str = "") -> None:
         if not isinstance(values, dict):
-            raise Malformed(f"{where} must contain objects, got {type(values).__name__}")
+            raise MalformedRequest(f"{where} must contain objects, got {type(values).__name__}")
         self.values = values
 
     def text(self, name: str) -> str:
         value = self.values.get(name)
         if not isinstance(value, str):
-            raise Malformed(f"{name} must be a string, got {type(value).__name__}")
+            raise MalformedRequest(f"{name} must be a string, got {type(value).__name__}")
         return value
 
     def optional_text(self, name: str) -> str | None:
@@ -204,28 +206,28 @@ class _Fields:
     def texts(self, name: str) -> list[str]:
         values = self._list(name) if self.values.get(name) is not None else []
         if not all(isinstance(value, str) for value in values):
-            raise Malformed(f"{name} must contain strings")
+            raise MalformedRequest(f"{name} must contain strings")
         if len(values) > NAMES:
-            raise Malformed(f"{name} must contain at most {NAMES} names, got {len(values)}")
+            raise MalformedRequest(f"{name} must contain at most {NAMES} names, got {len(values)}")
         return values
 
-    def objects(self, name: str) -> Iterator[_Fields]:
-        return (_Fields(value, name) for value in self._list(name))
+    def objects(self, name: str) -> Iterator[_RequestFields]:
+        return (_RequestFields(value, name) for value in self._list(name))
 
     def _list(self, name: str) -> list[Any]:
         value = self.values.get(name)
         if not isinstance(value, list):
-            raise Malformed(f"{name} must be a list, got {type(value).__name__}")
+            raise MalformedRequest(f"{name} must be a list, got {type(value).__name__}")
         return value
 
 
 def _number(value: object, name: str) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < _LIMIT_OF_IDS:
-        raise Malformed(f"{name} must be a 32-bit unsigned integer, got {printable(repr(value), 100)}")
+        raise MalformedRequest(f"{name} must be a 32-bit unsigned integer, got {printable(repr(value), 100)}")
     return value
 
 
-def _channel(fields: _Fields) -> ClientChannel:
+def _channel(fields: _RequestFields) -> ClientChannel:
     return ClientChannel(
         fields.number("id"),
         fields.text("topic"),
@@ -235,12 +237,12 @@ def _channel(fields: _Fields) -> ClientChannel:
     )
 
 
-def _parameter(fields: _Fields) -> Mapping[str, Any]:
+def _parameter(fields: _RequestFields) -> Mapping[str, Any]:
     fields.text("name")
     return fields.values
 
 
-_READERS: Final[Mapping[str, Callable[[_Fields], ClientRequest]]] = {
+_READERS: Final[Mapping[str, Callable[[_RequestFields], ClientRequest]]] = {
     "subscribe": lambda of: Subscribe(
         [(each.number("id"), each.number("channelId")) for each in of.objects("subscriptions")]
     ),

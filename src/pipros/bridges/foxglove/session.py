@@ -16,12 +16,12 @@ from pipros.basics.names import is_legal
 from pipros.basics.printable import printable
 from pipros.bridges.call_turns import CallTurns
 from pipros.bridges.foxglove import frames
-from pipros.bridges.foxglove.catalog import Catalog, Channel
-from pipros.bridges.foxglove.frames import Level
+from pipros.bridges.foxglove.catalog import Channel, TopicCatalog
+from pipros.bridges.foxglove.frames import StatusLevel
 from pipros.bridges.foxglove.graph_changes import EMPTY, graph_update
 from pipros.bridges.foxglove.parameter_watch import DELETED, Changes
 from pipros.bridges.foxglove.parameters import from_client, selected, to_client
-from pipros.bridges.foxglove.publishing import Publication, call_service
+from pipros.bridges.foxglove.publishing import ClientPublication, call_service
 from pipros.bridges.foxglove.requests import (
     Advertise,
     CallService,
@@ -41,7 +41,7 @@ from pipros.bridges.foxglove.requests import (
 )
 from pipros.bridges.foxglove.sent_assets import Asset
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import Frame, Outbox
+from pipros.bridges.outbox import ClientOutbox, WebSocketFrame
 from pipros.bridges.shared_topics import SharedTopics, Taken, TopicMessage, legal_topic
 from pipros.bridges.shares import ClientShares, ExceedsShare
 from pipros.graph.system_state import SystemState
@@ -77,7 +77,7 @@ _CAPABILITIES: Final[Mapping[type, str]] = {
 """The capability that each request requires."""
 
 
-class Bridge(Protocol):
+class FoxgloveBridge(Protocol):
     """State that is shared by all sessions.
 
     Attributes:
@@ -88,7 +88,7 @@ class Bridge(Protocol):
 
     node: Node
     topics: SharedTopics
-    catalog: Catalog
+    catalog: TopicCatalog
     state: SystemState
     has_control: bool
     threads: DaemonPool
@@ -97,32 +97,32 @@ class Bridge(Protocol):
     def offers(self, capability: str) -> bool: ...
     def allows_topic(self, name: str) -> bool: ...
     def allows_parameter(self, name: str) -> bool: ...
-    def leave(self, session: ClientSession) -> None: ...
+    def leave(self, session: FoxgloveSession) -> None: ...
     def correct(self, topic: str, header: Mapping[str, str]) -> object: ...
     def watch_parameters(self) -> None: ...
     def parameters(self) -> Mapping[str, Any]: ...
     def read_asset(self, uri: str) -> Asset: ...
 
 
-class Connection(Protocol):
-    """The client's connection, implemented by `pipros.bridges.client.Client`."""
+class ClientConnection(Protocol):
+    """The client's connection, implemented by `pipros.bridges.client.BridgeClient`."""
 
-    outbox: Outbox
+    outbox: ClientOutbox
     shares: ClientShares
 
-    def send(self, *frames: Frame) -> None: ...
+    def send(self, *frames: WebSocketFrame) -> None: ...
     def end(self, reason: str) -> None: ...
-    def send_large(self, make: Callable[[], Awaitable[Frame]]) -> Awaitable[None]: ...
+    def send_large(self, make: Callable[[], Awaitable[WebSocketFrame]]) -> Awaitable[None]: ...
 
 
-class ClientSession:
+class FoxgloveSession:
     """The session of one client. For use in the event loop."""
 
-    def __init__(self, client: Connection, bridge: Bridge) -> None:
+    def __init__(self, client: ClientConnection, bridge: FoxgloveBridge) -> None:
         self._client = client
         self._bridge = bridge
         self._taken: dict[int, tuple[Channel, Taken]] = {}
-        self._publications: dict[int, Publication] = {}
+        self._publications: dict[int, ClientPublication] = {}
         self._parameters: set[str] = set()
         self._takes_all_parameters = False
         # the graph last sent to the client; None if the client is not subscribed to it
@@ -248,10 +248,10 @@ class ClientSession:
     def _subscribe(self, number: int, channel_id: int) -> None:
         channel = self._bridge.catalog.channels.get(channel_id)
         if channel is None:
-            self._report(f"channel {channel_id} does not exist", Level.WARNING)
+            self._report(f"channel {channel_id} does not exist", StatusLevel.WARNING)
             return
         if number in self._taken:
-            self._report(f"subscription {number} already exists", Level.WARNING)
+            self._report(f"subscription {number} already exists", StatusLevel.WARNING)
             return
         self._check_limit(len(self._taken))
         self._client.shares.keep(SUBSCRIPTION_BYTES)
@@ -281,7 +281,7 @@ class ClientSession:
     def _unsubscribe(self, number: int) -> None:
         found = self._taken.pop(number, None)
         if found is None:
-            self._report(f"subscription {number} does not exist", Level.WARNING)
+            self._report(f"subscription {number} does not exist", StatusLevel.WARNING)
             return
         found[1].close()
         self._client.outbox.forget(number)
@@ -298,7 +298,7 @@ class ClientSession:
         self._client.shares.keep(size_bytes)
         try:
             self._publications[channel.id] = await self._run(
-                functools.partial(Publication, self._bridge.node, channel)
+                functools.partial(ClientPublication, self._bridge.node, channel)
             )
         except BaseException:
             self._client.shares.release(size_bytes)
@@ -307,7 +307,7 @@ class ClientSession:
     async def _unadvertise(self, number: int) -> None:
         publication = self._publications.pop(number, None)
         if publication is None:
-            self._report(f"channel {number} is not advertised", Level.WARNING)
+            self._report(f"channel {number} is not advertised", StatusLevel.WARNING)
         else:
             self._client.shares.release(_size_of(publication.channel))
             await self._run(publication.close)
@@ -338,19 +338,19 @@ class ClientSession:
             return
         answer = frames.service_response(request.service, request.call, request.encoding, body)
 
-        async def make() -> Frame:
+        async def make() -> WebSocketFrame:
             return answer
 
         await self._client.send_large(make)
 
     async def _send_parameters(self, names: Sequence[str], request: str | None) -> None:
-        async def make() -> Frame:
-            frame: Frame = await self._run(functools.partial(self._parameter_values, names, request))
+        async def make() -> WebSocketFrame:
+            frame: WebSocketFrame = await self._run(functools.partial(self._parameter_values, names, request))
             return frame
 
         await self._client.send_large(make)
 
-    def _parameter_values(self, names: Sequence[str], request: str | None) -> Frame:
+    def _parameter_values(self, names: Sequence[str], request: str | None) -> WebSocketFrame:
         """Return the answer to a request for parameters. Blocks.
 
         Raises:
@@ -416,7 +416,7 @@ class ClientSession:
             self._client.send(frames.asset_failure(request.request, text))
             return
 
-        async def make() -> Frame:
+        async def make() -> WebSocketFrame:
             try:
                 asset = await self._run(functools.partial(self._bridge.read_asset, request.uri))
             except PiprosError as error:
@@ -455,7 +455,7 @@ class ClientSession:
         if count >= self._limit:
             raise LimitExceeded(f"too many subscriptions; {limit_text('bridge_subscriptions', self._limit)}")
 
-    def _report(self, text: str, level: Level = Level.ERROR) -> None:
+    def _report(self, text: str, level: StatusLevel = StatusLevel.ERROR) -> None:
         """Send a status message. Thread-safe."""
         self._client.send(frames.status(level, text))
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipros.basics.errors import PiprosError
 from pipros.basics.extras import install_command
-from pipros.bridges.outbox import Frame, text_frame
+from pipros.bridges.outbox import WebSocketFrame, text_frame
 from pipros.bridges.rosbridge.pictures_of_text import base64_png_of
 from pipros.bridges.rosbridge.plain_values import Format, NotRepresentable, PlainValues
 from pipros.msg.class_finder import ClassFinder
@@ -95,7 +95,7 @@ MOST_FRAGMENTS = 10_000
 _NUMBERS = itertools.count(1)
 
 
-def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> Frame:
+def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> WebSocketFrame:
     """Encode an operation other than `publish`.
 
     Raises:
@@ -105,12 +105,12 @@ def operation_frame(operation: Mapping[str, Any], *, is_bson: bool = False) -> F
         return text_frame(_PLAIN.encode(operation))
     bson = bson_codec()
     try:
-        return Frame((bson.encode(operation),))
+        return WebSocketFrame((bson.encode(operation),))
     except (bson.error, OverflowError, TypeError) as error:
         raise NotRepresentable(f"cannot encode as BSON: {error}") from None
 
 
-def fragment_frames(whole: Frame, size: int) -> Sequence[Frame]:
+def fragment_frames(whole: WebSocketFrame, size: int) -> Sequence[WebSocketFrame]:
     """Split a text frame that is longer than `size` into fragments with `size` characters of data each.
 
     If `size` is 0, or the frame is binary, the frame is not split.
@@ -175,7 +175,7 @@ class Encoder:
         """
         return self._nulls.of(message)
 
-    def encode(self, encoding: Encoding, topic: str, message: Any) -> Frame:
+    def encode(self, encoding: Encoding, topic: str, message: Any) -> WebSocketFrame:
         """Encode a `publish` operation with a decoded message.
 
         Raises:
@@ -185,7 +185,9 @@ class Encoder:
         if encoding is Encoding.CBOR:
             if self._cbor is None:
                 self._cbor = PlainValues(Format.CBOR, _cbor().CBORTag)
-            return Frame((_cbor().dumps({"op": "publish", "topic": topic, "msg": self._cbor.of(message)}),))
+            return WebSocketFrame(
+                (_cbor().dumps({"op": "publish", "topic": topic, "msg": self._cbor.of(message)}),)
+            )
         operation = {"op": "publish", "topic": topic, "msg": self._json.of(message)}
         if self.is_bson:
             return operation_frame(operation, is_bson=True)
@@ -207,10 +209,10 @@ class EncodedMessage:
         self.message = message
         self._encoder = encoder
         self._decoded: Any = None
-        self._known: dict[tuple[Encoding, str, int], Sequence[Frame]] = {}
+        self._known: dict[tuple[Encoding, str, int], Sequence[WebSocketFrame]] = {}
         self._lock = threading.RLock()
 
-    def frames(self, encoding: Encoding, topic: str, fragment_size: int = 0) -> Sequence[Frame]:
+    def frames(self, encoding: Encoding, topic: str, fragment_size: int = 0) -> Sequence[WebSocketFrame]:
         """Return the frames for a client: one frame, or fragments if the text is longer than `fragment_size`.
 
         `topic` is the name that the client used, which may be relative.
@@ -228,12 +230,12 @@ class EncodedMessage:
                 )
             return self._known[key]
 
-    def _whole(self, encoding: Encoding, topic: str) -> Frame:
+    def _whole(self, encoding: Encoding, topic: str) -> WebSocketFrame:
         message = self.message
         if encoding is Encoding.CBOR_RAW:
             secs, nsecs = divmod(message.received_ns, NS_PER_S)
             body = {"secs": secs, "nsecs": nsecs, "bytes": message.body}
-            return Frame((_cbor().dumps({"op": "publish", "topic": topic, "msg": body}),))
+            return WebSocketFrame((_cbor().dumps({"op": "publish", "topic": topic, "msg": body}),))
         if self._decoded is None:
             self._decoded = self._encoder.decode(message)
         return self._encoder.encode(encoding, topic, self._decoded)

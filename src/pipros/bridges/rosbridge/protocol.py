@@ -89,7 +89,7 @@ class BadOperation(PiprosError):
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class RosbridgeSettings:
     """Settings for all clients of a server.
 
     Attributes:
@@ -110,7 +110,7 @@ class Settings:
 
 
 @dataclass(slots=True)
-class _Topic:
+class _TopicState:
     """The client's subscriptions to one topic, keyed by id."""
 
     kind: str | None
@@ -136,7 +136,7 @@ class ClientProtocol:
 
     def __init__(
         self,
-        settings: Settings,
+        settings: RosbridgeSettings,
         resolve: Callable[[str], str],
         limits: Limits | None = None,
         clock_s: Callable[[], float] = time.monotonic,
@@ -156,7 +156,7 @@ class ClientProtocol:
         self._fragments = Fragments(
             self._shares.message_bytes, settings.fragment_timeout_s, self._shares.input
         )
-        self._topics: dict[str, _Topic] = {}
+        self._topics: dict[str, _TopicState] = {}
         self._advertised: dict[str, set[str]] = {}
         self._offered: set[str] = set()
         self._operations: Mapping[str, Callable[[dict[str, Any]], Iterator[Effect]]] = {
@@ -300,7 +300,7 @@ class ClientProtocol:
         known = self._topics.get(topic)
         if known is None:
             self._check_room(self._topics, "subscriptions")
-            known = _Topic(kind)
+            known = _TopicState(kind)
         elif kind is not None and known.kind is not None and kind != known.kind:
             raise BadOperation(f"{topic} is already subscribed to with the type {known.kind}, not {kind}")
         elif known.wishes.get(key) == wish and kind in (None, known.kind):

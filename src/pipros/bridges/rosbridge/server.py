@@ -13,12 +13,12 @@ from typing import Any, Final, TypeVar
 
 from pipros.basics.limits import Limits
 from pipros.bridges.admission import Admission
-from pipros.bridges.client import Client
+from pipros.bridges.client import BridgeClient
 from pipros.bridges.door import PING_S, PONG_S, Door
 from pipros.bridges.limits import BridgeLimits
 from pipros.bridges.rosbridge.authentication import Authenticator
-from pipros.bridges.rosbridge.protocol import Settings
-from pipros.bridges.rosbridge.session import Bridge, ClientSession, Timing
+from pipros.bridges.rosbridge.protocol import RosbridgeSettings
+from pipros.bridges.rosbridge.session import RosbridgeNode, RosbridgeSession, Timing
 from pipros.bridges.rosbridge.text_input import BadInput, json_object
 from pipros.msg import load_message_class
 from pipros.msg.time import NS_PER_S, Time
@@ -44,7 +44,7 @@ class RosbridgeHandler:
 
     def __init__(
         self,
-        bridge: Bridge,
+        bridge: RosbridgeNode,
         authenticator: Authenticator | None = None,
         on_change: Callable[[], object] = lambda: None,
     ) -> None:
@@ -54,7 +54,7 @@ class RosbridgeHandler:
         self._on_change = on_change
         self._threads = DaemonPool("rosbridge client", bridge.limits.of(BridgeLimits).bridge_clients)
 
-    def open(self, client: Client) -> DoorSession:
+    def open(self, client: BridgeClient) -> DoorSession:
         """Start a session for a client."""
         asyncio.get_running_loop().call_soon(self._on_change)
         return DoorSession(
@@ -77,8 +77,8 @@ class DoorSession:
 
     def __init__(
         self,
-        client: Client,
-        session: ClientSession,
+        client: BridgeClient,
+        session: RosbridgeSession,
         threads: DaemonPool,
         on_change: Callable[[], object],
     ) -> None:
@@ -141,12 +141,12 @@ class ServerOptions:
     ping_s: float | None = PING_S
     pong_s: float | None = PONG_S
     message_bytes: int | None = None
-    settings: Settings = field(default_factory=Settings)
+    settings: RosbridgeSettings = field(default_factory=RosbridgeSettings)
     timing: Timing = field(default_factory=Timing)
 
 
 class BridgeRuntime:
-    """A server's event loop, threads and `Bridge`."""
+    """A server's event loop, threads and `RosbridgeNode`."""
 
     def __init__(self, node: Node, options: ServerOptions) -> None:
         self.loop = BackgroundLoop("rosbridge")
@@ -159,7 +159,7 @@ class BridgeRuntime:
                 self.limits.of(BridgeLimits)._replace(bridge_message_bytes=options.message_bytes)
             )
         self._workers = Workers("rosbridge timers")
-        self.bridge = Bridge(node, self.call_later, options.settings, options.timing, self.limits)
+        self.bridge = RosbridgeNode(node, self.call_later, options.settings, options.timing, self.limits)
 
     def call_later(self, delay_s: float, function: Callable[[], object]) -> None:
         """Call a function in a thread after a delay. Do nothing once the loop has stopped."""

@@ -1,7 +1,7 @@
 """Carries out clients' operations on a ROS node.
 
-Servers pass in the data that they receive, and send the content of each client's outbox. `Bridge` holds the
-state shared by all clients, and `ClientSession` holds the state of one client.
+Servers pass in the data that they receive, and send the content of each client's outbox. `RosbridgeNode`
+holds the state shared by all clients, and `RosbridgeSession` holds the state of one client.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.bridges.call_turns import CallTurns
-from pipros.bridges.outbox import Outbox
+from pipros.bridges.outbox import ClientOutbox
 from pipros.bridges.rosapi import MASTER_DEADLINE_S
 from pipros.bridges.rosbridge.effects import (
     Advertise,
@@ -39,7 +39,7 @@ from pipros.bridges.rosbridge.protocol import (
     QUESTION_NAMES,
     ClientProtocol,
     Level,
-    Settings,
+    RosbridgeSettings,
     response_to,
 )
 from pipros.bridges.rosbridge.publishing import CallLater, SharedPublishers
@@ -75,14 +75,14 @@ class Timing:
     call_s: float = 600.0
 
 
-class Bridge:
+class RosbridgeNode:
     """State that is shared by the clients of a rosbridge server."""
 
     def __init__(
         self,
         node: Node,
         call_later: CallLater,
-        settings: Settings | None = None,
+        settings: RosbridgeSettings | None = None,
         timing: Timing | None = None,
         limits: Limits | None = None,
     ) -> None:
@@ -90,7 +90,7 @@ class Bridge:
         timing = timing or Timing()
         self.node = node
         self.limits = limits or node.limits
-        self.settings = settings or Settings()
+        self.settings = settings or RosbridgeSettings()
         self.call_later = call_later
         self.call_s = timing.call_s
         self.master = MasterClient(node.master.uri, node.name, timeout_s=MASTER_DEADLINE_S)
@@ -106,10 +106,10 @@ class Bridge:
         # Questions to rosapi are short, and do not wait for calls that may take minutes.
         self.questions = CallTurns("questions of a bridge", QUESTIONS_AT_ONCE)
 
-    def connect(self, outbox: Outbox, shares: ClientShares | None = None) -> ClientSession:
+    def connect(self, outbox: ClientOutbox, shares: ClientShares | None = None) -> RosbridgeSession:
         """Return a session for a new client. The caller must send the session's outbox to the client."""
         is_reader = not self.settings.has_control
-        return ClientSession(self, outbox, shares or ServerShares(self.limits).client(is_reader=is_reader))
+        return RosbridgeSession(self, outbox, shares or ServerShares(self.limits).client(is_reader=is_reader))
 
     def close(self) -> None:
         """Unadvertise the clients' services, and ignore any further subscriptions."""
@@ -120,7 +120,7 @@ class Bridge:
         self.master.close()
 
 
-class ClientSession:
+class RosbridgeSession:
     """One client: its protocol, its outbox, and the topics and services that it uses.
 
     `receive` and `receive_stream` may block, and are called by one thread at a time.
@@ -131,7 +131,7 @@ class ClientSession:
         worked_s: processor time (s) that the client's messages have taken so far.
     """
 
-    def __init__(self, bridge: Bridge, outbox: Outbox, shares: ClientShares) -> None:
+    def __init__(self, bridge: RosbridgeNode, outbox: ClientOutbox, shares: ClientShares) -> None:
         self.outbox = outbox
         self._shares = shares
         self.ended = ""

@@ -14,10 +14,10 @@ from pipros.basics.printable import printable
 from pipros.bridges.client import Wakeups
 from pipros.bridges.door import DESCRIPTORS_SHARE
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import Outbox
-from pipros.bridges.pace import Pace
+from pipros.bridges.outbox import ClientOutbox
+from pipros.bridges.pace import ReadPace
 from pipros.bridges.rosbridge.server import BridgeRuntime, ClientTopics, ServerOptions
-from pipros.bridges.rosbridge.session import ClientSession
+from pipros.bridges.rosbridge.session import RosbridgeSession
 from pipros.bridges.rosbridge.tcp_input import CHUNK_BYTES, TcpInput
 from pipros.bridges.shares import ClientShares, ServerShares
 from pipros.net import sockets
@@ -78,17 +78,17 @@ class StreamServer:
 
     def _connect(
         self, key: Any, host: str, wake: Callable[[], object], shares: ClientShares
-    ) -> ClientSession | None:
+    ) -> RosbridgeSession | None:
         """Return a session for a new client, or None if there are too many clients."""
         if len(self._clients) >= self._most_clients:
             return None
         self._clients[key] = f"{host}:0", time.time()
         self._topics.report(list(self._clients.values()))
         limit_bytes = self._limits.of(BridgeLimits).bridge_queue_bytes
-        outbox = Outbox(limit_bytes, lambda: self._wakeups.wake(wake), shares.queue)
+        outbox = ClientOutbox(limit_bytes, lambda: self._wakeups.wake(wake), shares.queue)
         return self.bridge.connect(outbox, shares)
 
-    def _disconnect(self, key: Any, session: ClientSession) -> None:
+    def _disconnect(self, key: Any, session: RosbridgeSession) -> None:
         self._threads.start(session.close)
         del self._clients[key]
         self._topics.report(list(self._clients.values()))
@@ -101,7 +101,7 @@ class TcpServer(StreamServer):
         super().__init__(node, options)
         self._connections: dict[asyncio.StreamWriter, asyncio.Task[None]] = {}
         # longest silent client first
-        self._sessions: dict[asyncio.StreamWriter, ClientSession] = {}
+        self._sessions: dict[asyncio.StreamWriter, RosbridgeSession] = {}
         self._entrance = asyncio.Lock()  # ensures that a new client gets the slot freed for it
         self._has_reported_strangers = False
 
@@ -148,7 +148,7 @@ class TcpServer(StreamServer):
             return
         self._sessions[writer] = session
         sender = asyncio.create_task(self._send(session.outbox, has_data, writer))
-        pace = Pace(self._limits, work=self.shares.work)
+        pace = ReadPace(self._limits, work=self.shares.work)
         source = TcpInput(session, reader, self._limits, shares)
         receive = self._receive_bson if self._options.settings.is_bson else self._receive_json
         try:
@@ -174,7 +174,7 @@ class TcpServer(StreamServer):
             task.cancel()
             await asyncio.wait([task])
 
-    async def _receive_json(self, session: ClientSession, source: TcpInput) -> AsyncIterator[int]:
+    async def _receive_json(self, session: RosbridgeSession, source: TcpInput) -> AsyncIterator[int]:
         """Handle the data from the client, and yield the size of each part."""
         decoder = codecs.getincrementaldecoder("utf-8")("replace")
         has_begun = False
@@ -187,7 +187,7 @@ class TcpServer(StreamServer):
             await self._threads.run(session.receive_stream, decoder.decode(data))
             yield len(data)
 
-    async def _receive_bson(self, session: ClientSession, source: TcpInput) -> AsyncIterator[int]:
+    async def _receive_bson(self, session: RosbridgeSession, source: TcpInput) -> AsyncIterator[int]:
         """Handle the data from the client, and yield the size of each document."""
         while head := await source.read_all(_LENGTH_BYTES):
             size = int.from_bytes(head, "little")
@@ -215,7 +215,9 @@ class TcpServer(StreamServer):
             found = printable(start[:_SHOWN_BYTES].decode(errors="replace"))
             logger.warning("A client was disconnected: it must begin with an operation, got [%s]", found)
 
-    async def _send(self, outbox: Outbox, has_data: asyncio.Event, writer: asyncio.StreamWriter) -> None:
+    async def _send(
+        self, outbox: ClientOutbox, has_data: asyncio.Event, writer: asyncio.StreamWriter
+    ) -> None:
         """Write the content of the outbox. Closes the connection if the client does not read it."""
         try:
             while not outbox.is_overrun:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Hashable
 from typing import Final
 
 from pipros.basics.errors import PiprosError
-from pipros.bridges.outbox import Outbox
+from pipros.bridges.outbox import ClientOutbox
 from pipros.bridges.rosbridge.effects import Delivery
 from pipros.bridges.rosbridge.encoding import Encoder
 from pipros.bridges.rosbridge.publishing import CallLater
@@ -31,7 +31,7 @@ class TopicStream:
         topic: str,
         topics: SharedTopics,
         encoder: Encoder,
-        outbox: Outbox,
+        outbox: ClientOutbox,
         on_error: Callable[[str], object],
         call_later: CallLater,
         user: Hashable = None,

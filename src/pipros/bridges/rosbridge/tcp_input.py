@@ -6,7 +6,7 @@ import asyncio
 from typing import Final
 
 from pipros.basics.limits import Limits
-from pipros.bridges.rosbridge.session import ClientSession
+from pipros.bridges.rosbridge.session import RosbridgeSession
 from pipros.bridges.shares import ClientShares
 
 CHUNK_BYTES: Final = 64 * 1024
@@ -24,7 +24,7 @@ class TcpInput:
     """
 
     def __init__(
-        self, session: ClientSession, reader: asyncio.StreamReader, limits: Limits, shares: ClientShares
+        self, session: RosbridgeSession, reader: asyncio.StreamReader, limits: Limits, shares: ClientShares
     ) -> None:
         self._session = session
         self._reader = reader

@@ -15,9 +15,9 @@ from typing import Any, Final
 from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits
 from pipros.bridges.client import Wakeups
-from pipros.bridges.pace import Pace
+from pipros.bridges.pace import ReadPace
 from pipros.bridges.rosbridge.server import ServerOptions
-from pipros.bridges.rosbridge.session import ClientSession
+from pipros.bridges.rosbridge.session import RosbridgeSession
 from pipros.bridges.rosbridge.stream_servers import StreamServer
 from pipros.bridges.rosbridge.text_input import JsonObjects
 from pipros.bridges.shares import ClientShares
@@ -108,7 +108,7 @@ class UdpServer(StreamServer):
             self._disconnect(address, client.session)
 
     async def _attend(self, client: _UdpClient, address: Any) -> None:
-        pace = Pace(self._limits, work=self.shares.work)
+        pace = ReadPace(self._limits, work=self.shares.work)
         session = client.session
         try:
             while not session.ended:
@@ -154,7 +154,7 @@ class _UdpClient:
 
     task: asyncio.Task[None]
 
-    def __init__(self, session: ClientSession, shares: ClientShares) -> None:
+    def __init__(self, session: RosbridgeSession, shares: ClientShares) -> None:
         self.session = session
         self.shares = shares
         self.datagrams: asyncio.Queue[bytes] = asyncio.Queue(WAITING_DATAGRAMS)

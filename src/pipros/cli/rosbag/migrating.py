@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from pipros.bag.migration import Change, Kind, Migrator, rule_text
+from pipros.bag.migration import Kind, Migrator, TypeChange, rule_text
 from pipros.bag.migration_plugins import installed_rules, rules_of_files
 from pipros.bag.opening import open_bag, writer_for
 from pipros.bag.reader import BagReader
@@ -94,7 +94,7 @@ def _warn(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def _show(changes: Iterable[Change]) -> None:
+def _show(changes: Iterable[TypeChange]) -> None:
     for change in changes:
         _show_pair("", change.old, change.new)
         if change.missing:
@@ -108,7 +108,7 @@ def _show_pair(indent: str, old: Kind, new: Kind) -> None:
     print(f"{indent} * From: {before}\n{indent}   To:   {after}")
 
 
-def _write_rules(path: Path, changes: Iterable[Change], bag: BagReader) -> None:
+def _write_rules(path: Path, changes: Iterable[TypeChange], bag: BagReader) -> None:
     from pipros.msg.dynamic import message_classes_from_text
 
     classes = {}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pipros.cli.runner import only_argument
 
 if TYPE_CHECKING:
-    from pipros.fleet.fleet_file import FleetFile, Rule
+    from pipros.fleet.fleet_file import FleetFile, FleetRule
 
 
 def main(argv: Sequence[str]) -> int:
@@ -39,7 +39,7 @@ def _lines(file: FleetFile) -> Iterator[str]:
             yield f"  {rule.name}{_details(rule)}"
 
 
-def _details(rule: Rule) -> str:
+def _details(rule: FleetRule) -> str:
     from pipros.fleet.fleet_file import ANYONE, Priority
 
     if not rule.is_allowed:

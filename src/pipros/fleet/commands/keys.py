@@ -16,7 +16,7 @@ def main(argv: Sequence[str]) -> int:
     options, arguments = parser.parse_args(list(argv))
     if not 1 <= options.days <= 36_500:
         parser.error(f"--days must be between 1 and 36500, got {options.days}")
-    from pipros.fleet.access import Role
+    from pipros.fleet.access import FleetRole
     from pipros.fleet.certificates import Authority
 
     match arguments:
@@ -25,7 +25,7 @@ def main(argv: Sequence[str]) -> int:
             print(f"{folder}: authority created; `pipros fleet router tls/HOST:PORT --keys {folder}` uses it")
         case ["add", folder, name]:
             made = Authority(folder).add(
-                name, Role.OBSERVER if options.observer else Role.MEMBER, options.days
+                name, FleetRole.OBSERVER if options.observer else FleetRole.MEMBER, options.days
             )
             print(f"{made}: copy this folder to [{name}], then delete it here")
         case ["renew", folder, name]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from pipros.cli.runner import CommandError
 
 if TYPE_CHECKING:
-    from pipros.fleet.zenoh_session import Link, Tls
+    from pipros.fleet.zenoh_session import SessionLink, Tls
 
 ROUTER = "tcp/127.0.0.1:7447"
 OBSERVER = "observer"
@@ -42,7 +42,7 @@ def tls_of(options: Any, router: str) -> Tls | None:
 
 
 @contextmanager
-def link_of(options: Any) -> Iterator[Link]:
+def link_of(options: Any) -> Iterator[SessionLink]:
     """Connect to the router given by the options, and disconnect when the context ends."""
     from pipros.fleet.zenoh_session import connect
 

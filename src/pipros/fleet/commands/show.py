@@ -10,9 +10,9 @@ from pipros.cli.runner import CommandError, option_parser
 from pipros.fleet.commands.options import add_link_options, link_of
 
 if TYPE_CHECKING:
-    from pipros.fleet.directory import Directory, Entry
+    from pipros.fleet.directory import Directory, DirectoryEntry
     from pipros.fleet.status import Counters
-    from pipros.fleet.zenoh_session import Link
+    from pipros.fleet.zenoh_session import SessionLink
 
 INTERVAL_S = 2.0
 
@@ -40,7 +40,7 @@ def list_members(argv: Sequence[str]) -> int:
     return 0
 
 
-def _summary(link: Link, member: str) -> str:
+def _summary(link: SessionLink, member: str) -> str:
     from pipros.fleet.status import directory_of
 
     directory = directory_of(link, member)
@@ -90,7 +90,7 @@ def _described(directory: Directory, counters: Counters | None) -> Iterator[str]
             yield f"Received from {name}: {row[0]} messages, {row[2]} lost, {row[3]} malformed"
 
 
-def _rows(entries: Iterable[Entry]) -> Iterator[str]:
+def _rows(entries: Iterable[DirectoryEntry]) -> Iterator[str]:
     for entry in entries:
         yield f" * {entry.name} [{entry.type}]"
 
@@ -117,7 +117,7 @@ def top(argv: Sequence[str]) -> int:
     return 0
 
 
-def _counters(link: Link) -> dict[str, Counters]:
+def _counters(link: SessionLink) -> dict[str, Counters]:
     from pipros.fleet.status import counters_of, present
 
     members = {each.member for each in present(link)}

@@ -34,7 +34,7 @@ def file_names(names: Iterable[str]) -> dict[str, str]:
     return chosen
 
 
-class Columns:
+class CsvColumns:
     """The keys of a status's values, in order of first occurrence."""
 
     def __init__(self) -> None:

@@ -13,7 +13,7 @@ from pipros.msg.time import Time
 from pipros.node import Node
 
 
-class Level(IntEnum):
+class LinkLevel(IntEnum):
     """The levels of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
@@ -26,13 +26,13 @@ class LinkStatus:
     """Status of one component: this member's link, or its traffic from another member."""
 
     name: str
-    level: Level
+    level: LinkLevel
     message: str
     values: Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Traffic:
+class LinkTraffic:
     """Counters of one member's traffic from another, summed over all topics."""
 
     topics: int = 0
@@ -46,8 +46,8 @@ def link_statuses(
     *,
     is_connected: bool,
     sent: Iterable[tuple[int, int, int, int]],
-    received: Mapping[str, Traffic],
-    before: Mapping[str, Traffic],
+    received: Mapping[str, LinkTraffic],
+    before: Mapping[str, LinkTraffic],
 ) -> list[LinkStatus]:
     """Return a status for a member's link, and one for each other member.
 
@@ -60,13 +60,13 @@ def link_statuses(
     found = [
         LinkStatus(
             f"/Fleet/{member}",
-            Level.OK if is_connected else Level.ERROR,
+            LinkLevel.OK if is_connected else LinkLevel.ERROR,
             "connected" if is_connected else "no router is connected",
             dict(zip(("sent", "bytes sent", "dropped", "unsent"), map(str, totals), strict=True)),
         )
     ]
     for other, now in sorted(received.items()):
-        first = before.get(other, Traffic())
+        first = before.get(other, LinkTraffic())
         lost, malformed = now.lost - first.lost, now.malformed - first.malformed
         problems = [
             f"{count} {what}" for count, what in ((lost, "lost"), (malformed, "malformed")) if count > 0
@@ -80,7 +80,7 @@ def link_statuses(
         found.append(
             LinkStatus(
                 f"/Fleet/{member}/{other}",
-                Level.WARN if problems else Level.OK,
+                LinkLevel.WARN if problems else LinkLevel.OK,
                 f"{' and '.join(problems)} recently" if problems else "present",
                 {name: str(value) for name, value in values.items()},
             )

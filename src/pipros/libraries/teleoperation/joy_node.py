@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from pipros.basics.interrupts import exits_after_ctrl_c
 from pipros.basics.posix import READ
-from pipros.libraries.teleoperation.joystick import EVENT, Change, Joystick
+from pipros.libraries.teleoperation.joystick import EVENT, Joystick, StickChange
 from pipros.libraries.teleoperation.parameters import number, private, stamp
 from pipros.msg import load_message_class
 from pipros.node import Node
@@ -83,11 +83,11 @@ class JoyPublisher:
             is_sticky=private(self._node, "sticky_buttons", False) is True,
             has_triggers=private(self._node, "default_trig_val", False) is True,
         )
-        delays = {Change.BUTTON: 0.0, Change.AXIS: self._coalesce_s, Change.INITIAL: INITIAL_S}
+        delays = {StickChange.BUTTON: 0.0, StickChange.AXIS: self._coalesce_s, StickChange.INITIAL: INITIAL_S}
         self._due_s = math.inf
         for event in self._events(descriptor):
             now_s = time.monotonic()
-            change = stick.apply(event) if event else Change.NOTHING
+            change = stick.apply(event) if event else StickChange.NOTHING
             self._due_s = min(self._due_s, now_s + delays.get(change, math.inf))
             if now_s >= self._due_s:
                 self._publish(stick)

@@ -19,7 +19,7 @@ TRIGGERS: Final = (2, 5)
 """Indices of the trigger axes. A released trigger is 1, but the driver reports 0 until its first movement."""
 
 
-class Change(Enum):
+class StickChange(Enum):
     """The kind of change that an event caused, which determines when to publish."""
 
     NOTHING = 0
@@ -45,7 +45,7 @@ class Joystick:
     axes: list[float] = field(default_factory=list)
     buttons: list[int] = field(default_factory=list)
 
-    def apply(self, event: bytes) -> Change:
+    def apply(self, event: bytes) -> StickChange:
         """Apply one event (`EVENT.size` bytes), and return the kind of change that it caused."""
         _, value, kind, number = EVENT.unpack(event)
         is_initial, kind = bool(kind & INIT), kind & ~INIT
@@ -61,10 +61,10 @@ class Joystick:
             if is_initial and self.has_triggers and value == 0 and number in TRIGGERS:
                 self.axes[number] = 1.0
         else:
-            return Change.NOTHING
+            return StickChange.NOTHING
         if is_initial:
-            return Change.INITIAL
-        return Change.BUTTON if kind == BUTTON else Change.AXIS
+            return StickChange.INITIAL
+        return StickChange.BUTTON if kind == BUTTON else StickChange.AXIS
 
     def _scaled(self, value: int) -> float:
         """Return the position of an axis from -1 to 1, positive to the left and up."""

@@ -13,7 +13,7 @@ from typing import ClassVar, Protocol
 _SECOND = 1_000_000_000
 
 
-class Rule(Protocol):
+class RateRule(Protocol):
     """A rule that decides whether the next message passes."""
 
     @property

@@ -11,7 +11,7 @@ NONE = "__none"
 """The name that selects no topic."""
 
 
-class Refused(PiprosError):
+class BadSelection(PiprosError):
     """A topic cannot be added, deleted or selected."""
 
 
@@ -49,7 +49,7 @@ class Selection:
             topic = ""
         elif topic not in self._topics:
             known = ", ".join(self._topics) or "none"
-            raise Refused(f"{topic} is not a topic of the {self._owner}; its topics are: {known}")
+            raise BadSelection(f"{topic} is not a topic of the {self._owner}; its topics are: {known}")
         before, self.selected = self.selected, topic
         return before
 
@@ -60,11 +60,13 @@ class Selection:
             Refused: `topic` is already one of the topics, or not a valid name.
         """
         if topic.endswith(NONE):
-            raise Refused(f"{NONE} cannot be a topic of the {self._owner}: it is reserved to select no topic")
+            raise BadSelection(
+                f"{NONE} cannot be a topic of the {self._owner}: it is reserved to select no topic"
+            )
         if not topic.strip("/") or not is_legal(topic):
-            raise Refused(f"{topic!r} is not a valid topic name")
+            raise BadSelection(f"{topic!r} is not a valid topic name")
         if topic in self._topics:
-            raise Refused(f"{topic} is already a topic of the {self._owner}")
+            raise BadSelection(f"{topic} is already a topic of the {self._owner}")
         self._topics.append(topic)
 
     def delete(self, topic: str) -> None:
@@ -74,7 +76,7 @@ class Selection:
             Refused: `topic` is not one of the topics, or is currently selected.
         """
         if topic not in self._topics:
-            raise Refused(f"{topic} is not a topic of the {self._owner}")
+            raise BadSelection(f"{topic} is not a topic of the {self._owner}")
         if topic == self.selected:
-            raise Refused(f"{topic} is selected; select another topic of the {self._owner} first")
+            raise BadSelection(f"{topic} is selected; select another topic of the {self._owner} first")
         self._topics.remove(topic)

@@ -28,7 +28,7 @@ class CompressionError(PiprosError, ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class CompressionSettings:
     """Compression settings.
 
     Attributes:
@@ -55,7 +55,9 @@ class Settings:
                 raise CompressionError(f"{name} must be an integer from 1 to {limit}, got {value!r}")
 
 
-def compressed(image: Any, encoding_name: str, settings: Settings, codec: Codec) -> tuple[str, bytes]:
+def compressed(
+    image: Any, encoding_name: str, settings: CompressionSettings, codec: Codec
+) -> tuple[str, bytes]:
     """Compress an image array. Return the format and the data of a CompressedImage.
 
     Raises:

@@ -27,7 +27,7 @@ from pipros.ros2.bags.sqlite_files import MAGIC, SqliteReader
 from pipros.ros2.bags.storage import StorageReader, StoredTopic
 from pipros.ros2.conversion.errors import ConversionError, NotConvertible
 from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
-from pipros.ros2.conversion.plans import Plan, Plans
+from pipros.ros2.conversion.plans import ConversionPlan, Plans
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
 from pipros.ros2.interfaces.parse import is_full_name, messages_from_text
@@ -76,7 +76,7 @@ class Ros2BagReader(BagReader):
             self._catalog = Catalog(_distribution(metadata), self._ros1.definitions, folders)
             self._plans = Plans(self._catalog, self._ros1.definitions, rules)
             self._add_definitions()
-            self._connections: list[dict[int, tuple[Connection, Plan]]] = []
+            self._connections: list[dict[int, tuple[Connection, ConversionPlan]]] = []
             for storage in self._storages:
                 self._connections.append(self._connect(storage))
         except BaseException:
@@ -155,8 +155,10 @@ class Ros2BagReader(BagReader):
 
     def _stored(
         self, wanted: set[int], first_ns: int, last_ns: int
-    ) -> Iterator[tuple[Connection, Plan, int, Any]]:
-        def of_file(storage: StorageReader, known: dict[int, tuple[Connection, Plan]]) -> Iterator[Any]:
+    ) -> Iterator[tuple[Connection, ConversionPlan, int, Any]]:
+        def of_file(
+            storage: StorageReader, known: dict[int, tuple[Connection, ConversionPlan]]
+        ) -> Iterator[Any]:
             topics = {topic for topic, (connection, _) in known.items() if connection.id in wanted}
             for topic, time_ns, cdr in storage.messages(topics, first_ns, last_ns):
                 yield (*known[topic], time_ns, cdr)
@@ -175,8 +177,8 @@ class Ros2BagReader(BagReader):
                             f"{self.name}: invalid definition of {type_name}: {error}"
                         ) from None
 
-    def _connect(self, storage: StorageReader) -> dict[int, tuple[Connection, Plan]]:
-        found: dict[int, tuple[Connection, Plan]] = {}
+    def _connect(self, storage: StorageReader) -> dict[int, tuple[Connection, ConversionPlan]]:
+        found: dict[int, tuple[Connection, ConversionPlan]] = {}
         for topic in storage.topics:
             self.topic_types.setdefault(topic.name, topic.type)
             try:
@@ -185,7 +187,7 @@ class Ros2BagReader(BagReader):
                 self.skipped.setdefault(topic.name, str(error))
         return found
 
-    def _connection(self, topic: StoredTopic) -> tuple[Connection, Plan]:
+    def _connection(self, topic: StoredTopic) -> tuple[Connection, ConversionPlan]:
         if topic.encoding != "cdr" or not is_full_name(topic.type):
             raise BagError(
                 f"the messages must be encoded as CDR, got {topic.encoding} with the type [{topic.type}]"
@@ -209,7 +211,7 @@ class Ros2BagReader(BagReader):
         self.layout.connections[connection.id] = connection
         return connection, plan
 
-    def _plan(self, ros2_type: str) -> Plan:
+    def _plan(self, ros2_type: str) -> ConversionPlan:
         """Return the plan for a type. For a type that only ROS 2 has, derive an equivalent ROS 1 type."""
         try:
             return self._plans.for_ros2(ros2_type)
@@ -307,5 +309,5 @@ def _distribution(metadata: BagMetadata | None) -> Distribution:
     return Distribution.JAZZY
 
 
-def _time_of(stored: tuple[Connection, Plan, int, Any]) -> int:
+def _time_of(stored: tuple[Connection, ConversionPlan, int, Any]) -> int:
     return stored[2]

@@ -23,7 +23,7 @@ from pipros.ros2.bags.sqlite_files import SqliteWriter
 from pipros.ros2.bags.storage import NewTopic, StorageWriter
 from pipros.ros2.conversion.errors import ConversionError
 from pipros.ros2.conversion.mapping import BUILTIN_RULES, MappingRules
-from pipros.ros2.conversion.plans import Plan, Plans
+from pipros.ros2.conversion.plans import ConversionPlan, Plans
 from pipros.ros2.distribution import Distribution
 from pipros.ros2.interfaces.catalog import Catalog, Ros1Definitions, installed_definitions
 from pipros.ros2.names import checked_name
@@ -33,7 +33,7 @@ SUFFIXES = {"mcap": ".mcap", "sqlite3": ".db3"}
 
 
 @dataclass(slots=True)
-class _Topic:
+class _BagTopic:
     """A topic in the new bag."""
 
     new: NewTopic
@@ -62,8 +62,8 @@ class Ros2BagWriter:
         self._rules = rules
         self._catalog = Catalog(distribution, installed_definitions(), folders)
         self._plans: dict[tuple[str, str], Plans] = {}
-        self._topics: dict[str, _Topic] = {}
-        self._of_connection: list[tuple[_Topic, Plan] | None] = []
+        self._topics: dict[str, _BagTopic] = {}
+        self._of_connection: list[tuple[_BagTopic, ConversionPlan] | None] = []
         self._first_ns: int | None = None
         self._last_ns = 0
         self.skipped: dict[str, str] = {}
@@ -72,7 +72,7 @@ class Ros2BagWriter:
     def add_connection(self, topic: str, header: Mapping[str, bytes]) -> Connection:
         """Add a connection. If its type cannot be converted, its messages are left out."""
         connection = Connection(len(self._of_connection), topic, dict(header))
-        found: tuple[_Topic, Plan] | None = None
+        found: tuple[_BagTopic, ConversionPlan] | None = None
         try:
             found = self._topic(connection)
         except PiprosError as error:
@@ -81,7 +81,7 @@ class Ros2BagWriter:
         self._of_connection.append(found)
         return connection
 
-    def _topic(self, connection: Connection) -> tuple[_Topic, Plan]:
+    def _topic(self, connection: Connection) -> tuple[_BagTopic, ConversionPlan]:
         name = checked_name(connection.topic if connection.topic[:1] == "/" else f"/{connection.topic}")
         plans = self._plans_of(connection)
         plan = plans.for_ros1(connection.type)
@@ -89,12 +89,12 @@ class Ros2BagWriter:
         known = self._topics.get(name)
         if known is None:
             new = self._new_topic(name, plans, plan, is_latched=connection.is_latching)
-            known = self._topics[name] = _Topic(new, self._storage.add_topic(new))
+            known = self._topics[name] = _BagTopic(new, self._storage.add_topic(new))
         elif known.new.type != plan.ros2_type:
             raise BagError(f"a topic can have only one type in ROS 2: {known.new.type}, not {plan.ros2_type}")
         return known, plan
 
-    def _new_topic(self, name: str, plans: Plans, plan: Plan, *, is_latched: bool) -> NewTopic:
+    def _new_topic(self, name: str, plans: Plans, plan: ConversionPlan, *, is_latched: bool) -> NewTopic:
         whole = self._catalog.complete(self._catalog.message(plan.ros2_type))
         parts = [whole.message.text()]
         for type_name, inner in whole.embedded.items():

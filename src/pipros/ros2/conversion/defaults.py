@@ -7,13 +7,18 @@ from collections.abc import Iterator
 from typing import Any
 
 from pipros.ros2.conversion.errors import NotConvertible
-from pipros.ros2.conversion.values import Kind, Value, Values
+from pipros.ros2.conversion.values import Value, ValueKind, Values
 from pipros.ros2.interfaces.spec import Form
 from pipros.safe.yaml import YamlError, load
 
 _U32 = struct.Struct("<I")
-_CODES = {(Kind.INTEGER, 1): "B", (Kind.INTEGER, 2): "H", (Kind.INTEGER, 4): "I", (Kind.INTEGER, 8): "Q"}
-_CODES |= {(Kind.FLOAT, 4): "f", (Kind.FLOAT, 8): "d"}
+_CODES = {
+    (ValueKind.INTEGER, 1): "B",
+    (ValueKind.INTEGER, 2): "H",
+    (ValueKind.INTEGER, 4): "I",
+    (ValueKind.INTEGER, 8): "Q",
+}
+_CODES |= {(ValueKind.FLOAT, 4): "f", (ValueKind.FLOAT, 8): "d"}
 
 Piece = tuple[int, int, bytes]
 """Size, alignment in CDR, and content."""
@@ -42,12 +47,12 @@ def default_bytes(value: Value, values: Values, *, to_cdr: bool) -> Iterator[Pie
 
 
 def _single(value: Value, default: Any, values: Values, *, to_cdr: bool) -> Iterator[Piece]:
-    if value.kind is Kind.MESSAGE and value.message is not None:
+    if value.kind is ValueKind.MESSAGE and value.message is not None:
         for field in values.of_fields(value.message).values():
             yield from default_bytes(field, values, to_cdr=to_cdr)
-    elif value.kind in (Kind.STRING, Kind.WIDE_STRING):
+    elif value.kind in (ValueKind.STRING, ValueKind.WIDE_STRING):
         octets = b"" if default is None else str(default).encode()
-        if value.kind is Kind.WIDE_STRING:
+        if value.kind is ValueKind.WIDE_STRING:
             octets = b""  # vendors encode wide strings differently
         elif to_cdr:
             octets += b"\0"
@@ -63,7 +68,7 @@ def _single(value: Value, default: Any, values: Values, *, to_cdr: bool) -> Iter
 def _number(value: Value, default: Any) -> bytes:
     code = _CODES[value.kind, value.size]
     try:
-        if value.kind is Kind.FLOAT:
+        if value.kind is ValueKind.FLOAT:
             return struct.pack(f"<{code}", float(default))
         return struct.pack(f"<{code}", int(default) & ((1 << 8 * value.size) - 1))
     except (ValueError, TypeError, OverflowError) as error:

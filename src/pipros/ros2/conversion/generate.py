@@ -27,18 +27,18 @@ from pipros.ros2.conversion.defaults import default_bytes
 from pipros.ros2.conversion.errors import NotConvertible
 from pipros.ros2.conversion.pairing import Pair, Pairing, Path
 from pipros.ros2.conversion.run_emitter import Cursor, RunEmitter
-from pipros.ros2.conversion.runs import Check, Item, Role, layout
-from pipros.ros2.conversion.values import Kind, Value, Values
+from pipros.ros2.conversion.runs import Check, RunItem, RunRole, layout
+from pipros.ros2.conversion.values import Value, ValueKind, Values
 from pipros.ros2.interfaces.spec import Form, Ros2Message
 
 HEADER = b"\0\1\0\0"
 """The encapsulation header of little-endian CDR (XCDR1)."""
 
 _SINGLE_CHECKS = {
-    (Kind.TIME, True): Check.TIME_TO_ROS2,
-    (Kind.TIME, False): Check.TIME_TO_ROS1,
-    (Kind.DURATION, True): Check.DURATION_TO_ROS2,
-    (Kind.DURATION, False): Check.DURATION_TO_ROS1,
+    (ValueKind.TIME, True): Check.TIME_TO_ROS2,
+    (ValueKind.TIME, False): Check.TIME_TO_ROS1,
+    (ValueKind.DURATION, True): Check.DURATION_TO_ROS2,
+    (ValueKind.DURATION, False): Check.DURATION_TO_ROS1,
 }
 _LOG = ("rosgraph_msgs/Log", "rcl_interfaces/msg/Log")
 
@@ -76,7 +76,7 @@ class _Converter(RunEmitter):
         self.emit("parts = [_header]" if self.to_cdr else "parts = []")
         self.emit("add = parts.append")
         first, second = self._values.of_message(pair.ros1), self._values.of_message(pair.ros2)
-        if first.kind is not Kind.MESSAGE and first.kind is second.kind:
+        if first.kind is not ValueKind.MESSAGE and first.kind is second.kind:
             self._single(*self._ordered(first, second))
         else:
             self._linked(pair)
@@ -181,7 +181,7 @@ class _Converter(RunEmitter):
                 self.source, source = found[links[path]]
                 if _is_log(pair) and name == "level":
                     check = Check.LEVEL_TO_ROS2 if self.to_cdr else Check.LEVEL_TO_ROS1
-                    self.items.append(Item(Role.COPY, 1, 1, check))
+                    self.items.append(RunItem(RunRole.COPY, 1, 1, check))
                 else:
                     self._field(source, value, f"{pair.ros1.type}.{name}")
                 self.flush()
@@ -196,7 +196,7 @@ class _Converter(RunEmitter):
         self._count_field(where)
         if source.form is not target.form or source.length != target.length or source.kind is not target.kind:
             raise NotConvertible(f"{where}: {_described(source)} and {_described(target)} do not correspond")
-        if source.kind is Kind.WIDE_STRING:
+        if source.kind is ValueKind.WIDE_STRING:
             raise NotConvertible(f"{where}: wide strings have no counterpart in ROS 1")
         if source.size != target.size:
             raise NotConvertible(
@@ -204,8 +204,8 @@ class _Converter(RunEmitter):
             )
         if source.form is Form.SINGLE:
             self._single(source, target)
-        elif source.kind in (Kind.INTEGER, Kind.FLOAT) and source.form is Form.ARRAY:
-            self.items.append(Item(Role.COPY, source.size * source.length, source.size))
+        elif source.kind in (ValueKind.INTEGER, ValueKind.FLOAT) and source.form is Form.ARRAY:
+            self.items.append(RunItem(RunRole.COPY, source.size * source.length, source.size))
         else:
             self._array(source, target)
 
@@ -216,13 +216,13 @@ class _Converter(RunEmitter):
             raise DefinitionError(f"the message has too many fields in total; {limit}", file=where)
 
     def _single(self, source: Value, target: Value) -> None:
-        if source.kind is Kind.STRING:
+        if source.kind is ValueKind.STRING:
             self._string(target.string_bound)
-        elif source.kind is Kind.MESSAGE:
+        elif source.kind is ValueKind.MESSAGE:
             self._linked(self._pair(source, target))
         else:
             check = _SINGLE_CHECKS.get((source.kind, self.to_cdr))
-            self.items.append(Item(Role.COPY, source.size, source.alignment, check))
+            self.items.append(RunItem(RunRole.COPY, source.size, source.alignment, check))
 
     def _pair(self, source: Value, target: Value) -> Pair:
         first, second = self._ordered(source, target)
@@ -310,11 +310,11 @@ class _Converter(RunEmitter):
 
     def _smallest_size(self, value: Value) -> int:
         """Return a lower bound for the size of a value in the source, in bytes."""
-        if value.form is Form.SEQUENCE or (value.form is Form.SINGLE and value.kind is Kind.STRING):
+        if value.form is Form.SEQUENCE or (value.form is Form.SINGLE and value.kind is ValueKind.STRING):
             return 4
         if value.form is Form.ARRAY:
             return value.length * self._smallest_size(_one(value))
-        if value.kind is not Kind.MESSAGE or value.message is None:
+        if value.kind is not ValueKind.MESSAGE or value.message is None:
             return value.size or 4
         name = value.message.type
         if name not in self._smallest:
@@ -324,7 +324,7 @@ class _Converter(RunEmitter):
 
     def _flat_element(self, source: Value, target: Value) -> tuple[int, int] | None:
         """Return an element's size and alignment if its bytes are the same on both sides, without padding."""
-        if source.kind in (Kind.INTEGER, Kind.FLOAT):
+        if source.kind in (ValueKind.INTEGER, ValueKind.FLOAT):
             return source.size, source.size
         if not self._may_be_flat(_one(source)):
             return None
@@ -336,7 +336,7 @@ class _Converter(RunEmitter):
         self.lines, self.items, self.source, self.target = before
         alignment = max((item.alignment for item in items), default=0)
         is_plain = (
-            items and not emitted and all(item.role is Role.COPY and item.check is None for item in items)
+            items and not emitted and all(item.role is RunRole.COPY and item.check is None for item in items)
         )
         if not is_plain or items[0].alignment != alignment:
             return None
@@ -350,8 +350,8 @@ class _Converter(RunEmitter):
 
         For those types, `_flat_element` always fails, and its attempts would multiply with the nesting depth.
         """
-        if value.kind is not Kind.MESSAGE or value.message is None:
-            return value.kind in (Kind.INTEGER, Kind.FLOAT) and value.form is not Form.SEQUENCE
+        if value.kind is not ValueKind.MESSAGE or value.message is None:
+            return value.kind in (ValueKind.INTEGER, ValueKind.FLOAT) and value.form is not Form.SEQUENCE
         if value.form is not Form.SINGLE:
             return False
         name = value.message.type
@@ -365,11 +365,11 @@ class _Converter(RunEmitter):
     def _skip(self, value: Value) -> None:
         """Emit code that skips a field that the target lacks."""
         self._count_field(self._outer)
-        is_number = value.kind in (Kind.INTEGER, Kind.FLOAT)
+        is_number = value.kind in (ValueKind.INTEGER, ValueKind.FLOAT)
         if value.form is Form.SINGLE:
             self._skip_single(value)
         elif is_number and value.form is Form.ARRAY:
-            self.items.append(Item(Role.DROP, value.size * value.length, value.size))
+            self.items.append(RunItem(RunRole.DROP, value.size * value.length, value.size))
         else:
             self.flush()
             count = str(value.length)
@@ -386,15 +386,15 @@ class _Converter(RunEmitter):
             self.target = target
 
     def _skip_single(self, value: Value) -> None:
-        if value.kind in (Kind.STRING, Kind.WIDE_STRING):
+        if value.kind in (ValueKind.STRING, ValueKind.WIDE_STRING):
             self.flush()
             length = self._read_length()
             self.slice(length, 0)
-        elif value.kind is Kind.MESSAGE and value.message is not None:
+        elif value.kind is ValueKind.MESSAGE and value.message is not None:
             for field in self._values.of_fields(value.message).values():
                 self._skip(field)
         else:
-            self.items.append(Item(Role.DROP, value.size, value.alignment))
+            self.items.append(RunItem(RunRole.DROP, value.size, value.alignment))
 
     def _read_length(self) -> str:
         if not self.to_cdr:
@@ -416,7 +416,7 @@ class _Converter(RunEmitter):
         for size, alignment, octets in default_bytes(value, self._values, to_cdr=self.to_cdr):
             self._count_field(pair.ros2.type)
             if not octets.strip(b"\0"):
-                self.items.append(Item(Role.FILL, size, alignment))
+                self.items.append(RunItem(RunRole.FILL, size, alignment))
                 continue
             self.flush()
             if self.to_cdr:

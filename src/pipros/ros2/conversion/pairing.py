@@ -23,7 +23,7 @@ Path = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class FieldPair:
     """A ROS 1 field and the corresponding ROS 2 field."""
 
     ros1: Path
@@ -36,7 +36,7 @@ class Pair:
 
     ros1: MessageSpec
     ros2: Ros2Message
-    links: tuple[Link, ...]
+    links: tuple[FieldPair, ...]
 
     @property
     def only_ros1(self) -> tuple[str, ...]:
@@ -108,7 +108,7 @@ class Pairing:
         """
         kind = WHOLE_MESSAGES.get(ros1.type)
         if kind is not None and kind is WHOLE_MESSAGES.get(ros2.type):
-            links = tuple(Link((ros1.fields[0].name,), (field.name,)) for field in ros2.fields)
+            links = tuple(FieldPair((ros1.fields[0].name,), (field.name,)) for field in ros2.fields)
             return Pair(ros1, ros2, links)
         rule = self._rules.message(ros1.type, ros2.type)
         return _pair(ros1, ros2, None if rule is None else rule.fields)
@@ -193,13 +193,13 @@ def _first(
 
 def _pair(ros1: MessageSpec, ros2: Ros2Message, fields: Fields | None) -> Pair:
     if fields is not None:
-        links = tuple(Link(tuple(a.split(".")), tuple(b.split("."))) for a, b in fields.items())
+        links = tuple(FieldPair(tuple(a.split(".")), tuple(b.split("."))) for a, b in fields.items())
         return Pair(ros1, ros2, links)
     theirs = {field.name for field in ros2.fields}
     ours = {field.name: field.name for field in ros1.fields if field.type.length != 0}
     lowered = {name.lower(): name for name in ours if name not in theirs}
     matches = [(ours.get(each.name) or lowered.get(each.name), each.name) for each in ros2.fields]
-    links = tuple(Link((first,), (second,)) for first, second in matches if first is not None)
+    links = tuple(FieldPair((first,), (second,)) for first, second in matches if first is not None)
     made = Pair(ros1, ros2, links)
     if made.only_ros1 and made.only_ros2:
         raise NotConvertible(

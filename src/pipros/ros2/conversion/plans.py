@@ -34,7 +34,7 @@ _TRAILING = 3
 _ENCODINGS = {b"\0\0": "big-endian CDR", b"\0\2": "big-endian PL_CDR", b"\0\3": "PL_CDR"}
 
 
-class Plan:
+class ConversionPlan:
     """Conversion of one message type in both directions, each compiled when it is first used.
 
     Attributes:
@@ -116,8 +116,8 @@ class ServicePlan:
 
     ros1_type: str
     ros2_type: str
-    request: Plan
-    response: Plan
+    request: ConversionPlan
+    response: ConversionPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,9 +130,9 @@ class ActionPlan:
 
     ros1_type: str
     ros2_type: str
-    goal: Plan
-    result: Plan
-    feedback: Plan
+    goal: ConversionPlan
+    result: ConversionPlan
+    feedback: ConversionPlan
 
 
 class Plans:
@@ -146,11 +146,11 @@ class Plans:
         self.catalog = catalog
         self._ros1 = ros1
         self._pairing = Pairing(ros1.message, catalog, rules)
-        self._plans: dict[tuple[str, str], Plan] = {}
+        self._plans: dict[tuple[str, str], ConversionPlan] = {}
         self._services: dict[str, ServicePlan] = {}
         self._actions: dict[tuple[str, str], ActionPlan] = {}
 
-    def for_ros1(self, ros1_type: str) -> Plan:
+    def for_ros1(self, ros1_type: str) -> ConversionPlan:
         """Return the plan for a ROS 1 message, whose counterpart the rules determine.
 
         Raises:
@@ -160,11 +160,11 @@ class Plans:
         """
         return self.between(ros1_type, self._pairing.ros2_type(ros1_type))
 
-    def for_ros2(self, ros2_type: str) -> Plan:
+    def for_ros2(self, ros2_type: str) -> ConversionPlan:
         """Return the plan for a ROS 2 message. Raises the same errors as `for_ros1`."""
         return self.between(self._pairing.ros1_type(ros2_type), ros2_type)
 
-    def between(self, ros1_type: str, ros2_type: str) -> Plan:
+    def between(self, ros1_type: str, ros2_type: str) -> ConversionPlan:
         """Return the plan for two messages. Raises the same errors as `for_ros1`."""
         key = ros1_type, ros2_type
         if key not in self._plans:
@@ -216,7 +216,7 @@ class Plans:
         """
         return self._pairing.ros1_action(ros2_type)
 
-    def _plan(self, pair: Pair) -> Plan:
+    def _plan(self, pair: Pair) -> ConversionPlan:
         """Return the plan for a pair.
 
         Raises:
@@ -225,7 +225,7 @@ class Plans:
         """
         embedded_types(pair.ros1, self._ros1.message)
         embedded_messages(pair.ros2, self.catalog.message)
-        return Plan(pair, self._pairing)
+        return ConversionPlan(pair, self._pairing)
 
     def message_hash(self, ros2_type: str) -> str:
         """Return the type hash of a ROS 2 message."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pipros.msg.compile.emitter import Emitter, Names
-from pipros.ros2.conversion.runs import PHASES, TESTS, Check, Item, Layout, Role, layout
+from pipros.ros2.conversion.runs import PHASES, TESTS, Check, Layout, RunItem, RunRole, layout
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class RunEmitter(Emitter):
         super().__init__(Names(), indent=1)
         self.tables: dict[str, Any] = {}
         self.to_cdr = to_cdr
-        self.items: list[Item] = []
+        self.items: list[RunItem] = []
         self.source = Cursor()
         self.target = Cursor()
 
@@ -125,16 +125,16 @@ class RunEmitter(Emitter):
         self.source = self.source.plus(made.source_size)
         self.target = self.target.plus(made.target_size)
 
-    def _add_run(self, made: Layout, items: Sequence[Item], source: str) -> None:
+    def _add_run(self, made: Layout, items: Sequence[RunItem], source: str) -> None:
         if made.is_plain:
             self.emit(f"add({self.table('_unpack', made.unpack)}(data, {source})[0])")
-        elif any(item.role is Role.COPY for item in items):
+        elif any(item.role is RunRole.COPY for item in items):
             unpack, pack = self.table("_unpack", made.unpack), self.table("_pack", made.pack)
             self.emit(f"add({pack}(*{unpack}(data, {source})))")
         elif made.target_size:
             self.emit(f"add({self.table('_fill', made.pack())})")
 
-    def _flush_dynamic(self, items: Sequence[Item], unit: int, cursor: Cursor) -> None:
+    def _flush_dynamic(self, items: Sequence[RunItem], unit: int, cursor: Cursor) -> None:
         layouts = [layout(items, phase, to_cdr=self.to_cdr) for phase in range(unit)]
         start = self.assign("w" if self.to_cdr else "o", str(cursor))
         phase = self.assign("p", f"{start} & {unit - 1}")
@@ -146,7 +146,7 @@ class RunEmitter(Emitter):
                 place = f"{start} + {self.table('_at', offsets)}[{phase}]"
             self._check_value(check, place)
         source = str(self.source) if self.to_cdr else start
-        if any(item.role is Role.COPY for item in items):
+        if any(item.role is RunRole.COPY for item in items):
             unpack = self.table("_unpack", tuple(each.unpack for each in layouts))
             pack = self.table("_pack", tuple(each.pack for each in layouts))
             self.emit(f"add({pack}[{phase}](*{unpack}[{phase}](data, {source})))")
@@ -160,7 +160,7 @@ class RunEmitter(Emitter):
             sizes = self.table("_size", tuple(each.source_size for each in layouts))
             self.source = self._after(items, unit, f"{start} + {sizes}[{phase}]")
 
-    def _after(self, items: Sequence[Item], unit: int, end: str) -> Cursor:
+    def _after(self, items: Sequence[RunItem], unit: int, end: str) -> Cursor:
         """Return the CDR cursor after a run, relative to the run's last item with the largest alignment."""
         tail = 0
         present = [item for item in items if _is_in_cdr(item, to_cdr=self.to_cdr)]
@@ -168,7 +168,7 @@ class RunEmitter(Emitter):
             if item.alignment == unit:
                 rest = present[number:]
                 tail = layout(
-                    [Item(Role.COPY, e.size, e.alignment) for e in rest], 0, to_cdr=True
+                    [RunItem(RunRole.COPY, e.size, e.alignment) for e in rest], 0, to_cdr=True
                 ).target_size
         return Cursor(self.assign("w" if self.to_cdr else "o", f"{end} - {tail}"), tail, unit)
 
@@ -187,8 +187,8 @@ class RunEmitter(Emitter):
         return name
 
 
-def _is_in_cdr(item: Item, *, to_cdr: bool) -> bool:
-    return item.role is Role.COPY or (item.role is Role.FILL) == to_cdr
+def _is_in_cdr(item: RunItem, *, to_cdr: bool) -> bool:
+    return item.role is RunRole.COPY or (item.role is RunRole.FILL) == to_cdr
 
 
 LENGTHS = tuple(struct.Struct(f"<{-phase % 4}xI").pack for phase in range(4))

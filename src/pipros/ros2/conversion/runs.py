@@ -18,7 +18,7 @@ from pipros.ros2.conversion.errors import ConversionError
 PHASES = 8
 
 
-class Role(Enum):
+class RunRole(Enum):
     """How a conversion treats the bytes of an item."""
 
     COPY = "copy"
@@ -38,13 +38,13 @@ class Check(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class RunItem:
     """Consecutive bytes with one alignment in CDR: a number, a time or a fixed array of numbers.
 
     Dropped bytes exist only in the source. Filled bytes exist only in the target, and are zero.
     """
 
-    role: Role
+    role: RunRole
     size: int
     alignment: int
     check: Check | None = None
@@ -70,23 +70,23 @@ class Layout:
     checked: tuple[tuple[Check, int], ...]
 
 
-def layout(items: Sequence[Item], phase: int, *, to_cdr: bool) -> Layout:
+def layout(items: Sequence[RunItem], phase: int, *, to_cdr: bool) -> Layout:
     """Return the layout of a run whose offset in CDR, modulo 8, is `phase`."""
-    source, target = _Format(), _Format()
+    source, target = _RunFormat(), _RunFormat()
     cdr = target if to_cdr else source
     cdr.size = phase
     checked: list[tuple[Check, int]] = []
     for item in items:
-        is_in_cdr = item.role is Role.COPY or (item.role is Role.FILL) == to_cdr
+        is_in_cdr = item.role is RunRole.COPY or (item.role is RunRole.FILL) == to_cdr
         if is_in_cdr and item.size:
             cdr.skip(-cdr.size % item.alignment)
         if item.check is not None:
             checked.append((item.check, source.size - (0 if to_cdr else phase)))
-        if item.role is Role.COPY:
+        if item.role is RunRole.COPY:
             is_new = source.is_broken or target.is_broken or not source.parts
             source.block(item.size, is_new=is_new)
             target.block(item.size, is_new=is_new)
-        elif item.role is Role.DROP:
+        elif item.role is RunRole.DROP:
             source.skip(item.size)
         else:
             target.skip(item.size)
@@ -96,7 +96,7 @@ def layout(items: Sequence[Item], phase: int, *, to_cdr: bool) -> Layout:
     return Layout(read.unpack_from, write.pack, source.size, target.size, is_plain, tuple(checked))
 
 
-class _Format:
+class _RunFormat:
     """A format of the `struct` module under construction."""
 
     def __init__(self) -> None:

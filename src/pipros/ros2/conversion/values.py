@@ -12,7 +12,7 @@ from pipros.ros2.interfaces.catalog import Catalog
 from pipros.ros2.interfaces.spec import DURATION, SIZES, TIME, Form, Ros2Message, Ros2Type
 
 
-class Kind(Enum):
+class ValueKind(Enum):
     """Kind of value. The enum values appear in error messages."""
 
     INTEGER = "integers"
@@ -37,7 +37,7 @@ class Value:
         default: the default as written in a ROS 2 definition, or empty.
     """
 
-    kind: Kind
+    kind: ValueKind
     form: Form = Form.SINGLE
     length: int = 0
     size: int = 0
@@ -49,14 +49,14 @@ class Value:
     @property
     def alignment(self) -> int:
         """CDR alignment of one number or time."""
-        return 4 if self.kind in (Kind.TIME, Kind.DURATION) else self.size
+        return 4 if self.kind in (ValueKind.TIME, ValueKind.DURATION) else self.size
 
 
 WHOLE_MESSAGES = {
-    "std_msgs/Time": Kind.TIME,
-    "std_msgs/Duration": Kind.DURATION,
-    TIME: Kind.TIME,
-    DURATION: Kind.DURATION,
+    "std_msgs/Time": ValueKind.TIME,
+    "std_msgs/Duration": ValueKind.DURATION,
+    TIME: ValueKind.TIME,
+    DURATION: ValueKind.DURATION,
 }
 """Messages that contain a single time or duration, which may have a built-in type on the other side."""
 
@@ -70,8 +70,8 @@ class Values:
 
     def of_message(self, message: MessageSpec | Ros2Message) -> Value:
         """Return the `Value` for an entire message."""
-        kind = WHOLE_MESSAGES.get(message.type, Kind.MESSAGE)
-        return Value(kind, size=0 if kind is Kind.MESSAGE else 8, message=message)
+        kind = WHOLE_MESSAGES.get(message.type, ValueKind.MESSAGE)
+        return Value(kind, size=0 if kind is ValueKind.MESSAGE else 8, message=message)
 
     def of_fields(self, message: MessageSpec | Ros2Message) -> dict[str, Value]:
         """Return the `Value` of each field of a message, by name and in order."""
@@ -84,14 +84,14 @@ class Values:
         length = kind.length or 0
         base = kind.base
         if base in NUMBERS:
-            number = Kind.FLOAT if base in FLOATS else Kind.INTEGER
+            number = ValueKind.FLOAT if base in FLOATS else ValueKind.INTEGER
             return Value(number, form, length, struct.calcsize(f"<{NUMBERS[base]}"))
         if base == "string":
-            return Value(Kind.STRING, form, length)
+            return Value(ValueKind.STRING, form, length)
         if kind.is_builtin:
-            return Value(Kind.TIME if base == "time" else Kind.DURATION, form, length, 8)
-        whole = WHOLE_MESSAGES.get(base, Kind.MESSAGE)
-        return Value(whole, form, length, 0 if whole is Kind.MESSAGE else 8, self._lookup(base))
+            return Value(ValueKind.TIME if base == "time" else ValueKind.DURATION, form, length, 8)
+        whole = WHOLE_MESSAGES.get(base, ValueKind.MESSAGE)
+        return Value(whole, form, length, 0 if whole is ValueKind.MESSAGE else 8, self._lookup(base))
 
     def _ros2(self, kind: Ros2Type, default: str) -> Value:
         length = kind.length if kind.form is Form.ARRAY else 0
@@ -99,11 +99,11 @@ class Values:
         form = Form.SEQUENCE if kind.form is Form.BOUNDED else kind.form
         base = kind.base
         if base in SIZES:
-            number = Kind.FLOAT if base.startswith("float") else Kind.INTEGER
+            number = ValueKind.FLOAT if base.startswith("float") else ValueKind.INTEGER
             return Value(number, form, length, SIZES[base], bound=bound, default=default)
         if base in ("string", "wstring"):
-            text = Kind.STRING if base == "string" else Kind.WIDE_STRING
+            text = ValueKind.STRING if base == "string" else ValueKind.WIDE_STRING
             return Value(text, form, length, 0, None, bound, kind.string_bound, default)
-        whole = WHOLE_MESSAGES.get(base, Kind.MESSAGE)
+        whole = WHOLE_MESSAGES.get(base, ValueKind.MESSAGE)
         message = self._catalog.message(base)
-        return Value(whole, form, length, 0 if whole is Kind.MESSAGE else 8, message, bound)
+        return Value(whole, form, length, 0 if whole is ValueKind.MESSAGE else 8, message, bound)

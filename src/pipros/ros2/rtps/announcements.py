@@ -125,7 +125,7 @@ def write_key(name: Parameter, guid: bytes) -> bytes:
     return PARAMETER_LIST + parameter(name, guid) + SENTINEL
 
 
-class _Values:
+class _ParameterValues:
     """Decodes the first value of each parameter. Missing and malformed values yield None or a default."""
 
     def __init__(self, parameters: Parameters, is_little: bool) -> None:
@@ -185,9 +185,9 @@ class _Values:
         return tuple(names)
 
 
-def _values(payload: bytes | memoryview) -> _Values | None:
+def _values(payload: bytes | memoryview) -> _ParameterValues | None:
     found = read_parameter_list(payload)
-    return None if found is None else _Values(*found)
+    return None if found is None else _ParameterValues(*found)
 
 
 def read_participant(payload: bytes | memoryview) -> ParticipantData | None:

@@ -12,17 +12,17 @@ from pipros.basics.limits import Limits
 from pipros.ros2.interface import (
     NO_HASHES,
     Announcement,
-    Caller,
-    CallFailed,
     Durability,
     Endpoint,
     EndpointKind,
     EngineError,
+    EngineProblem,
     PartHashes,
-    Problem,
     Reliability,
+    Ros2Caller,
+    Ros2CallFailed,
+    Ros2Subscription,
     Sample,
-    Subscription,
     TopicQos,
 )
 from pipros.ros2.names import dds_service, dds_topic, dds_type, service_of_dds, topic_of_dds, type_of_dds
@@ -37,8 +37,8 @@ from pipros.ros2.rtps.nodes import Nodes
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.service_styles import PIPROS_MARK, style_of
-from pipros.ros2.rtps.services import Client, Server
-from pipros.ros2.rtps.topics import TopicReader, TopicWriter
+from pipros.ros2.rtps.services import RtpsClient, RtpsServer
+from pipros.ros2.rtps.topics import RtpsTopicWriter, TopicReader
 
 _LOG = logging.getLogger("pipros.ros2")
 _NO_GATEWAY: Final = "1"
@@ -96,7 +96,7 @@ class RtpsEngine:
         type_hash: str,
         qos: TopicQos,
         callback: Callable[[Sample], None],
-    ) -> Subscription:
+    ) -> Ros2Subscription:
         def pass_on(sample: reader.RtpsSample) -> None:
             callback(Sample(sample.payload, sample.writer))
 
@@ -111,7 +111,7 @@ class RtpsEngine:
         type_hash: str,
         answer: Callable[[bytes], bytes],
         parts: PartHashes = NO_HASHES,
-    ) -> Subscription:
+    ) -> Ros2Subscription:
 
         def handle(request: bytes) -> bytes | None:
             try:
@@ -124,7 +124,7 @@ class RtpsEngine:
         dds_service(service)  # checks the name
         kind = dds_type(type_name)[:-1]
         server = self._open(
-            lambda: Server(
+            lambda: RtpsServer(
                 self._participant,
                 service,
                 f"{kind}_Request_",
@@ -136,12 +136,14 @@ class RtpsEngine:
         )
         return self._owned(_Own(self, [server]))
 
-    def caller(self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES) -> Caller:
+    def caller(
+        self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES
+    ) -> Ros2Caller:
         del type_hash
         dds_service(service)
         kind = dds_type(type_name)[:-1]
         client = self._open(
-            lambda: Client(
+            lambda: RtpsClient(
                 self._participant,
                 service,
                 f"{kind}_Request_",
@@ -181,7 +183,7 @@ class RtpsEngine:
             for guid in (*node.readers, *node.writers)
         }
 
-    def problems(self) -> Sequence[Problem]:
+    def problems(self) -> Sequence[EngineProblem]:
         nodes = self._node_names()
         found = []
         for _, remote, policy in self._participant.ask(ParticipantCore.mismatched)[:_REPORTED]:
@@ -189,9 +191,9 @@ class RtpsEngine:
             if topic is not None:
                 kind = EndpointKind.PUBLISHER if remote.is_writer else EndpointKind.SUBSCRIBER
                 node = nodes.get(remote.guid) or guid_text(remote.guid)
-                found.append(Problem(kind, topic, _reason(remote, policy), node))
+                found.append(EngineProblem(kind, topic, _reason(remote, policy), node))
         if self._nodes is not None and self._nodes.knowledge is Knowledge.MIXED:
-            found.append(Problem(None, f"{self._namespace}/{self._name}", _MIXED))
+            found.append(EngineProblem(None, f"{self._namespace}/{self._name}", _MIXED))
         return found
 
     def close(self) -> None:
@@ -270,7 +272,7 @@ class _Own:
     """An endpoint of the engine."""
 
     def __init__(
-        self, engine: RtpsEngine, ends: Sequence[TopicReader | TopicWriter | Server | Client]
+        self, engine: RtpsEngine, ends: Sequence[TopicReader | RtpsTopicWriter | RtpsServer | RtpsClient]
     ) -> None:
         self._engine = engine
         self._ends = ends
@@ -280,7 +282,7 @@ class _Own:
         return sum(
             end.dropped if isinstance(end, TopicReader) else end.refused
             for end in self._ends
-            if isinstance(end, TopicReader | Server)
+            if isinstance(end, TopicReader | RtpsServer)
         )
 
     def guids(self) -> list[bytes]:
@@ -293,7 +295,7 @@ class _Own:
 
 
 class _Publisher(_Own):
-    def __init__(self, engine: RtpsEngine, writer: TopicWriter) -> None:
+    def __init__(self, engine: RtpsEngine, writer: RtpsTopicWriter) -> None:
         super().__init__(engine, [writer])
         self._writer = writer
 
@@ -313,7 +315,7 @@ class _Publisher(_Own):
 
 
 class _Client(_Own):
-    def __init__(self, engine: RtpsEngine, client: Client) -> None:
+    def __init__(self, engine: RtpsEngine, client: RtpsClient) -> None:
         super().__init__(engine, [client])
         self._client = client
 
@@ -321,15 +323,15 @@ class _Client(_Own):
         try:
             return self._client.call(request, timeout_s)
         except (PiprosError, TimeoutError) as error:
-            raise CallFailed(str(error)) from error
+            raise Ros2CallFailed(str(error)) from error
 
     @property
     def is_available(self) -> bool:
         return self._client.wait_for_server(0.0)
 
 
-def _guids(end: TopicReader | TopicWriter | Server | Client) -> Sequence[bytes]:
-    return end.guids if isinstance(end, (Server, Client)) else (end.guid,)
+def _guids(end: TopicReader | RtpsTopicWriter | RtpsServer | RtpsClient) -> Sequence[bytes]:
+    return end.guids if isinstance(end, (RtpsServer, RtpsClient)) else (end.guid,)
 
 
 def _dds(qos: TopicQos) -> dds.Qos:

@@ -12,7 +12,7 @@ from pipros.ros2.rtps.reader import REQUEST_BYTES, RtpsSample
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class RtpsSettings:
     """Settings of a participant: its identity, and where it looks for other participants.
 
     Attributes:

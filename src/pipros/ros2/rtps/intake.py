@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final
 
 from pipros.ros2.rtps.participant_core import ParticipantCore
-from pipros.ros2.rtps.sockets import Backlog
+from pipros.ros2.rtps.sockets import SocketBacklog
 
 WORK_AT_ONCE: Final = 256
 """Units of work (see `ParticipantCore.handle`) after which the participant releases its lock: some ms."""
@@ -27,7 +27,9 @@ class Intake:
         failures: number of datagrams that revealed a bug in the engine.
     """
 
-    def __init__(self, engine: ParticipantCore, backlog: Backlog, sources: Sequence[socket.socket]) -> None:
+    def __init__(
+        self, engine: ParticipantCore, backlog: SocketBacklog, sources: Sequence[socket.socket]
+    ) -> None:
         self.failures = 0
         self._engine = engine
         self._backlog = backlog

@@ -21,7 +21,7 @@ from pipros.ros2.rtps.graph_info import (
 from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY
 from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.topics import TopicWriter
+from pipros.ros2.rtps.topics import RtpsTopicWriter
 
 MAX_INFO_BYTES: Final = 256 * 1024
 """Maximum size of a participant's list of nodes: some 10,000 endpoints."""
@@ -41,7 +41,7 @@ class Nodes:
         self._info = GraphInfo(participant.prefix + PARTICIPANT_ENTITY, self._make_writer, size)
         participant.add_reader(TOPIC, TYPE_NAME, READER_QOS, self._on_sample, _type_hash(size))
 
-    def _make_writer(self) -> TopicWriter:
+    def _make_writer(self) -> RtpsTopicWriter:
         return self._participant.add_writer(TOPIC, TYPE_NAME, WRITER_QOS, _type_hash(self._info.size))
 
     def _on_sample(self, sample: RtpsSample) -> None:

@@ -40,7 +40,7 @@ class Transfer(NamedTuple):
     is_current: Callable[[], bool]
 
 
-class Outbox:
+class DatagramOutbox:
     """Collects the datagrams of all writers and readers of a participant.
 
     Attributes:

@@ -1,7 +1,7 @@
 """A running participant: an engine with sockets and two threads.
 
 One thread reads the sockets and polls the engine. It runs no callbacks, except those of services, which only
-hand the sample to another thread. The other thread runs the callbacks, one at a time. `TopicWriter.write`
+hand the sample to another thread. The other thread runs the callbacks, one at a time. `RtpsTopicWriter.write`
 sends in the caller's thread.
 """
 
@@ -24,15 +24,15 @@ from pipros.basics.limits import Limits, process_limits
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.rtps.announcements import EndpointData, ParticipantData
 from pipros.ros2.rtps.domain import Discovery
-from pipros.ros2.rtps.events import Event, Received, Settings
+from pipros.ros2.rtps.events import Event, Received, RtpsSettings
 from pipros.ros2.rtps.identity import new_prefix
 from pipros.ros2.rtps.intake import Intake
 from pipros.ros2.rtps.parameters import SampleIdentity
 from pipros.ros2.rtps.participant_core import ParticipantCore
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.reader import RtpsSample
-from pipros.ros2.rtps.sockets import Backlog, RtpsSockets
-from pipros.ros2.rtps.topics import TopicReader, TopicWriter
+from pipros.ros2.rtps.sockets import RtpsSockets, SocketBacklog
+from pipros.ros2.rtps.topics import RtpsTopicWriter, TopicReader
 
 DEFAULT_USER_DATA: Final = b"enclave=/;"
 _Answer = TypeVar("_Answer")
@@ -77,7 +77,7 @@ class Participant:
         )
         self.prefix = me.prefix
         self.discovery = discovery
-        settings = Settings(
+        settings = RtpsSettings(
             me,
             self._sockets.announce_to,
             self._sockets.local_hosts,
@@ -93,7 +93,9 @@ class Participant:
         self._watchers: list[SimpleQueue[None]] = []
         self._is_closing = False
         self._intake = Intake(
-            self._engine, Backlog(self._limits.of(Ros2Limits).ros2_backlog_bytes), self._sockets.receiving
+            self._engine,
+            SocketBacklog(self._limits.of(Ros2Limits).ros2_backlog_bytes),
+            self._sockets.receiving,
         )
         self._wake_from, self._wake_to = socket.socketpair()
         self._wake_from.setblocking(False)
@@ -116,12 +118,12 @@ class Participant:
     ) -> None:
         self.close()
 
-    def add_writer(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b"") -> TopicWriter:
+    def add_writer(self, topic: str, type_name: str, qos: Qos, user_data: bytes = b"") -> RtpsTopicWriter:
         """Create a writer and announce it to the peers. `topic` and `type_name` are DDS names."""
         with self._lock:
             entity = self._open_engine().add_writer(topic, type_name, qos, time.monotonic(), user_data)
             self._flush()
-        return TopicWriter(self, entity)
+        return RtpsTopicWriter(self, entity)
 
     def add_reader(
         self,
@@ -164,7 +166,7 @@ class Participant:
         recipients: frozenset[bytes] | None,
         registered: Callable[[int], None] | None = None,
     ) -> int:
-        """Send a sample; see `TopicWriter.write`.
+        """Send a sample; see `RtpsTopicWriter.write`.
 
         Args:
             registered: called with the sequence number before any reply can arrive.

@@ -36,7 +36,7 @@ from pipros.ros2.rtps.events import (
     OverLimit,
     PeerChanged,
     Received,
-    Settings,
+    RtpsSettings,
 )
 from pipros.ros2.rtps.identity import (
     GUID_BYTES,
@@ -48,7 +48,7 @@ from pipros.ros2.rtps.identity import (
     UNKNOWN_ENTITY,
     user_entity,
 )
-from pipros.ros2.rtps.outbox import Outbox, Outgoing
+from pipros.ros2.rtps.outbox import DatagramOutbox, Outgoing
 from pipros.ros2.rtps.parameters import (
     Parameter,
     SampleIdentity,
@@ -57,7 +57,7 @@ from pipros.ros2.rtps.parameters import (
     related_sample,
 )
 from pipros.ros2.rtps.peers import Peer, Peers
-from pipros.ros2.rtps.presence import Presence
+from pipros.ros2.rtps.presence import ParticipantPresence
 from pipros.ros2.rtps.qos import Durability, Qos, Reliability
 from pipros.ros2.rtps.reader import Reader, RtpsSample
 from pipros.ros2.rtps.submessages import (
@@ -91,15 +91,15 @@ _DISCOVERY: Final = (
 class ParticipantCore:
     """A participant; see the module docstring."""
 
-    def __init__(self, settings: Settings, limits: Limits, now: float) -> None:
+    def __init__(self, settings: RtpsSettings, limits: Limits, now: float) -> None:
         self.settings = settings
         self.prefix = settings.me.prefix
         self.peers = Peers(limits, settings.local_hosts | settings.static_hosts)
         self.malformed = 0
         self._limits = limits
-        self._outbox = Outbox()
+        self._outbox = DatagramOutbox()
         self._events: list[Event] = []
-        self._presence = Presence(settings, self._outbox, now)
+        self._presence = ParticipantPresence(settings, self._outbox, now)
         self._connections = Connections(settings.local_hosts, self._events)
         self._check_leases_at = now + _LEASE_CHECK_S
         self._entities = 0

@@ -7,23 +7,23 @@ from typing import Final
 
 from pipros.ros2.rtps.announcements import write_key, write_participant
 from pipros.ros2.rtps.encoding import data_head, datagram_head
-from pipros.ros2.rtps.events import Settings
+from pipros.ros2.rtps.events import RtpsSettings
 from pipros.ros2.rtps.identity import PARTICIPANT_ENTITY, PARTICIPANT_READER, PARTICIPANT_WRITER
-from pipros.ros2.rtps.outbox import Outbox
+from pipros.ros2.rtps.outbox import DatagramOutbox
 from pipros.ros2.rtps.parameters import Parameter, ended
 from pipros.ros2.rtps.peers import Peer
 
 _FIRST_PAUSES_S: Final = (0.1, 0.2, 0.3, 0.4, 0.5, 1.0)
 
 
-class Presence:
+class ParticipantPresence:
     """Announces a participant: frequently at first, then three times per lease duration.
 
     Attributes:
         due: when to announce next.
     """
 
-    def __init__(self, settings: Settings, outbox: Outbox, now: float) -> None:
+    def __init__(self, settings: RtpsSettings, outbox: DatagramOutbox, now: float) -> None:
         self.due = now
         self._settings = settings
         self._outbox = outbox

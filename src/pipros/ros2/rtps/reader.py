@@ -21,7 +21,7 @@ from typing import Final, NamedTuple
 from pipros.basics.budget import Budget
 from pipros.ros2.rtps.encoding import acknack, datagram_head, nack_frag
 from pipros.ros2.rtps.incomplete import PIECE_OVERHEAD_BYTES, Assembly, inline_bytes, total_fragments
-from pipros.ros2.rtps.outbox import Outbox
+from pipros.ros2.rtps.outbox import DatagramOutbox
 from pipros.ros2.rtps.parameters import Address, Parameters
 from pipros.ros2.rtps.submessages import MAX_SET, Data, DataFrag, Gap, Heartbeat, HeartbeatFrag
 
@@ -111,7 +111,7 @@ class Reader:
     prefix: bytes
     entity: bytes
     sample_bytes: int
-    outbox: Outbox
+    outbox: DatagramOutbox
     deliver: Callable[[RtpsSample], None]
     request_bytes: int = REQUEST_BYTES
     writers: dict[bytes, WriterProxy] = field(default_factory=dict)

@@ -61,7 +61,7 @@ def style_at(engine: ParticipantCore, guid: bytes) -> Style | None:
     return style_of(peer.data, endpoint) if peer and endpoint else None
 
 
-class Server:
+class RtpsServer:
     """A service server for clients of both styles (see `service_styles`).
 
     Each reply is sent only to the client that made the request.
@@ -203,7 +203,7 @@ class _Target:
     style: Style | None
 
 
-class Client:
+class RtpsClient:
     """A service client. Thread-safe; calls may run concurrently."""
 
     def __init__(
@@ -215,7 +215,7 @@ class Client:
         request_hash: bytes = b"",
         reply_hash: bytes = b"",
     ) -> None:
-        """Announce the client. See `Server` for the arguments."""
+        """Announce the client. See `RtpsServer` for the arguments."""
         requests, replies = topics_of(service)
         self._participant = participant
         self._service = service

@@ -134,7 +134,7 @@ def _send(through: socket.socket, parts: tuple[bytes | memoryview, ...], address
         through.sendmsg(parts, (), 0, address)
 
 
-class Backlog:
+class SocketBacklog:
     """Datagrams that were read but not yet handled.
 
     Handling takes longer than reading, and the system's buffers are small: often 208 KiB, enough for only

@@ -49,7 +49,7 @@ _FRAG_SET_LAYOUT = _both("II")
 _COUNT = _both("i")
 
 
-class Malformed(Exception):
+class MalformedDatagram(Exception):
     """A submessage contradicts itself or is truncated."""
 
 
@@ -186,7 +186,7 @@ def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
         elif is_ours and (read := _READERS.get(kind)) is not None:
             try:
                 found.submessages.append(read(body, flags))
-            except (Malformed, error):
+            except (MalformedDatagram, error):
                 return found._replace(is_malformed=True)
     return found
 
@@ -194,7 +194,7 @@ def read_datagram(datagram: bytes, own_prefix: bytes) -> Datagram | None:
 def _sequence(high: int, low: int) -> int:
     number: int = (high << 32) | low
     if not 0 < number <= _MAX_SEQUENCE:
-        raise Malformed
+        raise MalformedDatagram
     return number
 
 
@@ -203,7 +203,7 @@ def _payload(
 ) -> tuple[Parameters | None, memoryview]:
     position = 4 + to_inline
     if not fixed_bytes <= position <= len(body):
-        raise Malformed
+        raise MalformedDatagram
     inline = None
     if flags & INLINE_QOS:
         inline, position = read_parameters(body, position, is_little=bool(flags & LITTLE))
@@ -226,11 +226,11 @@ def _read_data_frag(body: memoryview, flags: int) -> DataFrag:
     _, to_inline, reader, writer, high, low, first, count, fragment_bytes, sample_bytes = fields
     inline, payload = _payload(body, flags, to_inline, layout.size)
     if not (first and count and fragment_bytes and sample_bytes):
-        raise Malformed
+        raise MalformedDatagram
     start = (first - 1) * fragment_bytes
     size = min(count * fragment_bytes, sample_bytes - start)
     if start >= sample_bytes or len(payload) < size:
-        raise Malformed
+        raise MalformedDatagram
     return DataFrag(
         reader,
         writer,
@@ -249,7 +249,7 @@ def _read_heartbeat(body: memoryview, flags: int) -> Heartbeat:
     high, low, last_high, last_low, count = numbers
     first, last = _sequence(high, low), (last_high << 32) | last_low
     if not first - 1 <= last <= _MAX_SEQUENCE:
-        raise Malformed
+        raise MalformedDatagram
     return Heartbeat(reader, writer, first, last, count, bool(flags & FINAL))
 
 
@@ -258,7 +258,7 @@ def _members(
 ) -> tuple[tuple[int, ...], int]:
     """Return the members of a set, from its bitmap of `size` bits, and the position after it."""
     if size > MAX_SET:
-        raise Malformed
+        raise MalformedDatagram
     members: list[int] = []
     for start in range(0, size, 32):
         word = _WORDS[flags & LITTLE].unpack_from(body, position)[0]
@@ -275,7 +275,7 @@ def _sequence_set(body: memoryview, position: int, flags: int) -> tuple[int, tup
     base = (high << 32) | low
     # Fast DDS and Cyclone DDS may send a base of 0 if the set is empty.
     if not 0 <= base <= _MAX_SEQUENCE - MAX_SET or (base == 0 and size):
-        raise Malformed
+        raise MalformedDatagram
     members, position = _members(body, position + layout.size, base, size, flags)
     return base, members, position
 
@@ -300,7 +300,7 @@ def _read_nack_frag(body: memoryview, flags: int) -> NackFrag:
     reader, writer, high, low = layout.unpack_from(body)
     base, size = set_layout.unpack_from(body, layout.size)
     if not base:
-        raise Malformed
+        raise MalformedDatagram
     missing, position = _members(body, layout.size + set_layout.size, base, size, flags)
     count = _COUNT[flags & LITTLE].unpack_from(body, position)[0]
     return NackFrag(reader, writer, _sequence(high, low), missing, count)

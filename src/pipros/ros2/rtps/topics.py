@@ -44,7 +44,7 @@ class RunningEngine(Protocol):
     def remove(self, entity: bytes) -> None: ...
 
 
-class TopicWriter:
+class RtpsTopicWriter:
     """A writer of a participant. Thread-safe."""
 
     def __init__(self, participant: RunningEngine, entity: bytes) -> None:

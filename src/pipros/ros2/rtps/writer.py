@@ -21,7 +21,7 @@ from typing import Final
 from pipros.basics.errors import LimitExceeded
 from pipros.basics.limits import limit_text
 from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
-from pipros.ros2.rtps.outbox import Outbox, Outgoing, Transfer
+from pipros.ros2.rtps.outbox import DatagramOutbox, Outgoing, Transfer
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.submessages import MAX_SET, AckNack, NackFrag
@@ -38,7 +38,7 @@ REMOTE_FRAGMENT_BYTES: Final = 1_344
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Change:
+class CacheChange:
     """A sample in the history.
 
     Attributes:
@@ -121,11 +121,11 @@ class Writer:
     entity: bytes
     qos: Qos
     history_bytes: int
-    outbox: Outbox
+    outbox: DatagramOutbox
     readers: dict[bytes, ReaderProxy] = field(default_factory=dict)
     dropped: int = 0
     lost: int = 0
-    _history: dict[int, Change] = field(default_factory=dict)
+    _history: dict[int, CacheChange] = field(default_factory=dict)
     _kept_bytes: int = 0
     _first: int = 1
     _last: int = 0
@@ -165,7 +165,7 @@ class Writer:
             text = limit_text("ros2_history_bytes", self.history_bytes)
             raise LimitExceeded(f"a message for ROS 2 is too large ({len(payload)} bytes): {text}")
         self._last += 1
-        change = Change(self._last, payload, inline, recipients, is_key)
+        change = CacheChange(self._last, payload, inline, recipients, is_key)
         depth = self.qos.depth
         while self._history and ((depth and len(self._history) >= depth) or not self._fits(len(payload))):
             self._drop_oldest()
@@ -215,7 +215,7 @@ class Writer:
         if change is not None:
             self._kept_bytes -= change.cost_bytes
 
-    def _send_new(self, reader: ReaderProxy, change: Change, now: float) -> None:
+    def _send_new(self, reader: ReaderProxy, change: CacheChange, now: float) -> None:
         head = reader.head
         reader.wanted = change.sequence
         if reader.is_reliable:
@@ -236,7 +236,7 @@ class Writer:
         tail = self._heartbeat(reader, is_final=True) if reader.is_reliable else b""
         self.outbox.send(reader.address, *self._data(reader, change, head), tail)
 
-    def _data(self, reader: ReaderProxy, change: Change, head: bytes) -> tuple[bytes, bytes, bytes]:
+    def _data(self, reader: ReaderProxy, change: CacheChange, head: bytes) -> tuple[bytes, bytes, bytes]:
         payload = change.payload
         padding = bytes(-len(payload) % 4)
         size = len(payload) + len(padding)
@@ -251,16 +251,18 @@ class Writer:
         last = max(reader.sent, first - 1)
         return heartbeat(reader.entity, self.entity, first, last, self._heartbeats, is_final=is_final)
 
-    def _queue(self, reader: ReaderProxy, change: Change, fragments: tuple[int, ...] | None = None) -> None:
+    def _queue(
+        self, reader: ReaderProxy, change: CacheChange, fragments: tuple[int, ...] | None = None
+    ) -> None:
         key = (self.entity, reader.guid, change.sequence)
         datagrams = self._datagrams(reader, change, fragments)
         self.outbox.queue(Transfer(key, datagrams, lambda: self._is_wanted(reader, change)))
 
-    def _is_wanted(self, reader: ReaderProxy, change: Change) -> bool:
+    def _is_wanted(self, reader: ReaderProxy, change: CacheChange) -> bool:
         return self._history.get(change.sequence) is change and self.readers.get(reader.guid) is reader
 
     def _datagrams(
-        self, reader: ReaderProxy, change: Change, fragments: tuple[int, ...] | None
+        self, reader: ReaderProxy, change: CacheChange, fragments: tuple[int, ...] | None
     ) -> Iterator[Outgoing]:
         """Yield a sample as DATA or as fragments (all if `fragments` is None), then a heartbeat."""
         if len(change.payload) <= reader.fragment_bytes:

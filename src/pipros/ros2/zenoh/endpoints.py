@@ -15,11 +15,11 @@ from typing import Any, Final, Protocol
 
 from pipros.net.workers import Workers
 from pipros.ros2.interface import (
-    CallFailed,
     Durability,
     EndpointKind,
     EngineError,
     Reliability,
+    Ros2CallFailed,
     Sample,
     TopicQos,
 )
@@ -68,7 +68,7 @@ class ZenohConnection(Protocol):
         """Return the number of other sessions' endpoints with this kind, name and type."""
 
 
-class Publisher:
+class ZenohPublisher:
     def __init__(
         self, engine: ZenohConnection, topic: str, type_name: str, type_hash: str, qos: TopicQos
     ) -> None:
@@ -109,7 +109,7 @@ class Publisher:
         _undeclare(self._engine.library, self._token, self._publisher)
 
 
-class Subscriber:
+class ZenohSubscriber:
     def __init__(
         self,
         engine: ZenohConnection,
@@ -165,7 +165,7 @@ class Subscriber:
         _undeclare(self._engine.library, self._token, self._subscriber)
 
 
-class Server:
+class ZenohServer:
     def __init__(
         self,
         engine: ZenohConnection,
@@ -230,7 +230,7 @@ class Server:
         self._workers.close()
 
 
-class Client:
+class ZenohClient:
     def __init__(self, engine: ZenohConnection, service: str, type_name: str, type_hash: str) -> None:
         self._engine = engine
         self._names = service, type_name
@@ -256,9 +256,9 @@ class Client:
                 if reply.ok is not None:
                     return bytes(reply.ok.payload.to_bytes())
         except zenoh.ZError as error:
-            raise CallFailed(f"the ROS 2 service {name} failed: {error}") from error
+            raise Ros2CallFailed(f"the ROS 2 service {name} failed: {error}") from error
         reason = f"did not answer within {timeout_s} s" if self.is_available else "is not available"
-        raise CallFailed(f"the ROS 2 service {name} {reason}")
+        raise Ros2CallFailed(f"the ROS 2 service {name} {reason}")
 
     @property
     def is_available(self) -> bool:

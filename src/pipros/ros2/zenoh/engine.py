@@ -17,19 +17,19 @@ from pipros.basics.limits import Limits, process_limits
 from pipros.ros2.interface import (
     NO_HASHES,
     Announcement,
-    Caller,
     Endpoint,
     EndpointKind,
     EngineError,
+    EngineProblem,
     PartHashes,
-    Problem,
+    Ros2Caller,
+    Ros2Subscription,
     Sample,
-    Subscription,
     TopicQos,
 )
 from pipros.ros2.limits import Ros2Limits
 from pipros.ros2.names import zenoh_key
-from pipros.ros2.zenoh.endpoints import Client, Publisher, Server, Subscriber, received
+from pipros.ros2.zenoh.endpoints import ZenohClient, ZenohPublisher, ZenohServer, ZenohSubscriber, received
 from pipros.ros2.zenoh.tokens import (
     NO_HASH,
     NodeIdentity,
@@ -115,7 +115,7 @@ class ZenohEngine:
         atexit.register(self.close)
 
     def announce(self, topic: str, type_name: str, type_hash: str, qos: TopicQos) -> Announcement:
-        return Publisher(self, topic, type_name, type_hash, qos)
+        return ZenohPublisher(self, topic, type_name, type_hash, qos)
 
     def subscribe(
         self,
@@ -124,8 +124,8 @@ class ZenohEngine:
         type_hash: str,
         qos: TopicQos,
         callback: Callable[[Sample], None],
-    ) -> Subscription:
-        return Subscriber(self, topic, type_name, type_hash, qos, callback)
+    ) -> Ros2Subscription:
+        return ZenohSubscriber(self, topic, type_name, type_hash, qos, callback)
 
     def serve(
         self,
@@ -134,19 +134,21 @@ class ZenohEngine:
         type_hash: str,
         answer: Callable[[bytes], bytes],
         parts: PartHashes = NO_HASHES,
-    ) -> Subscription:
+    ) -> Ros2Subscription:
         del parts
-        return Server(self, service, type_name, type_hash, answer)
+        return ZenohServer(self, service, type_name, type_hash, answer)
 
-    def caller(self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES) -> Caller:
+    def caller(
+        self, service: str, type_name: str, type_hash: str, parts: PartHashes = NO_HASHES
+    ) -> Ros2Caller:
         del parts
-        return Client(self, service, type_name, type_hash)
+        return ZenohClient(self, service, type_name, type_hash)
 
     def endpoints(self) -> Sequence[Endpoint]:
         with self._lock:
             return list(self._known.values())
 
-    def problems(self) -> Sequence[Problem]:
+    def problems(self) -> Sequence[EngineProblem]:
         return ()
 
     def close(self) -> None:

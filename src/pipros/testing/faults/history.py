@@ -46,7 +46,7 @@ def _checksum(source: str, number: str, filler: str) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class NumberGap:
     """Consecutive messages from a source that a sink did not receive."""
 
     sink: str
@@ -61,7 +61,7 @@ class _Sequence:
     received: int = 0
     duplicates: int = 0
     reordered: int = 0
-    gaps: list[Gap] = field(default_factory=list)
+    gaps: list[NumberGap] = field(default_factory=list)
     seen: set[int] = field(default_factory=set)
 
 
@@ -100,7 +100,7 @@ class History:
             elif number < sequence.last:
                 sequence.reordered += 1
             elif sequence.last and number > sequence.last + 1:
-                sequence.gaps.append(Gap(sink, source, sequence.last + 1, number - sequence.last - 1))
+                sequence.gaps.append(NumberGap(sink, source, sequence.last + 1, number - sequence.last - 1))
             sequence.seen.add(number)
             sequence.last = max(sequence.last, number)
 
@@ -128,7 +128,7 @@ class History:
             return list(self._torn)
 
     @property
-    def gaps(self) -> list[Gap]:
+    def gaps(self) -> list[NumberGap]:
         """The gaps in the received sequences, grouped by sink and source."""
         with self._lock:
             return [gap for sequence in self._sequences.values() for gap in sequence.gaps]

@@ -23,7 +23,7 @@ from pipros.net.rpc_async_client import call_async
 from pipros.net.rpc_server import RpcServer
 from pipros.net.this_machine import Caller
 from pipros.testing.faults.plan import Faults
-from pipros.testing.faults.tcp_proxy import Address, Counts, Switch, TcpProxy
+from pipros.testing.faults.tcp_proxy import Address, ProxyCounts, Switch, TcpProxy
 
 T = TypeVar("T")
 
@@ -136,7 +136,7 @@ class FaultProxy:
         for switch in self._chosen(kinds):
             switch.is_refusing = refuse
 
-    def counts(self, kind: Kind = "topics") -> Counts:
+    def counts(self, kind: Kind = "topics") -> ProxyCounts:
         """Return a copy of the current counts for connections of one kind."""
         return replace(self._chosen((kind,))[0].counts)
 

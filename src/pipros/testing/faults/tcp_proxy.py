@@ -26,7 +26,7 @@ Address = tuple[str, int]
 
 
 @dataclass(slots=True)
-class Counts:
+class ProxyCounts:
     """Counts of connections, bytes and faults so far."""
 
     connections: int = 0
@@ -45,11 +45,11 @@ class Switch:
 
     def __init__(self) -> None:
         self.faults = Faults()
-        self.counts = Counts()
+        self.counts = ProxyCounts()
         self.is_refusing = False
         self._passes = asyncio.Event()
         self._passes.set()
-        self.links: set[Link] = set()
+        self.links: set[ProxiedLink] = set()
 
     def inject(self, faults: Faults) -> None:
         """Replace the faults, also for open connections."""
@@ -121,7 +121,7 @@ class TcpProxy:
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._number += 1
-        link = Link(f"{self._name}/{self._number}", self._switch, writer)
+        link = ProxiedLink(f"{self._name}/{self._number}", self._switch, writer)
         self._switch.links.add(link)
         try:
             if self._switch.is_refusing:
@@ -143,7 +143,7 @@ class TcpProxy:
             self._switch.links.discard(link)
 
 
-class Link:
+class ProxiedLink:
     """One connection through a proxy.
 
     Attributes:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from pipros.bridges.foxglove.catalog import Catalog, Change, Channel
+from pipros.bridges.foxglove.catalog import CatalogChange, Channel, TopicCatalog
 from pipros.bridges.foxglove.graph_changes import EMPTY, graph_update
 from pipros.graph.definitions import Definition, ServiceDefinition
 from pipros.graph.system_state import SystemState
@@ -16,22 +16,22 @@ TRIGGER = ServiceDefinition("std_srvs/Trigger", "c" * 32, "", "")
 
 
 def test_only_changes_are_announced() -> None:
-    catalog = Catalog()
-    assert catalog.update_channels({"/a": TEXT}) == Change([Channel(1, "/a", TEXT)], [])
-    assert catalog.update_channels({"/a": TEXT}) == Change([], [])
-    assert catalog.update_channels({"/a": TEXT, "/b": TEXT}) == Change([Channel(2, "/b", TEXT)], [])
-    assert catalog.update_channels({"/b": TEXT}) == Change([], [1])
+    catalog = TopicCatalog()
+    assert catalog.update_channels({"/a": TEXT}) == CatalogChange([Channel(1, "/a", TEXT)], [])
+    assert catalog.update_channels({"/a": TEXT}) == CatalogChange([], [])
+    assert catalog.update_channels({"/a": TEXT, "/b": TEXT}) == CatalogChange([Channel(2, "/b", TEXT)], [])
+    assert catalog.update_channels({"/b": TEXT}) == CatalogChange([], [1])
 
 
 def test_another_definition_is_another_channel() -> None:
-    catalog = Catalog()
+    catalog = TopicCatalog()
     catalog.update_channels({"/a": TEXT})
-    assert catalog.update_channels({"/a": NUMBER}) == Change([Channel(2, "/a", NUMBER)], [1])
+    assert catalog.update_channels({"/a": NUMBER}) == CatalogChange([Channel(2, "/a", NUMBER)], [1])
     assert list(catalog.channels) == [2]
 
 
 def test_ids_are_never_used_again() -> None:
-    catalog = Catalog()
+    catalog = TopicCatalog()
     for number in range(1, 4):
         assert catalog.update_channels({"/a": TEXT}).added[0].id == 2 * number - 1
         assert catalog.update_services({"/s": TRIGGER}).added[0].id == 2 * number

@@ -7,18 +7,18 @@ from typing import Any
 
 from pipros.bridges.foxglove import frames
 from pipros.bridges.foxglove.catalog import Channel, Service
-from pipros.bridges.foxglove.frames import Level
+from pipros.bridges.foxglove.frames import StatusLevel
 from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.outbox import Frame
+from pipros.bridges.outbox import WebSocketFrame
 from pipros.graph.definitions import Definition, ServiceDefinition
 
 
-def read(frame: Frame) -> Any:
+def read(frame: WebSocketFrame) -> Any:
     assert frame.is_text
     return json.loads(b"".join(frame.parts))
 
 
-def binary(frame: Frame) -> bytes:
+def binary(frame: WebSocketFrame) -> bytes:
     assert not frame.is_text
     return b"".join(frame.parts)
 
@@ -84,7 +84,7 @@ def test_a_message_shares_its_body() -> None:
 
 
 def test_other_messages() -> None:
-    assert read(frames.status(Level.ERROR, "no")) == {"op": "status", "level": 2, "message": "no"}
+    assert read(frames.status(StatusLevel.ERROR, "no")) == {"op": "status", "level": 2, "message": "no"}
     assert read(frames.service_failure(1, 2, "no")) == {
         "op": "serviceCallFailure",
         "serviceId": 1,

@@ -12,7 +12,7 @@ from pipros.bridges.foxglove.requests import (
     ClientRequest,
     FetchAsset,
     GetParameters,
-    Malformed,
+    MalformedRequest,
     Publish,
     SetParameters,
     Subscribe,
@@ -105,5 +105,5 @@ def test_each_operation_is_read(data: str | bytes, request_read: ClientRequest) 
     ],
 )
 def test_malformed_messages_are_refused_with_the_field(data: str | bytes, reason: str) -> None:
-    with pytest.raises(Malformed, match=reason):
+    with pytest.raises(MalformedRequest, match=reason):
         read_request(data)

@@ -11,12 +11,12 @@ from typing import Any
 from pipros.basics.errors import LimitExceeded, PiprosError
 from pipros.basics.limits import Limits
 from pipros.bridges.call_turns import CallTurns
-from pipros.bridges.foxglove.catalog import Catalog
+from pipros.bridges.foxglove.catalog import TopicCatalog
 from pipros.bridges.foxglove.parameter_watch import DELETED
 from pipros.bridges.foxglove.sent_assets import Asset
-from pipros.bridges.foxglove.session import ClientSession
+from pipros.bridges.foxglove.session import FoxgloveSession
 from pipros.bridges.limits import BridgeLimits
-from pipros.bridges.outbox import Frame, Outbox
+from pipros.bridges.outbox import ClientOutbox, WebSocketFrame
 from pipros.bridges.shared_topics import TopicMessage
 from pipros.bridges.shares import ServerShares
 from pipros.graph.definitions import Definition
@@ -67,14 +67,14 @@ class FakeBridge:
     def __init__(self, *, has_control: bool = True, limits: Limits | None = None) -> None:
         self.node = Node("bridge", limits=limits)
         self.topics: Any = FakeTopics()
-        self.catalog = Catalog()
+        self.catalog = TopicCatalog()
         self.catalog.update_channels({"/chatter": TEXT})
         self.state = SystemState({"/chatter": ["/talker"]}, {}, {})
         self.has_control = has_control
         self.threads = DaemonPool("test", 2)
         self.call_turns = CallTurns("test calls", 2)
         self.corrected: list[str] = []
-        self.left: list[ClientSession] = []
+        self.left: list[FoxgloveSession] = []
         self.watched = 0
 
     def offers(self, capability: str) -> bool:
@@ -86,7 +86,7 @@ class FakeBridge:
     def allows_parameter(self, name: str) -> bool:
         return name != "/hidden"
 
-    def leave(self, session: ClientSession) -> None:
+    def leave(self, session: FoxgloveSession) -> None:
         self.left.append(session)
 
     def correct(self, topic: str, header: Mapping[str, str]) -> None:
@@ -108,17 +108,17 @@ class FakeClient:
     """The connection of the client, which records what is sent."""
 
     def __init__(self, limits: Limits) -> None:
-        self.outbox = Outbox(1_000_000, lambda: None)
+        self.outbox = ClientOutbox(1_000_000, lambda: None)
         self.shares = ServerShares(limits).client(is_reader=False)
         self.ended: list[str] = []
 
     def end(self, reason: str) -> None:
         self.ended.append(reason)
 
-    def send(self, *frames: Frame) -> None:
+    def send(self, *frames: WebSocketFrame) -> None:
         self.outbox.answer(*frames)
 
-    async def send_large(self, make: Callable[[], Awaitable[Frame]]) -> None:
+    async def send_large(self, make: Callable[[], Awaitable[WebSocketFrame]]) -> None:
         self.outbox.answer(await make())
 
     def received(self) -> list[Any]:
@@ -137,7 +137,7 @@ class Conversation:
     def __init__(self, **options: Any) -> None:
         self.bridge = FakeBridge(**options)
         self.client = FakeClient(self.bridge.node.limits)
-        self.session = ClientSession(self.client, self.bridge)
+        self.session = FoxgloveSession(self.client, self.bridge)
 
     async def say(self, op: str | bytes, **fields: Any) -> list[Any]:
         """Send a message, and return the answers."""

@@ -30,7 +30,7 @@ from pipros.bridges.rosbridge.effects import (
 )
 from pipros.bridges.rosbridge.encoding import Encoding
 from pipros.bridges.rosbridge.globs import Globs
-from pipros.bridges.rosbridge.protocol import ClientProtocol, Settings
+from pipros.bridges.rosbridge.protocol import ClientProtocol, RosbridgeSettings
 from pipros.bridges.shares import ClientShares, ServerShares
 
 
@@ -45,12 +45,14 @@ class Peer:
 
     def __init__(
         self,
-        settings: Settings | None = None,
+        settings: RosbridgeSettings | None = None,
         limits: Limits | None = None,
         shares: ClientShares | None = None,
     ) -> None:
         self.now_s = 0.0
-        self.protocol = ClientProtocol(settings or Settings(), resolve, limits, lambda: self.now_s, shares)
+        self.protocol = ClientProtocol(
+            settings or RosbridgeSettings(), resolve, limits, lambda: self.now_s, shares
+        )
 
     def sends(self, data: str | bytes) -> list[Any]:
         return list(self.protocol.receive(data))
@@ -257,7 +259,7 @@ def test_endless_fragments_are_dropped() -> None:
 
 
 def test_old_fragments_are_forgotten() -> None:
-    peer = Peer(Settings(fragment_timeout_s=10))
+    peer = Peer(RosbridgeSettings(fragment_timeout_s=10))
     first, second = fragments('{"op": "x"}', 6)
     peer.sends(first)
     peer.now_s = 11
@@ -296,7 +298,7 @@ def test_fragments_of_fragments_are_refused() -> None:
 )
 def test_globs_are_access_control(text: str, name: str) -> None:
     globs = Globs.parse("[/open/*, '/also']")
-    answer = json.loads(Peer(Settings(topics=globs, services=globs)).gets(text))
+    answer = json.loads(Peer(RosbridgeSettings(topics=globs, services=globs)).gets(text))
     assert f"clients may not use {name}; they may use /open/*, /also" in str(answer)
 
 
@@ -317,7 +319,7 @@ def test_the_names_of_a_client_are_limited() -> None:
 
 
 def test_binary_frames_are_bson_in_bson_mode() -> None:
-    peer = Peer(Settings(is_bson=True))
+    peer = Peer(RosbridgeSettings(is_bson=True))
     (taken,) = peer.sends(bson.encode({"op": "subscribe", "topic": "/a"}))
     assert isinstance(taken, TakeTopic)
     assert "not BSON" in peer.gets(b"\1\2\3")
@@ -346,7 +348,7 @@ def test_a_topic_is_advertised_until_its_last_advertisement_is_withdrawn() -> No
 
 
 def test_a_read_only_server_answers_questions_only() -> None:
-    peer = Peer(Settings(has_control=False))
+    peer = Peer(RosbridgeSettings(has_control=False))
     assert [type(each) for each in peer.sends('{"op": "subscribe", "topic": "/a"}')] == [TakeTopic]
     assert [type(each) for each in peer.sends('{"op": "call_service", "service": "/rosapi/topics"}')] == [
         CallService
@@ -372,7 +374,7 @@ def claims(secret: str = SECRET) -> dict[str, Any]:
 
 def test_a_client_that_knows_the_secret_may_go_on_and_no_other() -> None:
     def attempts(operations: Sequence[dict[str, Any]], authenticator: Authenticator) -> list[type]:
-        peer = Peer(Settings(authenticator=authenticator))
+        peer = Peer(RosbridgeSettings(authenticator=authenticator))
         return [type(each) for operation in operations for each in peer.sends(json.dumps(operation))]
 
     authenticator = Authenticator(SECRET, lambda: 1001.0)
@@ -417,7 +419,7 @@ def test_a_message_with_too_many_values_is_refused_before_it_is_parsed() -> None
 
 
 def test_bson_with_too_many_values_or_of_unknown_types_is_refused() -> None:
-    peer = Peer(Settings(is_bson=True), Limits(tables=(BridgeLimits(bridge_parsed_bytes=100_000),)))
+    peer = Peer(RosbridgeSettings(is_bson=True), Limits(tables=(BridgeLimits(bridge_parsed_bytes=100_000),)))
     many = {"op": "publish", "topic": "/a", "msg": {str(number): 0 for number in range(3000)}}
     assert "needs too much memory; the limit is 100000" in peer.gets(bson.encode(many))
     unknown = {"op": "publish", "topic": "/a" * 3000, "msg": bson.Regex("x")}

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from pipros.bridges.outbox import Outbox
+from pipros.bridges.outbox import ClientOutbox
 from pipros.bridges.rosbridge.effects import Delivery
 from pipros.bridges.rosbridge.encoding import Encoder
 from pipros.bridges.rosbridge.streams import TopicStream
@@ -43,7 +43,7 @@ class Eager:
 
 def test_messages_that_arrive_at_once_are_throttled_too() -> None:
     topics: Any = Eager(3)
-    outbox = Outbox(1000, lambda: None)
+    outbox = ClientOutbox(1000, lambda: None)
     stream = TopicStream("/x", topics, Encoder(), outbox, print, lambda *_: None)
     stream.take(None, Delivery(throttle_s=100.0))
     topics.wait()
@@ -77,7 +77,7 @@ class CountedTaken:
 
 def test_a_stream_whose_options_change_has_at_most_two_subscriptions() -> None:
     topics: Any = Counting()
-    stream = TopicStream("/x", topics, Encoder(), Outbox(1000, lambda: None), print, lambda *_: None)
+    stream = TopicStream("/x", topics, Encoder(), ClientOutbox(1000, lambda: None), print, lambda *_: None)
     for number in range(1000):
         stream.take(None, Delivery(queue_length=number))
     assert topics.open == 2

@@ -8,7 +8,7 @@ import pytest
 
 from pipros.libraries.diagnostics.aggregation import Aggregation, whole_level
 from pipros.libraries.diagnostics.analyzers import ITEM_LIMIT, BadAnalyzer, Items
-from pipros.libraries.diagnostics.csv_rows import Columns, file_names
+from pipros.libraries.diagnostics.csv_rows import CsvColumns, file_names
 from pipros.libraries.diagnostics.items import ERROR, OK, STALE, WARN, Status, output_name
 from pipros.libraries.diagnostics.listing import listed
 
@@ -228,7 +228,7 @@ def test_statuses_are_listed_by_name_and_are_fit_for_a_terminal() -> None:
 
 
 def test_rows_have_no_line_breaks_and_names_stay_in_their_folder() -> None:
-    columns = Columns()
+    columns = CsvColumns()
     first = columns.row(Status("a", OK, "two\nlines, one", "h\r\nw", [("k,1\n", "v\n,")]), 0.0)
     second = columns.row(Status("a", ERROR, "", "", [("new", "x")]), 0.0)
 

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.libraries.teleoperation.joystick import AXIS, BUTTON, EVENT, INIT, Change, Joystick
+from pipros.libraries.teleoperation.joystick import AXIS, BUTTON, EVENT, INIT, Joystick, StickChange
 
 
 def event(value: int, kind: int, number: int) -> bytes:
@@ -11,8 +11,8 @@ def event(value: int, kind: int, number: int) -> bytes:
 
 def test_recorded_bytes_are_an_axis_and_a_button() -> None:
     stick = Joystick(deadzone=0.0)
-    assert stick.apply(bytes.fromhex("10270000 0180 02 01".replace(" ", ""))) is Change.AXIS
-    assert stick.apply(bytes.fromhex("20270000 0100 01 03".replace(" ", ""))) is Change.BUTTON
+    assert stick.apply(bytes.fromhex("10270000 0180 02 01".replace(" ", ""))) is StickChange.AXIS
+    assert stick.apply(bytes.fromhex("20270000 0100 01 03".replace(" ", ""))) is StickChange.BUTTON
     assert stick.axes == [0.0, 1.0]  # up is -32767 of the device
     assert stick.buttons == [0, 0, 0, 1]
 
@@ -29,10 +29,10 @@ def test_the_rest_of_an_axis_is_stretched_over_its_range(value: int, position: f
 
 def test_initial_events_describe_the_state() -> None:
     stick = Joystick()
-    assert stick.apply(event(1, BUTTON | INIT, 1)) is Change.INITIAL
-    assert stick.apply(event(0, AXIS | INIT, 2)) is Change.INITIAL
+    assert stick.apply(event(1, BUTTON | INIT, 1)) is StickChange.INITIAL
+    assert stick.apply(event(0, AXIS | INIT, 2)) is StickChange.INITIAL
     assert (stick.buttons, stick.axes) == ([0, 1], [0.0, 0.0, 0.0])
-    assert stick.apply(event(1, 4, 0)) is Change.NOTHING
+    assert stick.apply(event(1, 4, 0)) is StickChange.NOTHING
 
 
 def test_triggers_rest_at_one_until_they_were_moved() -> None:

@@ -12,7 +12,7 @@ from pipros.libraries.topic_tools.expressions import NotAMapping, Template, Tran
 from pipros.libraries.topic_tools.modules import module_for
 from pipros.libraries.topic_tools.rates import ByteRate, Dropping, MessageRate
 from pipros.libraries.topic_tools.raw import UnknownType, class_like
-from pipros.libraries.topic_tools.selection import NONE, Refused, Selection
+from pipros.libraries.topic_tools.selection import NONE, BadSelection, Selection
 from pipros.msg import load_message_class
 from pipros.msg.time import Duration, Time
 from pipros.safe.expr import ExpressionError
@@ -65,13 +65,13 @@ def test_a_selection_keeps_its_order_and_refuses_invalid_topics() -> None:
     assert selection.topics == ["/b", "/c"]
     selection.select("/c")
 
-    with pytest.raises(Refused, match="its topics are: /b, /c"):
+    with pytest.raises(BadSelection, match="its topics are: /b, /c"):
         selection.select("/a")
     for wrong in ("/b", "/x y", "", "/", f"/{NONE}"):
-        with pytest.raises(Refused):
+        with pytest.raises(BadSelection):
             selection.add(wrong)
     for wrong in ("/c", "/z"):
-        with pytest.raises(Refused):
+        with pytest.raises(BadSelection):
             selection.delete(wrong)
     assert Selection([], "mux").selected == ""
 

@@ -16,7 +16,12 @@ from pipros.libraries.vision.calibration import (
     parse_ini,
     parse_yaml,
 )
-from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
+from pipros.libraries.vision.compressed_images import (
+    CompressionError,
+    CompressionSettings,
+    compressed,
+    decompressed,
+)
 from pipros.pictures.codecs import PillowCodec
 from pipros.pictures.encodings import COLORS, DTYPES
 
@@ -58,7 +63,7 @@ def test_a_damaged_picture_is_an_image_or_refused(data: st.DataObject) -> None:
     kind, whole = compressed(
         np.arange(48, dtype=np.uint8).reshape(4, 4, 3),
         "rgb8",
-        Settings(data.draw(st.sampled_from(["png", "jpeg"]))),
+        CompressionSettings(data.draw(st.sampled_from(["png", "jpeg"]))),
         PILLOW,
     )
     place = data.draw(st.integers(0, len(whole) - 1))

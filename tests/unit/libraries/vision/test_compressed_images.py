@@ -13,16 +13,21 @@ import pytest
 from PIL import Image as Pictures
 
 from pipros.basics.extras import install_command
-from pipros.libraries.vision.compressed_images import CompressionError, Settings, compressed, decompressed
+from pipros.libraries.vision.compressed_images import (
+    CompressionError,
+    CompressionSettings,
+    compressed,
+    decompressed,
+)
 from pipros.pictures.codecs import OpenCVCodec, PillowCodec, codec
 from pipros.pictures.errors import PictureError
 
 PILLOW = PillowCodec(Pictures)
-PNG = Settings("png")
+PNG = CompressionSettings("png")
 RAMP = np.arange(0, 240, dtype=np.uint8).reshape(8, 10, 3)
 
 
-def both_ways(image: Any, encoding: str, settings: Settings) -> tuple[str, Any, str]:
+def both_ways(image: Any, encoding: str, settings: CompressionSettings) -> tuple[str, Any, str]:
     kind, data = compressed(image, encoding, settings, PILLOW)
     return kind, *decompressed(kind, data, PILLOW)
 
@@ -55,14 +60,14 @@ def test_png_keeps_values_of_16_bits(encoding: str) -> None:
 
 @pytest.mark.parametrize("encoding", ["rgb8", "bgr8"])
 def test_jpeg_comes_near(encoding: str) -> None:
-    kind, image, found = both_ways(RAMP, encoding, Settings(jpeg_quality=95))
+    kind, image, found = both_ways(RAMP, encoding, CompressionSettings(jpeg_quality=95))
 
     assert (kind, found) == (f"{encoding}; jpeg compressed bgr8", encoding)
     assert np.abs(image.astype(int) - RAMP).max() < 12
 
 
 def test_jpeg_has_the_upper_half_of_16_bits() -> None:
-    kind, image, _ = both_ways(np.full((8, 8), 0x8042, np.uint16), "mono16", Settings())
+    kind, image, _ = both_ways(np.full((8, 8), 0x8042, np.uint16), "mono16", CompressionSettings())
 
     assert kind == "mono16; jpeg compressed "
     assert image.dtype == np.uint16
@@ -120,7 +125,7 @@ def test_undecodable_images_are_refused(kind: str, data: bytes, text: str) -> No
 
 def test_unsupported_images_cannot_be_compressed() -> None:
     with pytest.raises(CompressionError, match=r"jpeg requires 8-bit or 16-bit values, got \[32FC1\]"):
-        compressed(np.zeros((2, 2), np.float32), "32FC1", Settings(), PILLOW)
+        compressed(np.zeros((2, 2), np.float32), "32FC1", CompressionSettings(), PILLOW)
     with pytest.raises(CompressionError, match=r"Pillow cannot write an array of uint16.*\[vision\]"):
         compressed(np.zeros((2, 2, 3), np.uint16), "rgb16", PNG, PILLOW)
     with pytest.raises(CompressionError, match="Unrecognized image encoding"):
@@ -128,9 +133,9 @@ def test_unsupported_images_cannot_be_compressed() -> None:
     with pytest.raises(CompressionError, match="Pillow cannot write"):
         compressed(np.zeros((0, 0), np.uint8), "mono8", PNG, PILLOW)
     with pytest.raises(CompressionError, match="must be jpeg or png, got 'gif'"):
-        Settings("gif")
+        CompressionSettings("gif")
     with pytest.raises(CompressionError, match="jpeg_quality must be an integer from 1 to 100, got 0"):
-        Settings(jpeg_quality=0)
+        CompressionSettings(jpeg_quality=0)
 
 
 def test_only_jpeg_and_png_images_are_opened() -> None:

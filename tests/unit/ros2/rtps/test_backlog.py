@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from pipros.ros2.rtps.sockets import Backlog
+from pipros.ros2.rtps.sockets import SocketBacklog
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def ends() -> Iterator[tuple[socket.socket, socket.socket]]:
 
 
 def test_datagrams_are_returned_in_their_order(ends: tuple[socket.socket, socket.socket]) -> None:
-    backlog = Backlog(10_000)
+    backlog = SocketBacklog(10_000)
     for number in range(3):
         ends[0].send(b"%d" % number)
     backlog.read([ends[1]], 1.0)
@@ -38,7 +38,7 @@ def test_datagrams_are_returned_in_their_order(ends: tuple[socket.socket, socket
 
 
 def test_datagrams_that_were_not_returned_are_not_handled(ends: tuple[socket.socket, socket.socket]) -> None:
-    backlog = Backlog(10_000)
+    backlog = SocketBacklog(10_000)
     assert backlog.handled_until == -math.inf
     ends[0].send(b"one")
     backlog.read([ends[1]], 1.0)
@@ -55,7 +55,7 @@ def test_datagrams_that_were_not_returned_are_not_handled(ends: tuple[socket.soc
 def test_a_flood_of_one_sender_delays_and_displaces_only_its_own_datagrams(
     ends: tuple[socket.socket, socket.socket],
 ) -> None:
-    backlog = Backlog(5_000)
+    backlog = SocketBacklog(5_000)
     for _ in range(20):
         ends[0].send(bytes(300))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:

@@ -11,13 +11,13 @@ import pytest
 
 from pipros.basics.limits import Limits
 from pipros.ros2.interface import (
-    CallFailed,
     Durability,
     Endpoint,
     EndpointKind,
     EngineError,
-    Problem,
+    EngineProblem,
     Reliability,
+    Ros2CallFailed,
     Ros2Engine,
     Sample,
     TopicQos,
@@ -90,7 +90,7 @@ def test_messages_pass_with_hash_qos_node_and_gateway(engines: tuple[Ros2Engine,
 def test_services_pass(engines: tuple[Ros2Engine, Ros2Engine]) -> None:
     one, other = engines
     caller = one.caller("/add", ADD_KIND, "")
-    with pytest.raises(CallFailed, match=r"\[/add\] has no server"):
+    with pytest.raises(Ros2CallFailed, match=r"\[/add\] has no server"):
         caller.call(CDR, 1.0)
     server = other.serve("/add", ADD_KIND, "", lambda request: request + b"sum!")
     wait_until(lambda: caller.is_available, what="the service")
@@ -113,7 +113,7 @@ def test_a_service_that_raises_gives_no_reply(engines: tuple[Ros2Engine, Ros2Eng
     caller = one.caller("/add", ADD_KIND, "")
     wait_until(lambda: caller.is_available, what="the service")
 
-    with pytest.raises(CallFailed, match="did not reply within"):
+    with pytest.raises(Ros2CallFailed, match="did not reply within"):
         caller.call(CDR, 0.2)
 
 
@@ -125,8 +125,12 @@ def test_endpoints_that_cannot_be_connected_are_problems(engines: tuple[Ros2Engi
     other.subscribe("/scan", KIND, HASH, TopicQos(), print)
 
     expected = {
-        Problem(EndpointKind.SUBSCRIBER, "/map", "its QoS is incompatible (durability)", "/robot/camera"),
-        Problem(EndpointKind.PUBLISHER, "/scan", "its type is sensor_msgs/msg/LaserScan", "/robot/camera"),
+        EngineProblem(
+            EndpointKind.SUBSCRIBER, "/map", "its QoS is incompatible (durability)", "/robot/camera"
+        ),
+        EngineProblem(
+            EndpointKind.PUBLISHER, "/scan", "its type is sensor_msgs/msg/LaserScan", "/robot/camera"
+        ),
     }
     wait_until(lambda: {*other.problems()} == expected, what=lambda: str(other.problems()))
 

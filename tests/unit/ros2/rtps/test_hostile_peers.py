@@ -16,7 +16,7 @@ from pipros.ros2.rtps.announcements import (
     write_participant,
 )
 from pipros.ros2.rtps.encoding import acknack, data_frag_head, data_head, datagram_head, gap, heartbeat
-from pipros.ros2.rtps.events import Elsewhere, Settings
+from pipros.ros2.rtps.events import Elsewhere, RtpsSettings
 from pipros.ros2.rtps.identity import (
     PARTICIPANT_READER,
     PARTICIPANT_WRITER,
@@ -307,7 +307,7 @@ def test_sequence_numbers_that_no_writer_reaches_are_malformed(number: int) -> N
 def test_data_is_sent_only_to_the_network_of_the_sender(host: str, source: str, is_known: bool) -> None:
     me = ParticipantData(b"the victim..", discovery=(Address(HOST, 7410),), data=(Address(HOST, 7411),))
     static = frozenset({"192.0.2.1"})
-    engine = ParticipantCore(Settings(me, (), frozenset(), static_hosts=static), Limits(), 100.0)
+    engine = ParticipantCore(RtpsSettings(me, (), frozenset(), static_hosts=static), Limits(), 100.0)
     engine.receive(announcement(1, host=host), source, 100.0)
     recipients = {each.address.host for each in engine.take_outgoing()}
 

@@ -8,7 +8,7 @@ import pytest
 
 from pipros.basics.budget import Budget
 from pipros.ros2.rtps.encoding import data_frag_head, data_head, datagram_head, gap, heartbeat
-from pipros.ros2.rtps.outbox import Outbox
+from pipros.ros2.rtps.outbox import DatagramOutbox
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.reader import Reader, RtpsSample
 from pipros.ros2.rtps.submessages import (
@@ -34,7 +34,7 @@ class Ears:
 
     def __init__(self, *, is_reliable: bool = True, limit_bytes: int = 1_000_000) -> None:
         self.now = 100.0
-        self.outbox = Outbox()
+        self.outbox = DatagramOutbox()
         self.budget = Budget(limit_bytes)
         self.delivered: list[RtpsSample] = []
         self.reader = Reader(US, READER, 1_000_000, self.outbox, self.delivered.append)

@@ -15,8 +15,8 @@ from pipros.ros2.rtps.participant import Participant
 from pipros.ros2.rtps.qos import Qos
 from pipros.ros2.rtps.reader import RtpsSample
 from pipros.ros2.rtps.service_styles import PIPROS_MARK, cyclone_head, id_entry, with_head
-from pipros.ros2.rtps.services import Client, Server, UnknownStyle
-from pipros.ros2.rtps.topics import TopicWriter
+from pipros.ros2.rtps.services import RtpsClient, RtpsServer, UnknownStyle
+from pipros.ros2.rtps.topics import RtpsTopicWriter
 from tests.support.ros2_domains import free_domain
 from tests.support.waiting import wait_until
 
@@ -39,8 +39,8 @@ def pair() -> Iterator[tuple[Participant, Participant]]:
 
 
 def test_services_are_called_by_many_clients(pair: tuple[Participant, Participant]) -> None:
-    server = Server(pair[0], "/twice", REQUEST, REPLY, lambda payload: payload[:4] + payload[4:] * 2)
-    clients = [Client(pair[1], "/twice", REQUEST, REPLY) for _ in range(3)]
+    server = RtpsServer(pair[0], "/twice", REQUEST, REPLY, lambda payload: payload[:4] + payload[4:] * 2)
+    clients = [RtpsClient(pair[1], "/twice", REQUEST, REPLY) for _ in range(3)]
     for client in clients:
         assert client.wait_for_server(60)
     for number in range(30):
@@ -56,8 +56,8 @@ def test_services_are_called_by_many_clients(pair: tuple[Participant, Participan
 
 
 def test_a_service_that_does_not_reply_times_out(pair: tuple[Participant, Participant]) -> None:
-    server = Server(pair[0], "/silent", REQUEST, REPLY, lambda _: None)
-    client = Client(pair[1], "/silent", REQUEST, REPLY)
+    server = RtpsServer(pair[0], "/silent", REQUEST, REPLY, lambda _: None)
+    client = RtpsClient(pair[1], "/silent", REQUEST, REPLY)
     assert client.wait_for_server(60)
     with pytest.raises(TimeoutError, match="/silent"):
         client.call(b"\0\1\0\0", 0.3)
@@ -70,7 +70,7 @@ def test_nothing_is_sent_to_a_server_of_unknown_style(pair: tuple[Participant, P
         received: list[RtpsSample] = []
         stranger.add_reader("rq/oddRequest", REQUEST, QOS, received.append)
         stranger.add_writer("rr/oddReply", REPLY, QOS)
-        client = Client(pair[1], "/odd", REQUEST, REPLY)
+        client = RtpsClient(pair[1], "/odd", REQUEST, REPLY)
         assert client.wait_for_server(60)
         with pytest.raises(UnknownStyle, match="/odd"):
             client.call(b"\0\1\0\0", 1.0)
@@ -101,12 +101,12 @@ class CycloneClient:
         return with_head(payload, cyclone_head(self._number, sequence))
 
 
-def wait_for_reader(writer: TopicWriter) -> None:
+def wait_for_reader(writer: RtpsTopicWriter) -> None:
     assert writer.wait_for_readers(timeout_s=60)
 
 
 def test_each_client_of_cyclone_gets_its_own_replies_alone(pair: tuple[Participant, Participant]) -> None:
-    server = Server(pair[0], "/twice", REQUEST, REPLY, lambda payload: payload[:4] + payload[4:] * 2)
+    server = RtpsServer(pair[0], "/twice", REQUEST, REPLY, lambda payload: payload[:4] + payload[4:] * 2)
     with Participant(pair[0].discovery, UNMARKED) as peer:
         clients = [CycloneClient(peer, "/twice", number) for number in (1, 2)]
         for sequence in range(3):
@@ -126,7 +126,7 @@ def test_requests_that_cannot_be_answered_are_counted(pair: tuple[Participant, P
         calls.append(payload)
         return payload
 
-    server = Server(pair[0], "/odd", REQUEST, REPLY, handle)
+    server = RtpsServer(pair[0], "/odd", REQUEST, REPLY, handle)
     with Participant(pair[0].discovery, UNMARKED) as peer:
         without_reader = CycloneClient(peer, "/odd", 3, has_reader=False)
         without_reader.call(1, CDR + b"abcd")
@@ -154,7 +154,7 @@ def test_a_server_in_the_style_of_cyclone_is_called(pair: tuple[Participant, Par
                 replies.write(CDR + client + body[::-1])
 
         peer.add_reader("rq/addRequest", REQUEST, QOS, answer, entry)
-        client = Client(pair[1], "/add", REQUEST, REPLY)
+        client = RtpsClient(pair[1], "/add", REQUEST, REPLY)
         assert client.wait_for_server(60)
 
         assert client.call(CDR + b"abcd", 60.0) == CDR + b"dcba"
@@ -168,8 +168,8 @@ def test_calls_that_timed_out_do_not_affect_later_ones(pair: tuple[Participant, 
         assert going_on.wait(60)
         return None if payload == CDR + b"none" else payload
 
-    Server(pair[0], "/slow", REQUEST, REPLY, handle)
-    client = Client(pair[1], "/slow", REQUEST, REPLY)
+    RtpsServer(pair[0], "/slow", REQUEST, REPLY, handle)
+    client = RtpsClient(pair[1], "/slow", REQUEST, REPLY)
     assert client.wait_for_server(60)
     with pytest.raises(TimeoutError, match="/slow"):
         client.call(CDR + b"none", 0.05)
@@ -189,7 +189,7 @@ def test_small_requests_that_are_queued_count_more_than_their_bytes(
         may_reply.wait(60.0)
         return payload
 
-    server = Server(pair[0], "/slow", REQUEST, REPLY, hang)
+    server = RtpsServer(pair[0], "/slow", REQUEST, REPLY, hang)
     with Participant(pair[0].discovery, UNMARKED) as peer:
         client = CycloneClient(peer, "/slow", 1)
         for sequence in range(6):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipros.ros2.rtps.outbox import Outbox
+from pipros.ros2.rtps.outbox import DatagramOutbox
 from pipros.ros2.rtps.parameters import Address
 from pipros.ros2.rtps.qos import Durability, Qos, Reliability
 from pipros.ros2.rtps.submessages import (
@@ -29,7 +29,7 @@ class Voice:
 
     def __init__(self, offered: Qos, requested: Qos | None = None, fragment_bytes: int = 100) -> None:
         self.now = 100.0
-        self.outbox = Outbox()
+        self.outbox = DatagramOutbox()
         self.writer = Writer(US, WRITER, offered, 1_000_000, self.outbox)
         self.fragment_bytes = fragment_bytes
         self._answers = 0

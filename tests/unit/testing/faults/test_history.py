@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipros.testing.faults.history import Gap, History, TornMessage, numbered_text, read_numbered
+from pipros.testing.faults.history import History, NumberGap, TornMessage, numbered_text, read_numbered
 
 
 def history_of(*numbers: int, sink: str = "sink") -> History:
@@ -63,7 +63,7 @@ def test_duplicates_disorder_and_torn_messages_are_reported() -> None:
 def test_losses_must_be_counted_by_a_node() -> None:
     history = history_of(1, 4, 5, 10)
 
-    assert history.gaps == [Gap("sink", "talker", 2, 2), Gap("sink", "talker", 6, 4)]
+    assert history.gaps == [NumberGap("sink", "talker", 2, 2), NumberGap("sink", "talker", 6, 4)]
     assert history.problems(counted=6) == []
     assert history.problems(counted=5) == [
         "6 messages were lost and 5 counted; the largest gap is 4 from number 6 of [talker] at [sink]"
