@@ -221,12 +221,12 @@ def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPor
         hostile = link_to(address)
         try:
             instance = new_instance()
-            wishes: list[bytes] = []
+            requests: list[bytes] = []
             entries = (DirectoryEntry("/chatter", "std_msgs/String", String._md5sum),)
             answer = _answering(to_json(Directory("bad", instance, 1, entries)))
             held = [
                 hostile.subscribe(
-                    keys.wanted("operator", "bad"), lambda _, document, __: wishes.append(document)
+                    keys.wanted("operator", "bad"), lambda _, document, __: requests.append(document)
                 ),
                 hostile.serve(keys.directory("bad"), answer),
                 hostile.declare_token(keys.live("bad", 1, instance)),
@@ -234,7 +234,9 @@ def test_malformed_messages_of_a_member_disturb_nothing(claimed_port: ClaimedPor
             operator.wait_for_topic("/bad/chatter")
             received = operator.receive("/bad/chatter")
             # They come after the operator's subscription, which therefore is known on the way.
-            wait_until(lambda: any(b"/chatter" in each for each in wishes), LIMIT_S, "the topic to be wanted")
+            wait_until(
+                lambda: any(b"/chatter" in each for each in requests), LIMIT_S, "the topic to be wanted"
+            )
             good = MessageAttachment(0, instance, 1, 0, String._md5sum)
             body = b"\x02\0\0\0ok"
             for payload, attachment in (

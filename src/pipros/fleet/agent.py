@@ -1,9 +1,9 @@
 """A fleet member's agent: a node on the member's master, with a link to the router.
 
-One thread owns the state. It handles events: tokens, directories and wishes from other members, and changes
-on the local master. A second thread polls the master, because calls to it may block. Messages pass through
-neither thread. The parts: `presence` (which members are present), `offers` (what this member shares and
-accepts), `shown_members` (what the others offer), `calls`, `local_looks` and `statistics`.
+One thread owns the state. It handles events: tokens, directories and topic requests from other members, and
+changes on the local master. A second thread polls the master, because calls to it may block. Messages pass
+through neither thread. The parts: `presence` (which members are present), `offers` (what this member shares
+and accepts), `shown_members` (what the others offer), `calls`, `local_looks` and `statistics`.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ LOOK_S: Final = 0.5
 LINKING_S: Final = 0.02
 """Polling interval while an action's status topic waits for the action's other topics to be connected."""
 REQUEST_S: Final = 3.0
-"""Timeout for requests for directories and wishes."""
+"""Timeout for requests for documents."""
 REQUESTS: Final = 5
 """Maximum number of requests for one document to a member that does not answer, for example if it is busy."""
 
@@ -145,7 +145,7 @@ class Agent:
         self._looks.start()
         self._declared = [
             link.serve(keys.directory(me), self._offers.answer_directory),
-            link.serve(keys.wanted(me, "*"), self._shown.answer_wishes),
+            link.serve(keys.wanted(me, "*"), self._shown.answer_requests),
             link.serve(keys.topic(me, keys.EVERY), self._offers.answer_latched),
             link.serve(keys.service(me, "*", keys.EVERY), self._calls.take),
             link.serve(keys.parameters(me, "get", "*"), self._calls.take),
@@ -204,7 +204,7 @@ class Agent:
         self._events.wake()
 
     def _on_document(self, key: str, payload: bytes, attachment: bytes, kind: str = "") -> None:
-        """Queue a directory or wishes. `kind` keeps a reply from replacing a newer document in the queue."""
+        """Queue a directory or topic requests. `kind` keeps a reply from replacing a newer document."""
         del attachment
         match keys.parts(key):
             case (member, "directory", []):
@@ -212,7 +212,9 @@ class Agent:
                     f"directory {kind}", member, lambda: self._handle_directory(member, payload)
                 )
             case (member, "wanted", [_]):
-                self._events.post(f"wishes {kind}", member, lambda: self._offers.take_wishes(member, payload))
+                self._events.post(
+                    f"requests {kind}", member, lambda: self._offers.take_requests(member, payload)
+                )
 
     def _on_definition_request(self, question: Question) -> None:
         self._workers.run(self._looks.answer_definition, question, self._offers.local)
@@ -246,13 +248,13 @@ class Agent:
                     self._log.exception("the fleet agent failed: %s", error)
 
     def _settle(self) -> None:
-        """Update topics, directory and wishes according to the current state."""
+        """Update topics, directory and requested topics according to the current state."""
         self._check_link()
         self._presence.settle(is_connected=self._link.is_connected, now_s=time.monotonic())
         self._offers.settle()
         self._shown.settle()
         self._offers.publish_directory()
-        self._shown.publish_wishes()
+        self._shown.publish_requests()
 
     def _check_link(self) -> None:
         is_connected = self._link.is_connected

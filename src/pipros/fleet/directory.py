@@ -64,7 +64,7 @@ class Directory:
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class TopicRequests:
     """The topics that a member wants to receive from another.
 
     Attributes:
@@ -126,20 +126,22 @@ def read_json(content: bytes) -> Any:
         return None
 
 
-def wishes_to_json(wishes: Wishes) -> bytes:
-    """Encode wishes."""
-    document = {**asdict(wishes), "topics": sorted(wishes.topics)}
+def requests_to_json(requests: TopicRequests) -> bytes:
+    """Encode requests."""
+    document = {**asdict(requests), "topics": sorted(requests.topics)}
     return json.dumps(document, separators=(",", ":")).encode()
 
 
-def wishes_from_json(content: bytes, limit_bytes: int | None = None) -> Wishes | None:
-    """Decode wishes. Return None if they are malformed or too large."""
+def requests_from_json(content: bytes, limit_bytes: int | None = None) -> TopicRequests | None:
+    """Decode requests. Return None if they are malformed or too large."""
     limit_bytes = (
         process_limits().of(FleetLimits).fleet_directory_bytes if limit_bytes is None else limit_bytes
     )
     match read_json(content) if len(content) <= limit_bytes else None:
         case {"instance": str(instance), "revision": int(revision), "topics": list(topics)}:
-            return Wishes(instance, revision, frozenset(name for name in topics if isinstance(name, str)))
+            return TopicRequests(
+                instance, revision, frozenset(name for name in topics if isinstance(name, str))
+            )
     return None
 
 

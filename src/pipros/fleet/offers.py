@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from pipros.fleet import keys
-from pipros.fleet.directory import Directory, Wishes, to_json, wishes_from_json
+from pipros.fleet.directory import Directory, TopicRequests, requests_from_json, to_json
 from pipros.fleet.fleet_file import FleetFile
 from pipros.fleet.frames import frame_change
 from pipros.fleet.limits import FleetLimits
@@ -64,23 +64,23 @@ class Offers:
         self._present = present
         self._warn = warn
         self._wake = wake
-        self._wishes: dict[str, Wishes] = {}
+        self._requests: dict[str, TopicRequests] = {}
 
-    def take_wishes(self, member: str, payload: bytes) -> None:
-        """Update the topics that a member wants. Malformed and outdated wishes are ignored."""
-        token, before = self._present().get(member), self._wishes.get(member)
-        wishes = wishes_from_json(payload, self._node.limits.of(FleetLimits).fleet_directory_bytes)
-        if wishes is None or token is None or wishes.instance != token.instance or member == self._member:
+    def take_requests(self, member: str, payload: bytes) -> None:
+        """Update the topics that a member wants. Malformed and outdated requests are ignored."""
+        token, before = self._present().get(member), self._requests.get(member)
+        requests = requests_from_json(payload, self._node.limits.of(FleetLimits).fleet_directory_bytes)
+        if requests is None or token is None or requests.instance != token.instance or member == self._member:
             return
-        if before is None or before.instance != wishes.instance or before.revision < wishes.revision:
-            self._wishes[member] = wishes
+        if before is None or before.instance != requests.instance or before.revision < requests.revision:
+            self._requests[member] = requests
 
     def forget(self, member: str) -> None:
-        """Remove the wishes of a member that has left."""
-        self._wishes.pop(member, None)
+        """Remove the requests of a member that has left."""
+        self._requests.pop(member, None)
 
     def settle(self) -> None:
-        """Start and stop topics to match the members' wishes and the local master's state."""
+        """Start and stop topics to match the members' requests and the local master's state."""
         self._settle_shared()
         self._settle_accepted()
 
@@ -151,7 +151,7 @@ class Offers:
         self._link.put(keys.directory(self._member), to_json(self.directory), waits=True)
 
     def _settle_shared(self) -> None:
-        wanted = {name for wishes in self._wishes.values() for name in wishes.topics}
+        wanted = {name for requests in self._requests.values() for name in requests.topics}
         offered = {entry.name: entry for entry in self.local.shared if entry.name in wanted}
         for name, source in list(self.shared.items()):
             if offered.get(name) != source.entry:

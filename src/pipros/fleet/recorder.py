@@ -22,7 +22,14 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import Limits, limit_text, process_limits
 from pipros.fleet import keys
 from pipros.fleet.access import ROUTER
-from pipros.fleet.directory import Directory, DirectoryEntry, Wishes, from_json, to_json, wishes_to_json
+from pipros.fleet.directory import (
+    Directory,
+    DirectoryEntry,
+    TopicRequests,
+    from_json,
+    requests_to_json,
+    to_json,
+)
 from pipros.fleet.events import Events
 from pipros.fleet.fleet_file import matches_any
 from pipros.fleet.history_files import FILE_BYTES, HistoryFiles
@@ -113,7 +120,7 @@ class FleetRecorder:
         self._members = Members(self._limits.of(FleetLimits).fleet_members)
         self._directories: dict[str, Directory] = {}
         self._topics: dict[tuple[str, str], _RecordedTopic] = {}
-        self._wishes: dict[str, Wishes] = {}
+        self._topic_requests: dict[str, TopicRequests] = {}
         self._revisions = itertools.count(1)
         self._room = Budget(self._limits.of(FleetLimits).fleet_definition_bytes)
         self._latched_bytes: Counter[str] = Counter()
@@ -131,7 +138,7 @@ class FleetRecorder:
         self._workers.run(self._files.recover)
         self._declared = [
             link.serve(keys.directory(ROUTER), lambda question: _answer(question, own)),
-            link.serve(keys.wanted(ROUTER, "*"), self._answer_wishes),
+            link.serve(keys.wanted(ROUTER, "*"), self._answer_requests),
             link.serve(keys.history("*"), self._on_history_request),
             link.serve(keys.history("*", "*"), self._on_history_request),
             link.subscribe(keys.directory("*"), self._on_directory),
@@ -167,9 +174,9 @@ class FleetRecorder:
             self._waiting_bytes += len(payload)
         self._events.wake()
 
-    def _answer_wishes(self, question: Question) -> None:
-        wishes = self._wishes.get(question.key.rpartition("/")[2], Wishes(self._instance))
-        _answer(question, wishes_to_json(wishes))
+    def _answer_requests(self, question: Question) -> None:
+        requests = self._topic_requests.get(question.key.rpartition("/")[2], TopicRequests(self._instance))
+        _answer(question, requests_to_json(requests))
 
     def _on_history_request(self, question: Question) -> None:
         with self._lock:
@@ -230,7 +237,7 @@ class FleetRecorder:
                 self._on_message(key, answer.payload, answer.attachment, is_replay=True)
         except LinkFailed as error:
             self._warn(str(error))
-        self._events.post("wishes", topic.member, lambda: self._publish_wishes(topic.member))
+        self._events.post("requests", topic.member, lambda: self._publish_requests(topic.member))
 
     def _keep_definition(self, topic: _RecordedTopic, definition: bytes) -> None:
         with self._lock:
@@ -291,7 +298,7 @@ class FleetRecorder:
         """Forget a member that has left, and complete its file."""
         self._directories.pop(member, None)
         self._forget_topics(member, frozenset())
-        self._wishes.pop(member, None)
+        self._topic_requests.pop(member, None)
         self._latched_bytes.pop(member, None)
         self._files.forget(member)
 
@@ -322,13 +329,13 @@ class FleetRecorder:
             if directory.revision < before.revision:
                 return
         else:
-            self._wishes.pop(member, None)
+            self._topic_requests.pop(member, None)
         self._directories[member] = directory
         self._forget_topics(member, {entry.name for entry in directory.shared})
         for entry in directory.shared:
             if matches_any(self._patterns, entry.name):
                 self._topic(member, entry.name)
-        self._publish_wishes(member)
+        self._publish_requests(member)
 
     def _topic(self, member: str, name: str) -> _RecordedTopic | None:
         """Return a topic, added if necessary, or None if it is not shared or there are too many topics."""
@@ -350,7 +357,7 @@ class FleetRecorder:
             self._workers.run(self._prepare, topic)
         return topic
 
-    def _publish_wishes(self, member: str) -> None:
+    def _publish_requests(self, member: str) -> None:
         """Request a member's topics that match the patterns and have a known definition."""
         if member not in self._directories:
             return  # the member has left
@@ -359,10 +366,12 @@ class FleetRecorder:
             for (owner, name), topic in self._topics.items()
             if owner == member and topic.definition is not None and matches_any(self._patterns, name)
         )
-        sent = self._wishes.get(member)
+        sent = self._topic_requests.get(member)
         if sent is None or sent.topics != wanted:
-            self._wishes[member] = wishes = Wishes(self._instance, next(self._revisions), wanted)
-            self._link.put(keys.wanted(ROUTER, member), wishes_to_json(wishes), waits=True)
+            self._topic_requests[member] = requests = TopicRequests(
+                self._instance, next(self._revisions), wanted
+            )
+            self._link.put(keys.wanted(ROUTER, member), requests_to_json(requests), waits=True)
 
     def _record(self, key: str, payload: bytes, attachment: bytes, is_replay: bool) -> None:
         match keys.parts(key):

@@ -10,7 +10,7 @@ from pipros.basics.errors import PiprosError
 from pipros.basics.limits import limit_text
 from pipros.basics.shares import fair_shares
 from pipros.fleet import keys
-from pipros.fleet.directory import Wishes, from_json, wishes_to_json
+from pipros.fleet.directory import TopicRequests, from_json, requests_to_json
 from pipros.fleet.limits import FleetLimits
 from pipros.fleet.local_graph import occupied
 from pipros.fleet.members import Token
@@ -23,9 +23,9 @@ from pipros.node import Node
 
 
 class ShownMembers:
-    """Shows other members on the local master, and sends them this member's wishes.
+    """Shows other members on the local master, and sends them this member's requests.
 
-    All methods are called by one thread, except `answer_wishes`.
+    All methods are called by one thread, except `answer_requests`.
 
     Attributes:
         members: the members that are shown, by name.
@@ -51,7 +51,7 @@ class ShownMembers:
         self._warn = warn
         self._wake = wake
         self._room = Budget(node.limits.of(FleetLimits).fleet_definition_bytes)
-        self._wishes_sent: dict[str, Wishes] = {}
+        self._requests_sent: dict[str, TopicRequests] = {}
         self._revisions = itertools.count(1)
 
     def take_directory(self, token: Token, payload: bytes, state: SystemState) -> None:
@@ -87,7 +87,7 @@ class ShownMembers:
 
     def forget(self, member: str) -> None:
         """Remove a member from the local master."""
-        self._wishes_sent.pop(member, None)
+        self._requests_sent.pop(member, None)
         shown = self.members.pop(member, None)
         if shown is not None:
             shown.close()
@@ -99,10 +99,10 @@ class ShownMembers:
             shown.replay()
 
     def send_again(self) -> None:
-        """Request all latched messages and make `publish_wishes` send all wishes, after the link was lost."""
+        """After a lost link, request all latched messages again, and send every subscription again."""
         for shown in self.members.values():
             shown.replay()
-        self._wishes_sent.clear()
+        self._requests_sent.clear()
 
     def settle(self) -> None:
         """Update the local master to match the members' directories."""
@@ -117,18 +117,20 @@ class ShownMembers:
                     f"{sizes[name]} are shown; {limit_text('fleet_topics', limit)} for all members together"
                 )
 
-    def publish_wishes(self) -> None:
+    def publish_requests(self) -> None:
         """Send each member the list of its topics that local nodes want, if the list has changed."""
         for member, shown in self.members.items():
             wanted = shown.wanted()
-            sent = self._wishes_sent.get(member)
+            sent = self._requests_sent.get(member)
             if sent is None or wanted != sent.topics:
-                wishes = Wishes(self._sender.instance, next(self._revisions), wanted)
-                self._wishes_sent[member] = wishes
-                self._link.put(keys.wanted(self._me, member), wishes_to_json(wishes), waits=True)
+                requests = TopicRequests(self._sender.instance, next(self._revisions), wanted)
+                self._requests_sent[member] = requests
+                self._link.put(keys.wanted(self._me, member), requests_to_json(requests), waits=True)
 
-    def answer_wishes(self, question: Question) -> None:
-        """Answer another member's request for this member's wishes. Called from a Zenoh thread."""
+    def answer_requests(self, question: Question) -> None:
+        """Answer which topics are requested from another member. Called from a Zenoh thread."""
         other = question.key.rpartition("/")[2]
-        question.answer(wishes_to_json(self._wishes_sent.get(other, Wishes(self._sender.instance))))
+        question.answer(
+            requests_to_json(self._requests_sent.get(other, TopicRequests(self._sender.instance)))
+        )
         question.close()

@@ -10,11 +10,11 @@ from pipros.basics.errors import LimitExceeded, ProtocolError
 from pipros.fleet.directory import (
     Directory,
     DirectoryEntry,
-    Wishes,
+    TopicRequests,
     from_json,
+    requests_from_json,
+    requests_to_json,
     to_json,
-    wishes_from_json,
-    wishes_to_json,
 )
 
 MD5 = "992ce8a1687cec8c8bd883ec73ca41d1"
@@ -76,9 +76,9 @@ def test_invalid_entries_are_omitted() -> None:
     assert found.accepted == (DirectoryEntry("/ok", "a/B", MD5),)
 
 
-def test_wishes_survive_their_encoding() -> None:
-    wishes = Wishes("0" * 16, 4, frozenset({"/b", "/a"}))
-    assert wishes_from_json(wishes_to_json(wishes)) == wishes
-    assert wishes_from_json(wishes_to_json(wishes), limit_bytes=2) is None
+def test_requests_survive_their_encoding() -> None:
+    requests = TopicRequests("0" * 16, 4, frozenset({"/b", "/a"}))
+    assert requests_from_json(requests_to_json(requests)) == requests
+    assert requests_from_json(requests_to_json(requests), limit_bytes=2) is None
     for content in (b"", b"{}", b"\xff", b"[]"):
-        assert wishes_from_json(content) is None
+        assert requests_from_json(content) is None

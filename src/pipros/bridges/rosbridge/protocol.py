@@ -114,15 +114,15 @@ class _TopicState:
     """The client's subscriptions to one topic, keyed by id."""
 
     kind: str | None
-    wishes: dict[str, Delivery] = field(default_factory=dict)
+    requests: dict[str, Delivery] = field(default_factory=dict)
 
     def delivery(self) -> Delivery:
-        wishes = self.wishes.values()
+        requests = self.requests.values()
         return Delivery(
-            max(wish.encoding for wish in wishes),
-            min(wish.throttle_s for wish in wishes),
-            min(wish.queue_length for wish in wishes),
-            min((wish.fragment_size for wish in wishes if wish.fragment_size), default=0),
+            max(request.encoding for request in requests),
+            min(request.throttle_s for request in requests),
+            min(request.queue_length for request in requests),
+            min((request.fragment_size for request in requests if request.fragment_size), default=0),
         )
 
 
@@ -289,13 +289,13 @@ class ClientProtocol:
     def _subscribe(self, operation: dict[str, Any]) -> Iterator[Effect]:
         topic = self._name(operation, "topic", self._settings.topics)
         kind = _type(operation) if operation.get("type") is not None else None
-        wish = Delivery(
+        request = Delivery(
             Encoding.of(operation.get("compression")),
             max(_number(operation, "throttle_rate", least=-math.inf), 0) / 1000,
             int(_number(operation, "queue_length")),
             int(_number(operation, "fragment_size")),
         )
-        check_codec(wish.encoding)
+        check_codec(request.encoding)
         key = _key(operation)
         known = self._topics.get(topic)
         if known is None:
@@ -303,13 +303,13 @@ class ClientProtocol:
             known = _TopicState(kind)
         elif kind is not None and known.kind is not None and kind != known.kind:
             raise BadOperation(f"{topic} is already subscribed to with the type {known.kind}, not {kind}")
-        elif known.wishes.get(key) == wish and kind in (None, known.kind):
+        elif known.requests.get(key) == request and kind in (None, known.kind):
             return
-        if key not in known.wishes:
-            self._check_room(known.wishes, f"subscriptions to {topic}")
+        if key not in known.requests:
+            self._check_room(known.requests, f"subscriptions to {topic}")
             self._shares.keep(_cost(key) + (0 if topic in self._topics else _cost_of_name(topic)))
         known.kind = known.kind or kind
-        known.wishes[key] = wish
+        known.requests[key] = request
         self._topics[topic] = known
         yield TakeTopic(topic, known.kind, known.delivery(), operation)
 
@@ -319,11 +319,11 @@ class ClientProtocol:
         if known is None:
             return
         key = _key(operation)
-        gone = list(known.wishes) if operation.get("id") is None else [key] if key in known.wishes else []
+        gone = list(known.requests) if operation.get("id") is None else [key] if key in known.requests else []
         for each in gone:
-            del known.wishes[each]
+            del known.requests[each]
             self._shares.release(_cost(each))
-        if not known.wishes:
+        if not known.requests:
             del self._topics[topic]
             self._shares.release(_cost_of_name(topic))
             yield LeaveTopic(topic)
