@@ -17,6 +17,7 @@ import json
 import logging
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -124,7 +125,8 @@ def attack_once(attack: Attack, port: int) -> None:
     with contextlib.suppress(WebSocketException, OSError, EOFError):
         client = connect(f"ws://127.0.0.1:{port}", max_size=None, open_timeout=60, close_timeout=0.1)
         with client:
-            ended = threading.Timer(ATTACK_S, client.socket.close)
+            # closing the socket would not end the connection while a thread sends
+            ended = threading.Timer(ATTACK_S, client.socket.shutdown, (socket.SHUT_RDWR,))
             ended.start()
             attack(client)
             ended.join()
