@@ -115,9 +115,10 @@ def test_a_target_folder_is_found_on_the_python_path(
     installed.pip("install", "--quiet", "--no-deps", "--target", tmp_path / "target", wheel)
     # pip leaves out lib/, so that only programs in share/ remain; uv does not
     code = "import robot_lib; from my_robot_msgs.msg import State; print(robot_lib.WHO, State.__slots__)"
-    target = {"PYTHONPATH": str(tmp_path / "target")}
-    assert installed.run("python", "-c", code, **target).strip() == SHOWN
-    assert "/show" in installed.run("roslaunch", "--nodes", "my_robot_msgs", "show.launch", **target)
+    target = str(tmp_path / "target")
+    assert installed.run("python", "-c", code, PYTHONPATH=target).strip() == SHOWN
+    nodes = installed.run("roslaunch", "--nodes", "my_robot_msgs", "show.launch", PYTHONPATH=target)
+    assert "/show" in nodes
 
 
 def test_without_a_wheel_of_pipros_the_advice_says_what_is_needed(
