@@ -38,7 +38,7 @@ def test_windows_have_images_trackbars_keys_and_a_mouse(ros: RosSystem, open_tab
     tab = open_tab(Page.of(viewer), "")
     expect(tab).to_have_title("OpenCV /viewer")
     camera = tab.get_by_alt_text("camera")
-    tab.wait_for_function("document.querySelector('img')?.naturalWidth === 320")
+    tab.wait_for_function("() => document.querySelector('img')?.naturalWidth === 320")
 
     camera.click(position={"x": 100, "y": 50})
     viewer.wait_for(r"^mouse 1 100 50 1 None$")  # pressed, with the left button

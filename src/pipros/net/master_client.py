@@ -109,9 +109,12 @@ class MasterClient:
         """The master's IP addresses in recent connections; empty before the first call."""
         return self._rpc.server_addresses
 
-    def interrupt(self, limit_s: float) -> None:
-        """Make running calls raise Interrupted. Later calls have the timeout `limit_s`."""
-        self._rpc.interrupt(limit_s)
+    def interrupt(self, limit_s: float, grace_s: float = 0.0) -> None:
+        """Make calls raise Interrupted that are still running after `grace_s`.
+
+        Later calls have the timeout `limit_s`.
+        """
+        self._rpc.interrupt(limit_s, grace_s)
 
     def close(self) -> None:
         self._rpc.close()

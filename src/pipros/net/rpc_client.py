@@ -35,6 +35,7 @@ CONNECT_LIMIT_S: Final = 15.0
 """Maximum time for connecting if the call has no timeout."""
 _READ_BYTES: Final = 65536
 _KEPT_ADDRESSES: Final = 4
+_GRACE_STEP_S: Final = 0.002
 
 
 class RpcClient:
@@ -127,8 +128,18 @@ class RpcClient:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def interrupt(self, limit_s: float) -> None:
-        """Make calls in progress raise Interrupted. Later calls have the timeout `limit_s`."""
+    def interrupt(self, limit_s: float, grace_s: float = 0.0) -> None:
+        """Make calls in progress raise Interrupted. Later calls have the timeout `limit_s`.
+
+        Before that, wait up to `grace_s` for responses to the calls that are in progress now.
+        """
+        deadline = time.monotonic() + grace_s
+        with self._lock:
+            present = set(self._busy)
+        while present and time.monotonic() < deadline:
+            time.sleep(_GRACE_STEP_S)
+            with self._lock:
+                present &= self._busy
         with self._lock:
             self.timeout_s = limit_s
             self._interruptions += 1

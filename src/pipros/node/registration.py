@@ -181,8 +181,9 @@ class Registrations:
     def close(self) -> None:
         """Unregister all entries in reverse order. Give up if the master does not answer."""
         self._is_closed = True
-        # A thread that is still registering an entry holds the lock, and might wait forever.
-        self._master.interrupt(self._unregister_s)
+        # A thread that is still registering an entry holds the lock, and might wait forever. A master that
+        # answers does so within the grace, so that a loop that reads a parameter ends without an exception.
+        self._master.interrupt(self._unregister_s, grace_s=self._unregister_s / 3)
         master = MasterClient(self._master.uri, self._node_name, timeout_s=self._unregister_s)
         with self._lock:
             entries = self._entries[::-1]
