@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
+import pipros
 from pipros import __version__
 from pipros.basics.rooms import Command, Room, own_rooms
 from pipros.cli import absent, command_map
 from pipros.cli.complete.candidates import candidates
 from pipros.cli.pipros import main
 from pipros.workspace.overlays import MARKER
-from tests.support.environments import REPOSITORY
 from tests.support.project import PROGRAMS as COMMANDS
 
 
@@ -143,7 +143,8 @@ def test_env_without_a_workspace_is_that_of_pipros(
 ) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     assert main(["env"]) == 0
-    assert f"export ROS_PACKAGE_PATH='{REPOSITORY}/src/pipros/share'\n" in capsys.readouterr().out
+    share = Path(pipros.__file__).resolve().parent / "share"
+    assert f"export ROS_PACKAGE_PATH='{share}'\n" in capsys.readouterr().out
 
 
 def test_env_reports_that_nothing_was_built(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import sys
 from pathlib import Path
 
 import pytest
@@ -30,7 +31,8 @@ def install(folder: Path, name: str, modules: dict[str, str]) -> None:
 
 @pytest.fixture
 def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.syspath_prepend(str(tmp_path))
+    others = [folder for folder in sys.path if "site-packages" not in folder]  # pipros may be installed there
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *others])
     install(
         tmp_path, OURS, {"rospy/__init__.py": "ours\n", "rospy/core.py": "ours\n", "rosbag/bag.py": "ours\n"}
     )

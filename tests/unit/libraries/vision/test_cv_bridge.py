@@ -233,7 +233,7 @@ def test_compressed_images_go_through_opencv(monkeypatch: pytest.MonkeyPatch) ->
 def test_without_opencv_the_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "cv2", None)
 
-    with pytest.raises(ImportError, match=r"a compressed image needs OpenCV.*pip install .*\[vision\]'"):
+    with pytest.raises(ImportError, match=r"a compressed image needs OpenCV.*pip install .*\[vision\]"):
         BRIDGE.compressed_imgmsg_to_cv2(CompressedImage(format="jpeg", data=b"x"))
     with pytest.raises(ImportError, match="compressing an image needs OpenCV"):
         BRIDGE.cv2_to_compressed_imgmsg(COLORED)
