@@ -5,6 +5,10 @@ read but not handled counts against the client's budget: the beginning of an inc
 an incomplete message, each with its overhead, and complete messages. If more than `READ_AHEAD_BYTES` are
 complete, the connection is not read until they have been handled. An incomplete message must grow by a MiB,
 or end, within `request_s`. A client that exceeds its budget is told so in the close frame and disconnected.
+
+Frames of a few bytes cost far more time than bytes: a single read can contain 40,000 of them. Data is
+therefore parsed in parts, which become smaller if they take long, and after such a part the connection rests
+for `RESTS` times as long, so that other clients are served.
 """
 
 from __future__ import annotations
@@ -14,6 +18,7 @@ import logging
 import math
 import socket
 import ssl
+import time
 from collections import deque
 from collections.abc import Awaitable, Callable
 from functools import partial
@@ -38,6 +43,11 @@ FRAME_BYTES: Final = 300
 READ_AHEAD_BYTES: Final = 256 * 1024
 """Complete messages that are read before the previous ones have been handled."""
 _UNCOUNTED_BYTES: Final = 16 * 1024
+PART_BYTES: Final = (4 * 1024, 64 * 1024)
+"""Smallest and largest part of received data that is parsed without a rest."""
+LONG_S: Final = 0.005
+"""Processor time from which on a part takes long. Frames of 64 kB take a hundredth of it."""
+RESTS: Final = 40
 _GROWTH_BYTES: Final = 1024 * 1024
 
 # At level DEBUG, websockets logs messages and paths, including tokens.
@@ -52,9 +62,19 @@ class PortConnection(ServerConnection):
     """
 
     def __init__(
-        self, entrance: Entrance, limit_bytes: int, *args: Any, request_s: float = math.inf, **options: Any
+        self,
+        entrance: Entrance,
+        limit_bytes: int,
+        *args: Any,
+        request_s: float = math.inf,
+        work_clock: Callable[[], float] = time.thread_time,
+        **options: Any,
     ) -> None:
         super().__init__(*args, **options)
+        self._work_clock = work_clock
+        self._part_bytes = PART_BYTES[1]
+        self._unparsed = b""  # received before the connection rests
+        self._is_resting = False
         self._entrance = entrance
         self._bytes_left: float = limit_bytes
         self._visitor: Visitor
@@ -85,9 +105,42 @@ class PortConnection(ServerConnection):
         if self._bytes_left < 0:
             self._visitor.abort()
         elif not self._is_cut:
-            super().data_received(data)
+            self._parse(data)
+
+    def _parse(self, data: bytes) -> None:
+        """Parse received data, or a part of it, and the rest later."""
+        position = 0
+        while position < len(data) and not self._is_cut and not self._is_resting:
+            part = data[position : position + self._part_bytes]
+            position += len(part)
+            began_s = self._work_clock()
+            super().data_received(part)
+            work_s = self._work_clock() - began_s
+            if work_s > LONG_S:
+                self._part_bytes = max(self._part_bytes // 4, PART_BYTES[0])
+                self._unparsed = data[position:]
+                self._rest_for(work_s * RESTS)
+            else:
+                self._part_bytes = min(self._part_bytes * 2, PART_BYTES[1])
             if self._input is not None:
                 self._check_input()
+
+    def _rest_for(self, seconds: float) -> None:
+        self._is_resting = True
+        self.transport.pause_reading()
+        self.loop.call_later(seconds, self._go_on)
+
+    def _go_on(self) -> None:
+        self._is_resting = False
+        if self._is_cut:
+            return
+        data, self._unparsed = self._unparsed, b""
+        self._parse(data)
+        self._read_on()
+
+    def _read_on(self) -> None:
+        if self._is_reading and not self._is_resting and not self._is_cut:
+            self.transport.resume_reading()
 
     def process_event(self, event: Any) -> None:
         super().process_event(event)
@@ -109,7 +162,7 @@ class PortConnection(ServerConnection):
         self._waiting_bytes -= self._handled_bytes
         if not self._is_reading and self._waiting_bytes <= READ_AHEAD_BYTES // 2 and not self._is_cut:
             self._is_reading = True
-            self.transport.resume_reading()
+            self._read_on()
         return message
 
     def connection_lost(self, exc: Exception | None) -> None:
@@ -145,7 +198,8 @@ class PortConnection(ServerConnection):
 
     def _count_input(self) -> bool:
         """Count the data that is held now. Return False if it exceeds the budget."""
-        self.held_bytes = self._incomplete_bytes + self._waiting_bytes + self._handled_bytes
+        unhandled = len(self._unparsed) + self._incomplete_bytes + self._waiting_bytes
+        self.held_bytes = unhandled + self._handled_bytes
         counted = self.held_bytes if self.held_bytes > _UNCOUNTED_BYTES else 0
         if counted == self._counted_bytes or self._input is None:
             return True
