@@ -97,9 +97,9 @@ def target(data: bytes) -> None:
     held = 0
     for peer in engine.peers:
         kept = len(peer.data.user_data) + sum(len(each.user_data) for each in peer.endpoints.values())
-        assert kept <= peer.kept.used <= LIMITS.ros2_peer_bytes, (kept, peer.kept.used)
+        assert kept <= peer.kept.used <= LIMITS.of(Ros2Limits).ros2_peer_bytes, (kept, peer.kept.used)
         held += kept
-    assert held <= LIMITS.ros2_discovery_bytes, held
+    assert held <= LIMITS.of(Ros2Limits).ros2_discovery_bytes, held
     assert sent <= ANSWER_BYTES + 40 * received, (sent, received)
 
 

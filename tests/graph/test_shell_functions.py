@@ -70,7 +70,7 @@ def test_roscd_enters_packages_folders_workspace_and_logs(ros: RosSystem, source
     ended = shell(ros, program, "roscd nope; pwd")
     assert "roscd: No such package/stack 'nope'" in ended.output
     assert "Did you mean" not in ended.output
-    assert "Did you mean robots?" in shell(ros, program, "roscd robot/a; pwd").output
+    assert "Did you mean robots" in shell(ros, program, "roscd robot/a; pwd").output
     assert ended.stdout[-1] == str(ros.home)
     assert shell(ros, program, "roscd --help").stdout[0] == "usage: roscd package"
 
@@ -159,13 +159,13 @@ def test_commands_that_are_not_here_are_explained(ros: RosSystem, program: str) 
     if shutil.which(program) is None:
         pytest.skip(f"{program} is not installed")
     file = f"{SHELL_FOLDER}/ros.{program}"
-    script = f"source {file}; source {file}; gazebo; rosdep update; no_such_command; true"
+    script = f"source {file}; source {file}; gazebo; catkin build; no_such_command; true"
     options = {"bash": "--norc", "zsh": "--no-rcs", "fish": "--no-config"}
-    clean = {"PATH": f"{VENV_BIN}:{ros.home}"}  # without rosdep, which may be installed
+    clean = {"PATH": f"{VENV_BIN}:{ros.home}"}  # without catkin, which may be installed
     typed = ros.pipros.run(shutil.which(program) or program, options[program], "-ic", script, **clean)
     assert "gazebo: The programs of gazebo_ros are written in C++" in typed.output
     assert "On this machine, roslaunch pipros_sim sim.launch" in typed.output
-    assert "rosdep: rosdep does not come with pipros, but from PyPI: pip install rosdep" in typed.output
+    assert "catkin: catkin does not come with pipros, but from PyPI: pip install catkin-tools" in typed.output
     assert re.search(
         "no_such_command: command not found|(not found|Unknown command): no_such_command", typed.output
     )

@@ -11,8 +11,9 @@ from tests.interop.programs.examine_corners import __file__ as script
 
 
 def test_every_corner_looks_as_in_genuine_ros() -> None:
-    # The texts of genuine ROS' definitions, including comments.
-    path = {"ROS_PACKAGE_PATH": "/usr/share"}
+    # The texts of genuine ROS' definitions, including comments. Under another name, Debian's folder comes
+    # before the packages of pipros, as any other on the path.
+    path = {"ROS_PACKAGE_PATH": "/usr/share/."}
     genuine = answers("/usr/bin/python3", {"PATH": "/usr/bin:/bin", **path})
     own = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")} | path
 

@@ -11,6 +11,7 @@ from pipros.basics.env import Environment
 from pipros.basics.limits import process_limits
 from pipros.fleet.agent import Agent, agent_node_name
 from pipros.fleet.fleet_file import FleetFile, parse_fleet_file
+from pipros.fleet.limits import FleetLimits
 from pipros.fleet.zenoh_session import LinkFailed, SessionLink, Tls, connect, open_router
 from pipros.graph.system_state import SystemState
 from pipros.master.master import Master
@@ -79,7 +80,7 @@ class Member:
         self.agent_node = Node(
             agent_node_name(name),
             environment=self.environment,
-            limits=process_limits()._replace(**(limits or {})),
+            limits=process_limits().with_table(FleetLimits(**(limits or {}))),
         )
         self._stack.enter_context(self.agent_node)
         self.agent_node.log.addHandler(_Kept(self.warnings))

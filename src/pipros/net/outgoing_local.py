@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import socket
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -116,4 +117,6 @@ class LocalOutgoingLink(OutgoingLink):
 
 def _send(sock: socket.socket, frames: bytes, rights: list[Any]) -> int:
     """Send frames with their descriptors, which arrive with the first byte."""
-    return sock.sendmsg([frames], rights) if rights else sock.send(frames)
+    if sys.platform == "win32" or not rights:
+        return sock.send(frames)
+    return sock.sendmsg([frames], rights)

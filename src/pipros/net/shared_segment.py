@@ -41,11 +41,13 @@ class Segment:
         Raises:
             OSError: the system has no such memory, or no descriptors or memory are left.
         """
+        self.number, self.slot_bytes, self.slots = number, slot_bytes, slots
+        self._memory: mmap.mmap
+        self._view: memoryview
         if sys.platform != "linux" or not hasattr(os, "memfd_create"):
             raise OSError("this system cannot share memory without a name")
         import fcntl
 
-        self.number, self.slot_bytes, self.slots = number, slot_bytes, slots
         self._allocated = [0] * slots
         self.descriptor = os.memfd_create("pipros", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
