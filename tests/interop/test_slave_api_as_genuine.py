@@ -127,7 +127,8 @@ def called(uri: str) -> tuple[dict[str, str], str]:
 
 def outcomes(ros: RosSystem, side: Side) -> dict[str, object]:
     with Master(port=ros.port) as master:
-        node = side.start("/usr/bin/python3" if side is ros.genuine else "python3", "-c", NODE)
+        python = "/usr/bin/python3" if side is ros.genuine else "python3"
+        node = side.start(python, "-c", NODE, PIPROS_LOCAL="off")  # which is reported under another name
         node.wait_for("^up$")
         uri = uri_of(master.uri)
         wait_until(lambda: len(links(uri)) == 2)
