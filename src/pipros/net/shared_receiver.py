@@ -134,7 +134,7 @@ class AcknowledgementPipe:
         if not stat.S_ISFIFO(os.fstat(descriptor).st_mode):
             raise NoSharedMemory("acknowledgements need a pipe")
         path = f"/proc/self/fd/{descriptor}"
-        self._descriptor = os.open(path, os.O_WRONLY | os.O_CLOEXEC | getattr(os, "O_NONBLOCK", 0))
+        self._descriptor = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
         self._lent: dict[Slot, weakref.ref[Any]] = {}
         _close_in_children(self)
 
