@@ -86,7 +86,7 @@ def test_other_mount_process_and_ipc_namespaces_make_no_difference(programs: Pro
     unshare = (
         str(shutil.which("unshare")),
         "--mount",
-        "--propagation=unchanged",  # the root of a chroot is no mount
+        "--propagation=unchanged",  # the root of a chroot is not a mount point
         "--pid",
         "--ipc",
         "--fork",

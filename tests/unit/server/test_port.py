@@ -1,4 +1,4 @@
-"""A connection whose data takes long to parse gives way to others, and loses nothing."""
+"""A connection whose data takes long to parse rests, and receives its message whole."""
 
 from __future__ import annotations
 
