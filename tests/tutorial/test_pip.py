@@ -113,7 +113,7 @@ def test_a_target_folder_is_found_on_the_python_path(
     installed.run("pipros", "wheel", package, "-o", tmp_path / "dist")
     (wheel,) = (tmp_path / "dist").glob("*.whl")
     installed.pip("install", "--quiet", "--no-deps", "--target", tmp_path / "target", wheel)
-    # pip leaves out lib/, so that only programs in share/ remain; uv does not
+    # pip leaves out lib/, so that only programs in share/ remain
     code = "import robot_lib; from my_robot_msgs.msg import State; print(robot_lib.WHO, State.__slots__)"
     target = str(tmp_path / "target")
     assert installed.run("python", "-c", code, PYTHONPATH=target).strip() == SHOWN

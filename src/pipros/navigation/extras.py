@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 from pipros.basics.errors import MissingExtra
 from pipros.basics.extras import install_command
 
@@ -10,12 +12,10 @@ def missing_extra(error: ImportError) -> MissingExtra:
     """Return the error that names the missing library and the command that installs it.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C interrupted the import of numpy, whose C code reports it and raises
-            ImportError instead.
+        KeyboardInterrupt: Ctrl-C interrupted the import of numpy, whose C code prints it, which sets
+            `sys.last_type`, and raises ImportError instead.
     """
-    if "multiarray failed to import" in str(error):
+    if error.name is None and getattr(sys, "last_type", None) is KeyboardInterrupt:
         raise KeyboardInterrupt from None
-    return MissingExtra(
-        f"this node needs {error.name}, which is not installed. Try: {install_command('navigation')}",
-        name=error.name,
-    )
+    what = f"{error.name}, which is not installed" if error.name else f"a library that fails: {error}"
+    return MissingExtra(f"this node needs {what}. Try: {install_command('navigation')}", name=error.name)
