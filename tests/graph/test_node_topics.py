@@ -453,7 +453,7 @@ def test_topics_unregistered_during_shutdown_are_not_left_at_the_master(
         raise Interrupted("the node ends")
 
     monkeypatch.setattr(node.master, "call", be_interrupted)
-    monkeypatch.setattr(node.master, "interrupt", lambda _: is_interrupted.set())
+    monkeypatch.setattr(node.master, "interrupt", lambda _, grace_s: is_interrupted.set())
     publisher.unregister()
     end.join(60)
     assert observer.master.get_system_state() == [[], [], []]

@@ -7,8 +7,10 @@ complete, the connection is not read until they have been handled. An incomplete
 or end, within `request_s`. A client that exceeds its budget is told so in the close frame and disconnected.
 
 Frames of a few bytes cost far more time than bytes: a single read can contain 40,000 of them. Data is
-therefore parsed in parts, which become smaller if they take long, and after such a part the connection rests
-for `RESTS` times as long, so that other clients are served.
+therefore parsed in parts. After a part that took long, the connection rests for `RESTS` times as long, so
+that other clients are served, and for a while the parts of all connections are small, because twenty clients
+can send such data at the same moment. A rest has a maximum, for the sake of clients that were only unlucky,
+because Python collected garbage meanwhile.
 """
 
 from __future__ import annotations
@@ -43,15 +45,32 @@ FRAME_BYTES: Final = 300
 READ_AHEAD_BYTES: Final = 256 * 1024
 """Complete messages that are read before the previous ones have been handled."""
 _UNCOUNTED_BYTES: Final = 16 * 1024
-PART_BYTES: Final = (4 * 1024, 64 * 1024)
-"""Smallest and largest part of received data that is parsed without a rest."""
+PART_BYTES: Final = 64 * 1024
+"""Received data that is parsed without a rest."""
+SMALL_PART_BYTES: Final = 2 * 1024
+SMALL_PARTS_S: Final = 10.0
+"""Time for which parts are small after one took long."""
 LONG_S: Final = 0.005
 """Processor time from which on a part takes long. Frames of 64 kB take a hundredth of it."""
 RESTS: Final = 40
+MOST_REST_S: Final = 1.0
 _GROWTH_BYTES: Final = 1024 * 1024
 
 # At level DEBUG, websockets logs messages and paths, including tokens.
 _SILENT: Final = logging.Logger("websockets of pipros", logging.CRITICAL)
+
+
+class Pace:
+    """How much of the received data is parsed at once. Shared by all connections of a port."""
+
+    def __init__(self) -> None:
+        self._small_until_s = -math.inf
+
+    def part_bytes(self, now_s: float) -> int:
+        return SMALL_PART_BYTES if now_s < self._small_until_s else PART_BYTES
+
+    def note_long_part(self, now_s: float) -> None:
+        self._small_until_s = now_s + SMALL_PARTS_S
 
 
 class PortConnection(ServerConnection):
@@ -65,6 +84,7 @@ class PortConnection(ServerConnection):
         self,
         entrance: Entrance,
         limit_bytes: int,
+        pace: Pace,
         *args: Any,
         request_s: float = math.inf,
         work_clock: Callable[[], float] = time.thread_time,
@@ -72,7 +92,7 @@ class PortConnection(ServerConnection):
     ) -> None:
         super().__init__(*args, **options)
         self._work_clock = work_clock
-        self._part_bytes = PART_BYTES[1]
+        self._pace = pace
         self._unparsed = b""  # received before the connection rests
         self._is_resting = False
         self._entrance = entrance
@@ -111,17 +131,15 @@ class PortConnection(ServerConnection):
         """Parse received data, or a part of it, and the rest later."""
         position = 0
         while position < len(data) and not self._is_cut and not self._is_resting:
-            part = data[position : position + self._part_bytes]
+            part = data[position : position + self._pace.part_bytes(self.loop.time())]
             position += len(part)
             began_s = self._work_clock()
             super().data_received(part)
             work_s = self._work_clock() - began_s
             if work_s > LONG_S:
-                self._part_bytes = max(self._part_bytes // 4, PART_BYTES[0])
+                self._pace.note_long_part(self.loop.time())
                 self._unparsed = data[position:]
-                self._rest_for(work_s * RESTS)
-            else:
-                self._part_bytes = min(self._part_bytes * 2, PART_BYTES[1])
+                self._rest_for(min(work_s * RESTS, MOST_REST_S))
             if self._input is not None:
                 self._check_input()
 
@@ -280,7 +298,11 @@ class ServerPort:
         found = await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_STREAM)
         listeners = self._entrance.listen([str(each[4][0]) for each in found], port)
         create_connection: Any = partial(
-            connection_class, self._entrance, self._limits.login_bytes, request_s=self._limits.request_s
+            connection_class,
+            self._entrance,
+            self._limits.login_bytes,
+            Pace(),
+            request_s=self._limits.request_s,
         )
         if tls is not None:
             options |= {"ssl": tls, "ssl_handshake_timeout": self._limits.login_s}

@@ -1,4 +1,4 @@
-"""A connection whose data takes long to parse rests, and receives its message whole."""
+"""While data takes long to parse, its connection rests, others get small parts, and no message is lost."""
 
 from __future__ import annotations
 
@@ -6,57 +6,82 @@ import asyncio
 import logging
 from typing import Any
 
+import pytest
 from websockets.asyncio.client import connect
 
 from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
 from pipros.server.listener import Entrance
-from pipros.server.port import LONG_S, PART_BYTES, PortConnection, ServerPort
+from pipros.server.port import (
+    LONG_S,
+    MOST_REST_S,
+    PART_BYTES,
+    RESTS,
+    SMALL_PART_BYTES,
+    PortConnection,
+    ServerPort,
+)
 
 MESSAGE = "".join(chr(97 + number % 26) for number in range(300_000))
 
 
 class Work:
-    """A clock of processor time, in which some parts of the data take long."""
+    """A clock of processor time, in which the next `long_parts` parts of the data take `long_s`."""
 
-    def __init__(self) -> None:
+    def __init__(self, long_s: float) -> None:
+        self.long_s = long_s
         self.long_parts = 0
+        self.parts = 0
         self._now_s = 0.0
         self._is_end = False
 
     def __call__(self) -> float:
-        if self._is_end and self.long_parts:
-            self.long_parts -= 1
-            self._now_s += 2 * LONG_S
+        if self._is_end:
+            self.parts += 1
+            if self.long_parts:
+                self.long_parts -= 1
+                self._now_s += self.long_s
         self._is_end = not self._is_end
         return self._now_s
 
 
 class Recorded(PortConnection):
-    """Records the sizes of the parts that it parses, and whether it read meanwhile."""
+    """Records how long it rests."""
 
     def __init__(self, work: Work, *args: Any, **options: Any) -> None:
         super().__init__(*args, work_clock=work, **options)
-        self.sizes: list[int] = []
+        self.work = work
+        self.rests_s: list[float] = []
 
     def _rest_for(self, seconds: float) -> None:
-        self.sizes.append(self._part_bytes)
-        super()._rest_for(seconds / 100)
+        self.rests_s.append(seconds)
+        super()._rest_for(0.01)
 
 
-def test_parts_become_smaller_and_the_message_arrives_whole() -> None:
+@pytest.mark.parametrize(
+    ("long_s", "rest_s"), [(2 * LONG_S, 2 * LONG_S * RESTS), (3.0, MOST_REST_S)], ids=["usual", "longest"]
+)
+def test_a_connection_rests_after_long_parts_and_others_get_small_ones(long_s: float, rest_s: float) -> None:
     async def run() -> None:
-        work, connections, received = Work(), [], asyncio.Queue[Any]()
+        connections: list[Recorded] = []
+        received = asyncio.Queue[Any]()
 
         def make(*args: Any, **options: Any) -> Recorded:
-            connections.append(Recorded(work, *args, **options))
+            connections.append(Recorded(Work(long_s), *args, **options))
             return connections[-1]
 
         async def attend(connection: Recorded) -> None:
             connection.admit(Budget(1_000_000), 1_000_000)
-            work.long_parts = 3
+            connection.work.parts = 0
+            connection.work.long_parts = 3 if connections.index(connection) == 1 else 0
             await received.put("admitted")
             await received.put(await connection.recv())
+
+        async def exchange() -> None:
+            async with connect(f"ws://127.0.0.1:{number}", compression=None) as client:
+                assert await asyncio.wait_for(received.get(), 30) == "admitted"
+                await client.send(MESSAGE)
+                assert await asyncio.wait_for(received.get(), 30) == MESSAGE
 
         limits = Limits()
         port = ServerPort(Entrance(limits, most=5, log=logging.getLogger("test")), limits)
@@ -68,12 +93,15 @@ def test_parts_become_smaller_and_the_message_arrives_whole() -> None:
             max_bytes=1_000_000,
             connection_class=make,  # type: ignore[arg-type]  # a function that makes one
         )
-        async with connect(f"ws://127.0.0.1:{number}", compression=None) as client:
-            assert await asyncio.wait_for(received.get(), 30) == "admitted"
-            await client.send(MESSAGE)
-            assert await asyncio.wait_for(received.get(), 30) == MESSAGE
+        for _ in range(3):
+            await exchange()
         await port.close()
 
-        assert connections[0].sizes == [PART_BYTES[1] // 4, PART_BYTES[0], PART_BYTES[0]]
+        before, costly, after = connections
+        assert before.work.parts < len(MESSAGE) / SMALL_PART_BYTES
+        assert before.work.parts >= len(MESSAGE) / PART_BYTES
+        assert costly.rests_s == pytest.approx([rest_s] * 3)
+        assert after.work.parts >= len(MESSAGE) / SMALL_PART_BYTES
+        assert before.rests_s == after.rests_s == []
 
     asyncio.run(run())
