@@ -56,9 +56,10 @@ DIFFERENCES = [
         ("*.Message.deserialize",),
     ),
     Difference(
-        Kind.NAMED,
-        "generated code from templates that run Python code; `catkin_make` generates C++ headers otherwise",
-        ("genmsg.template_tools.*",),
+        Kind.ABSENT,
+        "parts of generators of message code, whose templates run Python code; `catkin_make` generates C++ "
+        "headers otherwise",
+        ("genmsg.command_line*", "genmsg.deps*", "genmsg.template_tools*"),
     ),
     Difference(
         Kind.ABSENT,
@@ -102,11 +103,18 @@ DIFFERENCES = [
     Difference(
         Kind.ABSENT,
         "parts of genuine's master, launcher and build, which no public package was found to import; "
-        "`rosmaster.master.Master` is a master, and `genmsg` reads definitions",
+        "`rosmaster.master.Master` is a master, `genmsg` reads definitions, and `rosgraph`, `roslaunch-deps` "
+        "and `roslaunch` with `--nodes`, `--args` or `--dump-params` are commands",
         (
+            "rosgraph.rosgraph_main*",
             "roslaunch.arg_dump*",
+            "roslaunch.depends*",
             "roslaunch.netapi*",
+            "roslaunch.node_args.get_*",
+            "roslaunch.node_args.print_*",
+            "roslaunch.*param_dump*",
             "roslaunch.roslaunch_logs*",
+            "roslaunch.server*",
             "roslib.gentools*",
             "roslib.srvs*",
             "rosmaster.master_api*",
@@ -118,8 +126,18 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "they drive genuine catkin's build with CMake and make; `catkin_make` of pipros builds without them",
-        ("catkin.builder.*",),
+        "parts of genuine catkin's build and commands; `catkin_make`, `catkin_init_workspace` and "
+        "`catkin_test_results` of pipros work without them",
+        (
+            "catkin.builder*",
+            "catkin.cmake*",
+            "catkin.init_workspace*",
+            "catkin.package_version*",
+            "catkin.terminal_color*",
+            "catkin.test_results*",
+            "catkin.tidy_xml*",
+            "catkin.workspace_vcs*",
+        ),
     ),
     Difference(
         Kind.DIFFERS,
@@ -148,7 +166,6 @@ DIFFERENCES = [
             "roslaunch.remote.*",
             "roslaunch.remoteprocess.*",
             "roslaunch.*ChildROSLaunchProcess*",
-            "roslaunch.server.ROSLaunchChild*",
         ),
     ),
     Difference(
@@ -175,8 +192,19 @@ DIFFERENCES = [
     ),
     Difference(
         Kind.ABSENT,
-        "rules about rosdep's database, pip, Debian packages and rosbuild, which pipros does not use",
-        ("roswtf.packages.*", "roswtf.py_pip_deb_checks.*", "roswtf.rosdep_db.*", "roswtf.stacks.*"),
+        "the rules of the command itself, without those about rosdep's database, pip, Debian packages and "
+        "rosbuild; plugins add their own with `roswtf.rules`, and read a `roswtf.context.WtfContext`",
+        (
+            "roswtf.environment*",
+            "roswtf.graph*",
+            "roswtf.network*",
+            "roswtf.packages*",
+            "roswtf.plugins*",
+            "roswtf.py_pip_deb_checks*",
+            "roswtf.rosdep_db*",
+            "roswtf.roslaunchwtf*",
+            "roswtf.stacks*",
+        ),
     ),
     Difference(
         Kind.ABSENT,

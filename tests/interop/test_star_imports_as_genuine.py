@@ -18,15 +18,10 @@ LACKING = {
     "bondpy.bondpy.BondSM_sm": "a state machine that a compiler wrote; pipros has its own",
     "camera_calibration_parsers.camera_calibration_parsers_wrapper": "a library in C++",
     "catkin.environment_cache.*": "makes scripts for genuine catkin; here it says how to use that",
-    "genmsg.template_tools.em": "empy, which is installed with an extra, if at all",
     "image_geometry.cameramodels.cv2": "OpenCV, which is installed with an extra, if at all",
     "rosbag.bag.AES": "a library that is installed for encrypted bags, if at all",
     "rosbag.bag.gnupg": "a library that is installed for encrypted bags, if at all",
     "rosbag.bag.roslz4": "pipros uses lz4 from PyPI",
-    "roswtf.*_check": "rules; those of pipros are in `pipros.health`",
-    "roswtf.graph.NodeInfoThread": "rules; those of pipros are in `pipros.health`",
-    "roswtf.graph.topic_timestamp_drift": "rules; those of pipros are in `pipros.health`",
-    "roswtf.roslaunchwtf.paramiko_*": "rules; those of pipros are in `pipros.health`",
     "tf*PyKDL": "a library that pip does not have",
     "tf_conversions.*": "what PyKDL binds, a library that pip does not have",
 }
@@ -96,7 +91,7 @@ def test_star_imports_bind_the_names_of_genuine_ros(both: tuple[Bound, Bound]) -
 @pytest.mark.timeout(600)
 def test_every_listed_exception_is_needed(both: tuple[Bound, Bound]) -> None:
     names = list(differences(*both))
-    optional = {"genmsg.template_tools.em", "image_geometry.cameramodels.cv2", "rosbag.rosbag_main"}
+    optional = {"image_geometry.cameramodels.cv2", "rosbag.rosbag_main"}
     assert [pattern for pattern in LACKING.keys() - optional if not fnmatch.filter(names, pattern)] == []
 
 

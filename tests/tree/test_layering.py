@@ -66,7 +66,7 @@ FACADES_BELOW: dict[str, set[str]] = {
     "joint_state_publisher": {"rospy"},
     "joint_state_publisher_gui": {"joint_state_publisher", "rospy"},
     "robot_state_publisher": {"rospy", "tf2_ros"},
-    "roslaunch": {"rosgraph"},  # its server is a rosgraph.xmlrpc.XmlRpcNode
+    "roslaunch": {"rosgraph"},  # names, addresses and environment of rosgraph
     "roslib": {"genmsg", "genpy", "rosgraph"},  # the former home of their names, messages and network
     "rosapi": {"rospy"},
     "rosbag": {"rospy"},  # timestamps are rospy.Time

@@ -17,12 +17,10 @@ from roslaunch import (
     launch,
     loader,
     nodeprocess,
-    param_dump,
     parent,
     pmon,
     rlutil,
     scriptapi,
-    server,
     substitution_args,
     xmlloader,
 )
@@ -62,12 +60,10 @@ __all__ = [
     "loader",
     "main",
     "nodeprocess",
-    "param_dump",
     "parent",
     "pmon",
     "rlutil",
     "scriptapi",
-    "server",
     "substitution_args",
     "write_pid_file",
     "xmlloader",
@@ -75,8 +71,7 @@ __all__ = [
 
 _star_names(
     __name__,
-    "logging os roslaunch.depends roslaunch.node_args roslaunch_core=roslaunch.core "
-    "roslaunch_param_dump=roslaunch.param_dump rospkg sys traceback",
+    "logging os roslaunch.node_args roslaunch_core=roslaunch.core rospkg sys traceback",
     hidden="Machine Param",
 )
 

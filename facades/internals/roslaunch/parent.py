@@ -10,6 +10,7 @@ from pipros.basics.lazy_names import star_names as _star_names
 from pipros.launch.console import Console
 from pipros.launch.model import Launch
 from pipros.launch.run import RunOptions
+from pipros.launch.server import LaunchServer
 from pipros.launch.session import LaunchSession, SessionOptions
 from pipros.master.options import MasterOptions, limits_with_timeout
 from roslaunch.config import ROSLaunchConfig, load_config_default
@@ -22,7 +23,6 @@ from roslaunch.nodeprocess import (
     process_numbers,
 )
 from roslaunch.pmon import ProcessListener, ProcessMonitor, start_process_monitor
-from roslaunch.server import ROSLaunchParentNode
 
 __all__ = [
     "DEFAULT_TIMEOUT_SIGINT",
@@ -94,7 +94,7 @@ class ROSLaunchParent:
         self.force_required = force_required
         self.config: ROSLaunchConfig | None = None
         self.runner: ROSLaunchRunner | None = None
-        self.server: ROSLaunchParentNode | None = None
+        self.server: LaunchServer | None = None
         self.pm: ProcessMonitor | None = None
         self.remote_runner: object = None
         self.session: LaunchSession | None = None
@@ -141,7 +141,7 @@ class ROSLaunchParent:
         assert self.config is not None  # noqa: S101  # the session has loaded it
         assert self.pm is not None  # noqa: S101  # made with the session
         self.runner = ROSLaunchRunner.of_session(session, self.run_id, self.config, self.pm)
-        self.server = ROSLaunchParentNode.of_session(session, self.config, self.pm)
+        self.server = session.server
         if auto_terminate and not session.owns_master:
             self.pm.registrations_complete()
         for listener in self.process_listeners or ():

@@ -73,8 +73,7 @@ class WtfContext:
         self.errors: list[WtfError] = []
         self.rospack: Any = None
         self.rosstack: Any = None
-        self._subject = Subject.from_variables({})
-        self.set_subject(self._subject)
+        self.set_subject(Subject.from_variables({}))
 
     def as_dictionary(self) -> dict[str, Any]:
         """Return the attributes by name, for use in rule texts."""
@@ -116,13 +115,8 @@ class WtfContext:
         except CannotCheck as error:
             raise WtfException(str(error)) from None
 
-    def subject(self) -> Subject:
-        """Return the subject that pipros's rules check. (Not in Noetic.)"""
-        return self._subject
-
     def set_subject(self, subject: Subject) -> None:
         """Set the attributes that describe the subject to check. (Not in Noetic.)"""
-        self._subject = subject
         self.env = subject.variables
         self.ros_root = subject.variables.get("ROS_ROOT")
         self.ros_package_path = subject.variables.get("ROS_PACKAGE_PATH")

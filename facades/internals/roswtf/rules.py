@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from pipros.basics.lazy_names import star_names as _star_names
@@ -28,27 +28,3 @@ def warning_rule(rule: Rule, ret: Any, ctx: WtfContext) -> None:
     """Add a warning to the context unless `ret`, the result of the rule's function, is false."""
     if ret:
         ctx.warnings.append(WtfWarning(_rules.text_of(rule[1], ret, vars(ctx)), rule[1], ret))
-
-
-def apply(ctx: WtfContext, warnings: Sequence[Rule], errors: Sequence[Rule]) -> None:
-    """Apply rules to the context. (Not in Noetic.)"""
-    for rule in warnings:
-        warning_rule(rule, rule[0](ctx), ctx)
-    for rule in errors:
-        error_rule(rule, rule[0](ctx), ctx)
-
-
-def of_context(function: Callable[[Any], Any]) -> Callable[[WtfContext], Any]:
-    """Convert the function of a pipros rule to a function that takes a context. (Not in Noetic.)"""
-
-    def check(ctx: WtfContext) -> Any:
-        return function(ctx.subject())
-
-    check.__name__ = function.__name__
-    check.__doc__ = function.__doc__
-    return check
-
-
-def of_contexts(rules: Sequence[_rules.Rule]) -> list[Rule]:
-    """Convert pipros rules to rules whose functions take a context. (Not in Noetic.)"""
-    return [(of_context(function), text) for function, text in rules]

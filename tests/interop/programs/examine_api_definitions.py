@@ -75,7 +75,6 @@ def examine_names(module):
 
 def examine_genmsg():
     import genmsg
-    import genmsg.command_line
     import genmsg.msg_loader
     import genmsg.msgs
     import genmsg.names
@@ -136,12 +135,9 @@ def examine_genmsg():
     call("log_verbose", genmsg.log_verbose, False)
     call("log", genmsg.log, "text", 5)
     call("plog", genmsg.plog, "text", {"a": 1})
-    for paths in (["a:/x", "a:/y", "b:z"], [], ["a"], ["a:/x:y"]):
-        call("includepath_to_dict", genmsg.command_line.includepath_to_dict, paths)
 
 
 def examine_loading(genmsg):
-    import genmsg.deps
     import genmsg.gentools
 
     begin("genmsg loading")
@@ -224,12 +220,6 @@ def examine_search(genmsg, context):
         call("compute_full_text", genmsg.gentools.compute_full_text, context, service)
         for file in ("Outer.msg", "Ask.srv", "x.txt", ""):
             call("compute_full_type_name", genmsg.gentools.compute_full_type_name, "p", file)
-        deps = genmsg.deps
-        for name in ("Outer", "Inner", "Lost", "None"):
-            for find in (deps.find_msg_dependencies, deps.find_msg_dependencies_with_type):
-                call("find", lambda *args: sorted(find(*args)), "p", f"p/msg/{name}.msg", path)
-        for find in (deps.find_srv_dependencies, deps.find_srv_dependencies_with_type):
-            call("find", lambda *args: sorted(find(*args)), "p", "p/srv/Ask.srv", path)
         os.chdir("/")
 
 

@@ -15,12 +15,10 @@ import threading
 import roslaunch
 import roslaunch.config
 import roslaunch.core
-import roslaunch.depends
 import roslaunch.launch
 import roslaunch.loader
 import roslaunch.node_args
 import roslaunch.nodeprocess
-import roslaunch.param_dump
 import roslaunch.parent
 import roslaunch.pmon
 import roslaunch.rlutil
@@ -375,14 +373,7 @@ CHECKED = (
 
 def examine_tools():
     given = [(OUTER, ["r:=3"])]
-    examine("args", lambda: roslaunch.node_args.get_node_args("a", given))
     for label, call in {
-        "dump_params": lambda: roslaunch.param_dump.dump_params([INNER]),
-        "dump_params bad": lambda: roslaunch.param_dump.dump_params([BAD]),
-        "nodes": lambda: roslaunch.node_args.print_node_list(given),
-        "nodes bad": lambda: roslaunch.node_args.print_node_list([BAD]),
-        "file of": lambda: roslaunch.node_args.print_node_filename("f", given),
-        "file of none": lambda: roslaunch.node_args.print_node_filename("zz", given),
         "local": lambda: roslaunch.node_args.create_local_process_args(
             Node(
                 "programs", "sleeper", "n", args='"a b" c', remap_args=[("x", "y")], launch_prefix="nice -n 3"
@@ -409,15 +400,9 @@ def examine_tools():
             roslaunch.rlutil.get_or_generate_uuid(None, True)
             == roslaunch.core.Master().get().getParam("/x", "/run_id")[2]
         ),
-        "deps": lambda: roslaunch.depends.roslaunch_deps([INNER]),
-        "deps none": lambda: roslaunch.depends.roslaunch_deps(["/nope"]),
     }.items():
         examine(label, call)
     examine("files", lambda: sorted(printed(lambda: roslaunch.rlutil.print_file_list(given)).split()))
-    deps = roslaunch.depends.RoslaunchDeps([("a", "b")], ["f"], ["a"])
-    examine(
-        "deps text", lambda: [str(deps), deps == roslaunch.depends.RoslaunchDeps([("a", "b")], ["f"], ["a"])]
-    )
     examine("bad", lambda: loaded(files=[BAD]))
 
 

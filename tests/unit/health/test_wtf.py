@@ -10,25 +10,26 @@ import pytest
 
 import roswtf
 import roswtf.context
-import roswtf.environment
-import roswtf.graph
 import roswtf.model
-import roswtf.network
-import roswtf.packages
-import roswtf.plugins
-import roswtf.roslaunchwtf
 import roswtf.rules
 from pipros.health.system_report import SystemReport
+from pipros.health.wtf.graph import check_graph
+from pipros.health.wtf.plugins import load_plugins
+from pipros.health.wtf.rules import Problem
+from pipros.health.wtf.subject import Subject
 from roswtf import main
 from tests.unit.health.test_graph_checks import HEALTHY, UNCONNECTED
 
 RULE = (lambda _: None, "about %(pkg)s:")
 
 
+def subject(system: SystemReport | None = None) -> Subject:
+    return replace(Subject.from_variables({"ROS_HOME": "/not/there"}), system=system)
+
+
 def context(system: SystemReport | None = None) -> roswtf.context.WtfContext:
-    found = roswtf.context.WtfContext.from_env({"ROS_HOME": "/not/there"})
-    if system is not None:
-        found.set_subject(replace(found.subject(), system=system))
+    found = roswtf.context.WtfContext()
+    found.set_subject(subject(system))
     return found
 
 
@@ -60,9 +61,8 @@ def test_without_findings_nothing_is_printed(result: Any) -> None:
 
 
 def test_a_healthy_system_passes_all_rules() -> None:
+    assert [problem for problem in check_graph(subject(HEALTHY)) if problem.is_error] == []
     ctx = context(HEALTHY)
-    roswtf.graph.wtf_check_graph(ctx)
-    assert ctx.errors == []
     assert ctx.unconnected_subscriptions == {"/listener": ["/rosout"]}  # the example has no publisher of it
     assert ctx.expected_edges == ctx.actual_edges == {("/talker", "/listener", "/chatter")}
     assert ctx.uri_node_map == {"http://10.0.0.1:1001/": "/talker", "http://10.0.0.2:1002/": "/listener"}
@@ -71,11 +71,8 @@ def test_a_healthy_system_passes_all_rules() -> None:
 
 
 def test_a_missing_connection_is_an_error() -> None:
-    ctx = context(UNCONNECTED)
-    roswtf.graph.wtf_check_graph(ctx)
-    assert [error.msg for error in ctx.errors] == [
-        "The following nodes should be connected but aren't:\n * /talker->/listener (/chatter)\n"
-    ]
+    text = "The following nodes should be connected but aren't:\n * /talker->/listener (/chatter)\n"
+    assert Problem(True, text) in check_graph(subject(UNCONNECTED))
 
 
 def test_an_unknown_package_cannot_be_checked() -> None:
@@ -137,7 +134,7 @@ def test_plugins_can_be_left_out(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.usefixtures("plugin")
 def test_plugins_see_the_running_system() -> None:
-    _, online = roswtf.plugins.load_plugins()
+    _, online = load_plugins()
     ctx = context(HEALTHY)
     for check in online:
         check(ctx)
