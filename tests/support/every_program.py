@@ -41,6 +41,8 @@ NUMBERS = (signal.SIGINT, signal.SIGTERM)
 LIMIT_S = 15.0
 """A program that waits for its master, or for anything else, does not end within this time on any machine."""
 
+# In these steps of its start, Python itself reports a Ctrl-C, drops it and goes on.
+_DROPPED = re.compile(r"Failed checking if argv\[0\]|ignored in: <function _get_module_lock\.<locals>\.cb")
 _AT_ENTRY = re.compile(r"in guarded\n\s*@wraps\(main\)\n[\s^~]*KeyboardInterrupt\s*$")
 """The traceback of a Ctrl-C at the entry of the function that handles it, before its `try`. From 3.11 on,
 Python runs signal handlers there, and reports this as it reports Ctrl-C during the imports."""
@@ -271,7 +273,7 @@ class End:
     @property
     def complaint(self) -> str:
         """What is wrong with this end; empty if nothing is."""
-        if "Failed checking if argv[0]" in self.output:  # at this step, Python drops a Ctrl-C
+        if _DROPPED.search(self.output):
             return ""
         if self.seconds is not None and self.seconds >= LIMIT_S:
             return f"{self} without an end\n{self.output}"

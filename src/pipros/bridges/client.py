@@ -271,8 +271,14 @@ class BridgeClient:
     def _is_writing(self) -> bool:
         return bool(self._frames) or not self._connection.has_room
 
+    @property
+    def has_left(self) -> bool:
+        """Whether the client can receive nothing any more, although messages of it are not handled yet."""
+        return self._is_lost or self._connection.has_left
+
     def _note_lost(self) -> None:
         self._is_lost = True
+        self.outbox.close()
         self._sent.set()
 
     def end(self, reason: str, code: int = CloseCode.POLICY_VIOLATION) -> None:

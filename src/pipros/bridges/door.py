@@ -277,7 +277,10 @@ class Door:
         raise NegotiationError(f"supported subprotocols: {', '.join(filter(None, self._handlers))}")
 
     async def _attend(self, connection: BridgeConnection) -> None:
-        """Serve one client until it disconnects."""
+        """Serve one client until it disconnects.
+
+        If it has left before its last messages are handled, those that change the system still are.
+        """
         if connection.is_page and self._page is not None:
             await self._page.attend(connection)
             return
@@ -302,6 +305,10 @@ class Door:
         pace = ReadPace(self._limits, work=self.shares.work)
         try:
             async for data in connection:
+                if client.has_left:
+                    if not self._has_control:
+                        break
+                    client.outbox.close()
                 client.active_s = time.monotonic()
                 client.received.messages += 1
                 client.received.bytes += len(data)
@@ -317,7 +324,8 @@ class Door:
             del self._clients[client]
             session.close()
             client.close()
-            self._freed_memory.note_left(client.received.bytes + client.outbox.total.bytes)
+            received, sent = client.received, client.outbox.total
+            self._freed_memory.note_left(received.bytes + sent.bytes, received.messages + sent.messages)
 
     async def _end_idle(self, newcomer: BridgeConnection) -> bool:
         """Disconnect the client that has been silent longest, to make room for a new one.

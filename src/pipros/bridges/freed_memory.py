@@ -3,18 +3,23 @@
 Threads that parse large messages each get an arena from glibc's allocator. It keeps up to two of the largest
 messages in each arena, and no call returns them. Therefore all threads share one arena, which costs little,
 as Python runs one thread at a time, and `malloc_trim` returns its free parts. Other systems lack such calls.
+
+What a client used refers to itself in cycles, which Python collects only when many new objects exist.
 """
 
 from __future__ import annotations
 
 import asyncio
 import ctypes
+import gc
 import sys
 from typing import Final
 
 LARGE_BYTES: Final = 1024 * 1024
-"""Data sent and received by a client after which its memory is worth returning."""
-DELAY_S: Final = 1.0
+"""Data of clients that have left from which on their memory is worth returning."""
+MESSAGE_BYTES: Final = 1024
+"""Memory that a message can leave behind besides its data."""
+DELAY_S: Final = 3.0
 """Time (s) for a client's threads to finish, and for other clients to leave."""
 _ARENA_MAX: Final = -8
 """`M_ARENA_MAX` in glibc's malloc.h."""
@@ -38,15 +43,19 @@ class FreedMemory:
 
     def __init__(self) -> None:
         self._glibc = _glibc()
+        self._left_bytes = 0
         self._is_due = False
 
-    def note_left(self, traffic_bytes: int) -> None:
-        """Return free memory soon, if a client that has left has sent and received this much data."""
-        if self._glibc is not None and not self._is_due and traffic_bytes >= LARGE_BYTES:
+    def note_left(self, traffic_bytes: int, messages: int) -> None:
+        """Return free memory soon, if clients that have left caused much data or many messages."""
+        self._left_bytes += traffic_bytes + messages * MESSAGE_BYTES
+        if not self._is_due and self._left_bytes >= LARGE_BYTES:
             self._is_due = True
             asyncio.get_running_loop().call_later(DELAY_S, self._trim)
 
     def _trim(self) -> None:
+        self._left_bytes = 0
         self._is_due = False
+        gc.collect()
         if self._glibc is not None:
             self._glibc.malloc_trim(0)

@@ -185,6 +185,11 @@ class ClientOutbox:
             self._clear()
 
     @property
+    def is_closed(self) -> bool:
+        """Whether nothing can be sent any more."""
+        return self._is_closed
+
+    @property
     def has_answers(self) -> bool:
         """Whether the queue contains a response."""
         return bool(self._answers)

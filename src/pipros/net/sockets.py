@@ -207,6 +207,18 @@ def is_idle(sock: socket.socket) -> bool:
     return not wait_readable(sock, 0.0)
 
 
+def has_left(sock: socket.socket) -> bool:
+    """Return whether the peer has closed the connection, even if data of it is unread.
+
+    Always False on systems other than Linux.
+    """
+    if sys.platform != "linux":
+        return False
+    poll = select.poll()
+    poll.register(sock, select.POLLRDHUP)
+    return bool(poll.poll(0))
+
+
 def receive_now(sock: socket.socket, buffer: memoryview) -> int:
     """Receive available bytes from a blocking socket without waiting; return 0 at the end of the stream.
 

@@ -32,6 +32,7 @@ from websockets.http11 import Request, Response
 
 from pipros.basics.budget import Budget
 from pipros.basics.limits import Limits
+from pipros.net import sockets
 from pipros.server.listener import ACCEPTED_AT_A_TIME, Entrance, Visitor
 
 CLOSING_S: Final = 0.2
@@ -84,15 +85,15 @@ class PortConnection(ServerConnection):
         self,
         entrance: Entrance,
         limit_bytes: int,
-        pace: Pace,
         *args: Any,
+        pace: Pace | None = None,
         request_s: float = math.inf,
         work_clock: Callable[[], float] = time.thread_time,
         **options: Any,
     ) -> None:
         super().__init__(*args, **options)
         self._work_clock = work_clock
-        self._pace = pace
+        self._pace = pace or Pace()
         self._unparsed = b""  # received before the connection rests
         self._is_resting = False
         self._entrance = entrance
@@ -124,6 +125,8 @@ class PortConnection(ServerConnection):
         self._bytes_left -= len(data)
         if self._bytes_left < 0:
             self._visitor.abort()
+        elif self._is_resting:
+            self._unparsed += data
         elif not self._is_cut:
             self._parse(data)
 
@@ -240,6 +243,14 @@ class PortConnection(ServerConnection):
         else:
             self._set_deadline()
 
+    @property
+    def has_left(self) -> bool:
+        """Whether the client has closed the connection, which is not read now.
+
+        While a connection is not read, asyncio does not report its end.
+        """
+        return not self._is_reading and sockets.has_left(self._visitor)
+
     def note_request(self) -> None:
         """Cancel the deadline, because the request has arrived."""
         self._visitor.note_request()
@@ -301,7 +312,7 @@ class ServerPort:
             connection_class,
             self._entrance,
             self._limits.login_bytes,
-            Pace(),
+            pace=Pace(),
             request_s=self._limits.request_s,
         )
         if tls is not None:

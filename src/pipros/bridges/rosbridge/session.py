@@ -255,6 +255,8 @@ class RosbridgeSession:
     # -- topics -----------------------------------------------------------------------------
 
     def _take(self, effect: TakeTopic) -> None:
+        if self.outbox.is_closed:  # of a client that has left, what it sent last is still carried out
+            return
         bridge, topic = self._bridge, effect.topic
         stream = self._streams.get(topic)
         if stream is None:
@@ -297,6 +299,9 @@ class RosbridgeSession:
     # -- services ---------------------------------------------------------------------------
 
     def _call(self, effect: CallService) -> None:
+        is_question = effect.service in QUESTION_NAMES
+        if is_question and self.outbox.is_closed:
+            return
         with self._lock:
             if self._open_calls >= CALLS_OF_A_CLIENT:
                 raise PiprosError(
@@ -306,7 +311,7 @@ class RosbridgeSession:
             if not self._shares.calls.take(size_bytes):
                 raise PiprosError("pending calls from this client need too much memory; wait until one ends")
             self._open_calls += 1
-        turns = self._questions if effect.service in QUESTION_NAMES else self._call_turns
+        turns = self._questions if is_question else self._call_turns
         turns.run(partial(self._call_now, effect, size_bytes))
 
     def _call_now(self, effect: CallService, size_bytes: int) -> None:
