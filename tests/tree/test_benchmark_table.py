@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -101,3 +102,23 @@ def test_a_disturbed_benchmark_is_repeated(everything: ModuleType, monkeypatch: 
 
     assert everything.run_undisturbed("fleet", "", "", 3) == ("second", 1.0)
     assert everything.run_undisturbed("fleet", "", "", 1) == ("third", 9.0)
+
+
+def test_every_benchmark_is_named_where_its_figures_are_used(everything: ModuleType) -> None:
+    """By a document, by a script, or by `script/bench`; or it is a part of one that is named."""
+    texts = {file.stem: file.read_text() for file in (REPOSITORY / "benchmarks").glob("*.py")}
+    users = [*(REPOSITORY / "docs").glob("*.md"), REPOSITORY / "script" / "long"]
+    text = "\n".join(file.read_text() for file in users)
+    named = {
+        *re.findall(r"(?:benchmarks/|script/bench )(\w+)", text),
+        *everything.BENCHMARKS,
+        *everything.OWN_TABLES,
+    }
+    waiting = sorted(named & texts.keys())
+    while waiting:
+        parts = re.findall(r"^(?:from|import) (\w+)|\b(\w+)\.py\b", texts[waiting.pop()], re.MULTILINE)
+        new = {part for pair in parts for part in pair} & texts.keys() - named
+        named |= new
+        waiting += new
+
+    assert sorted(texts.keys() - named - {"everything"}) == []

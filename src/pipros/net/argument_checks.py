@@ -123,18 +123,6 @@ def publishers(param_name: str) -> Check:
     return check
 
 
-def not_none(param_name: str) -> Check:
-    """Return a check that accepts anything but None."""
-
-    def check(value: Any, caller_id: str) -> Any:
-        del caller_id
-        if value is None:
-            raise ParameterInvalid(f"ERROR: parameter [{param_name}] must be specified")
-        return value
-
-    return check
-
-
 def non_empty(param_name: str) -> Check:
     """Return a check that accepts any truthy value."""
 

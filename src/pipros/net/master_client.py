@@ -213,9 +213,6 @@ class MasterClient:
         """
         return self.call("subscribeParam", api, key)
 
-    def unsubscribe_param(self, api: str, key: str) -> int:
-        return self._call_for_number("unsubscribeParam", api, key)
-
 
 def _is_list_of_texts(value: object, length: int | None = None) -> bool:
     if not isinstance(value, list) or length not in (None, len(value)):
