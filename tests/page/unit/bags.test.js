@@ -38,6 +38,13 @@ test("ticks are at most six round times since the beginning of the bag", () => {
   assert.deepEqual(time.ticks(), [4, 5, 6, 7, 8]);
 });
 
+test("times and durations are placed within the visible part", () => {
+  const time = new VisibleTime(100, 110);
+  time.show(102, 4);
+  assert.deepEqual([time.percent(103), time.width(1)], ["25%", "25%"]);
+  assert.deepEqual(time.spread(4), [102.5, 103.5, 104.5, 105.5]);
+});
+
 test("a bag of one message has a visible time", () => {
   const time = new VisibleTime(5, 5);
   assert.deepEqual([time.first, time.percent(5)], [5, "0%"]);
