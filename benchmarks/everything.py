@@ -56,7 +56,7 @@ OWN_TABLES = {
 }
 PR_SET_CHILD_SUBREAPER = 36  # from linux/prctl.h
 ORPHANS_END_S = 5
-MOST_LOAD, TRIES = 2, 3  # % of the processors used by others, and how often a benchmark is run to stay below
+MAX_LOAD, TRIES = 2, 3  # % of the processors used by others, and how often a benchmark is run to stay below
 
 # The bottleneck for a row, by the start of its label. The first match counts.
 BOUNDS = (
@@ -155,7 +155,7 @@ def run_undisturbed(name, options, folder, tries):
         found = run(name, options, folder)
         reap_orphans()
         percent = load.percent()
-        if percent <= MOST_LOAD:
+        if percent <= MAX_LOAD:
             break
     return found, percent
 
@@ -169,7 +169,7 @@ def machine():
 def report(rows, tables, loads, failed, words, seconds):
     """Return the tables as Markdown, with the conditions of the run."""
     shown = ", ".join(
-        f"{name} {load:.0f} %" if load <= MOST_LOAD else f"**{name} {load:.0f} %**"
+        f"{name} {load:.0f} %" if load <= MAX_LOAD else f"**{name} {load:.0f} %**"
         for name, load in loads.items()
     )
     lines = [

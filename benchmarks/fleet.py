@@ -33,7 +33,7 @@ from fleet_workers import DEADLINE_S, PAUSED, TOPICS
 
 SIZES = [16, 1_000, 100_000, 1_000_000]
 WORKERS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "fleet_workers.py")
-MOST_TOPICS = 5000  # the limit fleet_topics
+MAX_TOPICS = 5000  # the limit fleet_topics
 
 
 def free_port():
@@ -264,7 +264,7 @@ def robots(number):
             f"{sum(each is not None for each in found)} directories, one by one, after {passed:.2f} s"
         )
         print(f"router: {program.usage()[1]:.0f} MB", flush=True)
-        if number * TOPICS <= MOST_TOPICS:
+        if number * TOPICS <= MAX_TOPICS:
             show(router, number)
         first.close()
         begin = time.monotonic()

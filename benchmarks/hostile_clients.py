@@ -36,10 +36,10 @@ from pipros.master.master import Master
 CONTROL_S = 10.0
 ATTACK_S = 10.0
 RETURNED_S = 10.0
-MOST_MIB = {1: 64, 20: 256}
+MAX_MIB = {1: 64, 20: 256}
 LEFT_MIB = {1: 16, 20: 64}
 """Memory that allocators may keep for later: Python returns a block of 1 MiB only when all of it is free."""
-MOST_PAUSE_S = 0.5
+MAX_PAUSE_S = 0.5
 
 SPAWN = multiprocessing.get_context("spawn")
 
@@ -165,7 +165,7 @@ def measure(attack: Attack, count: int, pid: int, port: int, waits: Waits) -> bo
     attackers.join()
     grown, left = most - before, memory_mib(pid) - before
     pause_s = waits.longest_s
-    is_good = grown <= MOST_MIB[count] and left <= LEFT_MIB[count] and pause_s - control_s <= MOST_PAUSE_S
+    is_good = grown <= MAX_MIB[count] and left <= LEFT_MIB[count] and pause_s - control_s <= MAX_PAUSE_S
     print(
         f"{attack.__name__:16} {count:3} clients: +{grown:4.0f} MiB, {left:4.0f} MiB left, "
         f"longest pause {pause_s:5.2f} s, before {control_s:5.2f} s, load {os.getloadavg()[0]:4.1f}"
@@ -194,7 +194,7 @@ def main() -> int:
         waits = Waits()
         threading.Thread(target=waits.run, args=(port,), daemon=True).start()
         time.sleep(3)  # until rosapi is offered and the first imports are done
-        results = [measure(attack, n, server.pid, port, waits) for n in MOST_MIB for attack in ATTACKS]
+        results = [measure(attack, n, server.pid, port, waits) for n in MAX_MIB for attack in ATTACKS]
         waits.is_over = True
     return 0 if all(results) else 1
 

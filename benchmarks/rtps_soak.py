@@ -155,8 +155,8 @@ def soak(minutes):
     print(f"after the first minute: {warm[0]:.1f} MB, {warm[1]} threads, {warm[2]} files")
     print(f"without peers:          {after[0]:.1f} MB, {after[1]} threads, {after[2]} files")
     print(f"defects: {failures}, subscribers with nothing or something wrong: {visitors.wrong}")
-    most_threads = warm[1] + KEPT_IDLE  # the service keeps some of its threads
-    is_steady = after[0] <= warm[0] + MEMORY_SLACK_MB and after[1] <= most_threads and after[2] <= warm[2]
+    max_threads = warm[1] + KEPT_IDLE  # the service keeps some of its threads
+    is_steady = after[0] <= warm[0] + MEMORY_SLACK_MB and after[1] <= max_threads and after[2] <= warm[2]
     is_whole = gaps.lost + visitors.lost + visitors.wrong + failures == 0
     return 0 if is_steady and is_whole and is_alone else 1
 

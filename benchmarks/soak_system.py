@@ -39,7 +39,7 @@ from websockets.asyncio.client import connect
 BIN = Path(sys.executable).parent
 SAMPLE_S = 10.0
 START_LIMIT_S = 180.0
-MOST_PROCESSOR_PERCENT = 70.0
+MAX_PROCESSOR_PERCENT = 70.0
 FAILURES = "failures"
 
 
@@ -311,7 +311,7 @@ def report(held: dict[str, Held], run: Run) -> int:
         print(f"ended early: {', '.join(run.ended)}")
     if run.tracebacks:
         print(f"tracebacks: {', '.join(run.tracebacks)}")
-    is_too_busy = run.own > MOST_PROCESSOR_PERCENT
+    is_too_busy = run.own > MAX_PROCESSOR_PERCENT
     if is_too_busy:
-        print(f"more than {MOST_PROCESSOR_PERCENT:.0f} % of the processors were used")
+        print(f"more than {MAX_PROCESSOR_PERCENT:.0f} % of the processors were used")
     return int(bool(grown or done[FAILURES] or idle or run.ended or run.tracebacks or is_too_busy))

@@ -54,7 +54,7 @@ NOTE_FOCUS = f"""() => {{
   window.focused = new Set();
   addEventListener("focusin", (event) => window.focused.add(name(event.target)));
 }}"""
-MOST_STEPS = 250
+MAX_STEPS = 250
 STEPS_AT_ONCE = 20
 
 
@@ -70,7 +70,7 @@ def unreached(tab: Tab) -> list[str]:
     tab.evaluate("() => window.focused.clear()")
     tab.get_by_role("tab", selected=True).focus()
     missing = wanted
-    for _ in range(0, MOST_STEPS, STEPS_AT_ONCE):
+    for _ in range(0, MAX_STEPS, STEPS_AT_ONCE):
         for _ in range(STEPS_AT_ONCE):
             tab.keyboard.press("Tab")
         missing = wanted.difference(tab.evaluate("() => [...window.focused]"))

@@ -19,7 +19,7 @@ from tests.fuzz import bags, mutation
 from tests.support.bags import bag_bytes, some_rows
 
 CHANGE = Struct("<BBHQ")
-MOST_CHANGES = 100
+MAX_CHANGES = 100
 BASES = [
     bag_bytes(some_rows(60), chunk_bytes=300, compression=compression)
     for compression in ("none", "bz2", "lz4")
@@ -40,7 +40,7 @@ def bag_of(script: bytes) -> bytes:
     layout = BagReader(io.BytesIO(base)).layout
     data = bytearray(base[: layout.end])
     chunks = list(layout.chunks)
-    size = min(len(script[1:]) // CHANGE.size, MOST_CHANGES) * CHANGE.size
+    size = min(len(script[1:]) // CHANGE.size, MAX_CHANGES) * CHANGE.size
     for what, which, more, value in CHANGE.iter_unpack(script[1 : 1 + size]):
         at = which % len(chunks)
         chunk = chunks[at]

@@ -18,7 +18,7 @@ from pipros.fleet.members import TOKENS_PER_MEMBER, Members
 from tests.fuzz import mutation
 from tests.fuzz.rtps import read_input, write_input
 
-MOST_MEMBERS, MOST_TOPICS, MOST_BYTES = 3, 20, 20_000
+MAX_MEMBERS, MAX_TOPICS, MAX_BYTES = 3, 20, 20_000
 _ENTRIES = tuple(DirectoryEntry(f"/topic{number}", "std_msgs/String", "0" * 32) for number in range(12))
 WORDS = [
     *(write_input(bytes([member, kind]) + b"%016d" % member) for member in range(5) for kind in range(2)),
@@ -35,7 +35,7 @@ WORDS = [
 
 
 def target(data: bytes) -> None:
-    members = Members(MOST_MEMBERS)
+    members = Members(MAX_MEMBERS)
     directories: dict[str, Directory] = {}
     for part in read_input(data):
         member, kind, rest = f"m{part[0] % 8 if part else 0}", part[1] % 3 if len(part) > 1 else 0, part[2:]
@@ -45,18 +45,18 @@ def target(data: bytes) -> None:
             members.admit_waiting()
             continue
         try:
-            found = from_json(rest, member, MOST_BYTES)
+            found = from_json(rest, member, MAX_BYTES)
         except PiprosError:
             continue
-        assert len(rest) <= MOST_BYTES
+        assert len(rest) <= MAX_BYTES
         directories[member] = found
     present = members.present()
-    assert len(present) <= MOST_MEMBERS
+    assert len(present) <= MAX_MEMBERS
     assert all(len(members.of(member)) <= TOKENS_PER_MEMBER for member in present)
     sizes = {member: each.size for member, each in directories.items()}
-    shares = fair_shares(sizes, MOST_TOPICS)
-    equal = MOST_TOPICS // max(1, len(sizes))
-    assert sum(shares.values()) <= MOST_TOPICS
+    shares = fair_shares(sizes, MAX_TOPICS)
+    equal = MAX_TOPICS // max(1, len(sizes))
+    assert sum(shares.values()) <= MAX_TOPICS
     assert all(shares[member] >= min(size, equal) for member, size in sizes.items())
 
 

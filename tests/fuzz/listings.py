@@ -134,11 +134,11 @@ class Listings:
                 for offered in self._output(complete.main, ["2", tool, subcommand]):
                     assert LEGAL_NAME.fullmatch(offered), f"{tool}: {offered!r}"
 
-    def _check_lines(self, main: Callable[[list[str]], int], arguments: list[str], most: int) -> None:
+    def _check_lines(self, main: Callable[[list[str]], int], arguments: list[str], limit: int) -> None:
         lines = self._output(main, arguments)
         for line in lines:
             assert line.replace("\t", "").isprintable(), f"{arguments}: {line!r}"
-        assert len(lines) <= max(most, 1), f"{arguments}: {len(lines)} lines for {most} names"
+        assert len(lines) <= max(limit, 1), f"{arguments}: {len(lines)} lines for {limit} names"
 
     @staticmethod
     def _output(main: Callable[[list[str]], int], arguments: list[str]) -> list[str]:

@@ -15,7 +15,7 @@ from tests.fuzz import mcap_files, mutation
 from tests.support.mcap import chunk_record, index_of, mcap_bytes, messages_record, with_summary
 
 CHANGE = Struct("<BBHQ")
-MOST_CHANGES = 100
+MAX_CHANGES = 100
 BASE = mcap_bytes(range(60), chunk_bytes=200)
 DATA_BYTES = int.from_bytes(BASE[-28:-20], "little")
 NUMBERS = [0, 1, 8, 100, 1 << 20, (1 << 32) - 1, 1 << 32, (1 << 62), (1 << 64) - 1]
@@ -28,7 +28,7 @@ def target(data: bytes) -> None:
 
 def file_of(script: bytes) -> bytes:
     """Return the file that an input describes."""
-    size = min(len(script) // CHANGE.size, MOST_CHANGES) * CHANGE.size
+    size = min(len(script) // CHANGE.size, MAX_CHANGES) * CHANGE.size
     changes = list(CHANGE.iter_unpack(script[:size]))
     parts = [chunk_of(*rest) for what, *rest in changes if what % 10 == 8]
     patches: list[tuple[int, bytes]] = []

@@ -42,7 +42,7 @@ WORDS = [
     *(b"uint8[] data\nstring encoding\n", b"float32 percentage\n", b"string __slots__\n", b"\n===\n"),
     *(b"\0\0\0\0\0\0\xf8\x7f", b"\0\0\0\0\0\0\xf0\x7f", b"\xff\xff\xff\xff", b"/tf"),
 ]
-MOST_TEXT = 1_000_000
+MAX_TEXT = 1_000_000
 
 
 def target(data: bytes) -> None:
@@ -73,14 +73,14 @@ def _read(kind: str, md5sum: str, definition: str, body: bytes) -> None:
             stack.enter_context(KnownTopic(watch, known, take).listening())
         watch.note(raw)
     shown: Any = tree.rows(time.time()), statuses.news({}, 100_000), log.since(0, 100_000), watch.figures()
-    assert len(json.dumps(shown, allow_nan=False)) < MOST_TEXT
+    assert len(json.dumps(shown, allow_nan=False)) < MAX_TEXT
     with suppress(PiprosError):
         json.dumps(decoded_image(watch, raw)[0], allow_nan=False)
     try:
         message: Any = watch.decode(raw)
     except PiprosError:
         return
-    assert len(json.dumps([message_tree(message), percentage(message)], allow_nan=False)) < MOST_TEXT
+    assert len(json.dumps([message_tree(message), percentage(message)], allow_nan=False)) < MAX_TEXT
     for name in message.__slots__:
         try:
             json.dumps(number_in(message, Field("/topic", parse_path(name), name)), allow_nan=False)

@@ -8,12 +8,12 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def memory_of(most_bytes: int) -> Iterator[None]:
-    """Fail if the Python objects created in the block use more than `most_bytes` at any time."""
+def memory_of(max_bytes: int) -> Iterator[None]:
+    """Fail if the Python objects created in the block use more than `max_bytes` at any time."""
     tracemalloc.start()
     try:
         yield
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
-    assert peak < most_bytes, f"{peak} bytes"
+    assert peak < max_bytes, f"{peak} bytes"

@@ -13,7 +13,7 @@ from tests.support.environments import REPOSITORY
 
 FIRST = "4f7b45882057e8d827e9e65e9774d615523ddc9d"
 """The last commit before the rule about bodies."""
-MOST_LINES = 20
+MAX_LINES = 20
 """Lines of `src` and `facades` that a commit may change without a body."""
 CHANGELOG = (REPOSITORY / "CHANGELOG.md").read_text()
 RELEASES = re.findall(
@@ -55,7 +55,7 @@ def without_body(log: str) -> list[str]:
         changed = sum(
             int(count) for line in numbers.splitlines() for count in line.split("\t")[:2] if count.isdecimal()
         )
-        if changed > MOST_LINES and not body.strip():
+        if changed > MAX_LINES and not body.strip():
             found.append(f"{subject}: {changed} lines")
     return found
 

@@ -29,9 +29,9 @@ SERVICE: Any = load_service_class("tf2_web_republisher/RepublishTFs")
 
 DEFAULT_RATE_HZ = 10.0
 HIGHEST_RATE_HZ = 100.0
-MOST_FRAMES = 1000
+MAX_FRAMES = 1000
 """Maximum number of frames per request."""
-MOST_REQUESTS = 200
+MAX_REQUESTS = 200
 """Maximum number of simultaneous goals and topics."""
 DEFAULT_TIMEOUT_S = 10.0
 """Time without a subscriber after which a request ends, if the request does not set a timeout."""
@@ -50,7 +50,7 @@ class Watched:
                 request.trans_thres,
                 request.angular_thres,
             )
-            for source in request.source_frames[:MOST_FRAMES]
+            for source in request.source_frames[:MAX_FRAMES]
         ]
         rate_hz = request.rate if request.rate > 0 else DEFAULT_RATE_HZ
         self.period_s = 1.0 / min(rate_hz, HIGHEST_RATE_HZ)
@@ -77,7 +77,7 @@ class Republisher:
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
         self._numbers = itertools.count()
-        self._slots = threading.BoundedSemaphore(MOST_REQUESTS)
+        self._slots = threading.BoundedSemaphore(MAX_REQUESTS)
         self._server = actionlib.ActionServer(
             rospy.get_name(), ACTION, self._on_goal, self._on_cancel, auto_start=False
         )
@@ -86,7 +86,7 @@ class Republisher:
 
     def _on_goal(self, goal: Any) -> None:
         if not self._slots.acquire(blocking=False):
-            goal.set_rejected(text=f"the number of simultaneous requests must be <= {MOST_REQUESTS}")
+            goal.set_rejected(text=f"the number of simultaneous requests must be <= {MAX_REQUESTS}")
             return
         goal.set_accepted()
         unused = Unused(self._server.feedback_pub, DEFAULT_TIMEOUT_S)
@@ -106,7 +106,7 @@ class Republisher:
 
     def _republish(self, request: Any) -> Any:
         if not self._slots.acquire(blocking=False):
-            raise rospy.ServiceException(f"the number of simultaneous requests must be <= {MOST_REQUESTS}")
+            raise rospy.ServiceException(f"the number of simultaneous requests must be <= {MAX_REQUESTS}")
         topic = f"tf_repub_{next(self._numbers)}"
         publisher = rospy.Publisher(topic, ARRAY, queue_size=10, latch=True)
         unused = Unused(publisher, request.timeout.to_sec() or DEFAULT_TIMEOUT_S)

@@ -74,7 +74,7 @@ class McapMessages:
         self._entries: dict[int, Entries] = {}
         self._held_bytes = 0
         self._places = [each.chunk_start_offset for each in indexes]
-        self._most_messages = [each.message_index_length // _INDEX_ENTRY_BYTES for each in indexes]
+        self._max_messages = [each.message_index_length // _INDEX_ENTRY_BYTES for each in indexes]
         times = [(each.message_start_time, each.message_end_time) for each in indexes]
         self._loose = Entries(array("Q"), array("Q"))
         if not indexes:
@@ -164,7 +164,7 @@ class McapMessages:
         If so, another chunk may overwrite the content later. The number of messages is taken from the chunk's
         index. Return False if the chunk has no index.
         """
-        count = self._most_messages[number] if number < len(self._most_messages) else 0
+        count = self._max_messages[number] if number < len(self._max_messages) else 0
         return count > 0 and self._is_view(self._header(number).size, count)
 
     def _is_view(self, size: int, count: int) -> bool:

@@ -33,8 +33,8 @@ def read_file(path: str | os.PathLike[str], limit_bytes: int | None = None) -> b
     return content
 
 
-def read_end(path: str | os.PathLike[str], most_bytes: int) -> str:
-    """Return the last `most_bytes` of a regular file, decoded as UTF-8, without a partial first line.
+def read_end(path: str | os.PathLike[str], max_bytes: int) -> str:
+    """Return the last `max_bytes` of a regular file, decoded as UTF-8, without a partial first line.
 
     Raises:
         OSError: the file cannot be read, or is not a regular file.
@@ -44,9 +44,9 @@ def read_end(path: str | os.PathLike[str], most_bytes: int) -> str:
         status = os.fstat(descriptor)
         if not S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "it is not a regular file", os.fspath(path))
-        begin = max(0, status.st_size - most_bytes)
+        begin = max(0, status.st_size - max_bytes)
         file.seek(begin)
-        content = file.read(most_bytes)
+        content = file.read(max_bytes)
     if begin:
         content = content.partition(b"\n")[2]
     return content.decode("utf-8", "replace")

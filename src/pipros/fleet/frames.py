@@ -17,7 +17,7 @@ FrameChange = Callable[[bytes], bytes]
 TF_TYPE: Final = "tf2_msgs/TFMessage"
 TF_TYPES: Final = (TF_TYPE, "tf/tfMessage")
 STATIC_TOPIC: Final = "/tf_static"
-MOST_FRAMES: Final = 10_000
+MAX_FRAMES: Final = 10_000
 """Maximum number of static transforms per member. Beyond it, only known frames are updated."""
 
 
@@ -49,7 +49,7 @@ class _Change:
             transform.header.frame_id = self._prefixed(transform.header.frame_id)
             transform.child_frame_id = self._prefixed(transform.child_frame_id)
             child = transform.child_frame_id
-            if self._merged is not None and (child in self._merged or len(self._merged) < MOST_FRAMES):
+            if self._merged is not None and (child in self._merged or len(self._merged) < MAX_FRAMES):
                 self._merged[child] = transform
         if self._merged is not None:
             message.transforms = list(self._merged.values())

@@ -237,9 +237,9 @@ class HistoryFiles:
         self._count = len(kept)
 
     def _thinned(
-        self, files: Iterable[_Stored], weight: Callable[[_Stored], int], most: int
+        self, files: Iterable[_Stored], weight: Callable[[_Stored], int], limit: int
     ) -> Sequence[_Stored]:
-        """Delete files until the remaining files' total weight is at most `most`. Return the remaining files.
+        """Delete files until the total weight is at most `limit`. Return the remaining files.
 
         Each step deletes the oldest file of the member with the greatest total. Each member's files must be
         sorted newest first; the result preserves this order.
@@ -249,7 +249,7 @@ class HistoryFiles:
         for each in files:
             kept.setdefault(each.path.parent, []).append(each)
             totals[each.path.parent] = totals.get(each.path.parent, 0) + weight(each)
-        surplus = sum(totals.values()) - most
+        surplus = sum(totals.values()) - limit
         while surplus > 0:
             folder = max(totals, key=totals.__getitem__)
             oldest = kept[folder].pop()

@@ -18,7 +18,7 @@ from pipros.net.loop import BackgroundLoop
 from pipros.node import Node
 from pipros.node.open_calls import OpenCalls
 
-_MOST_HEADERS: Final = 10_000
+_MAX_HEADERS: Final = 10_000
 """Maximum number of services whose types are cached."""
 
 
@@ -80,7 +80,7 @@ class LocalLooks:
                 return None
             if "type" not in header or "md5sum" not in header:
                 return None
-            if len(self._headers) >= _MOST_HEADERS:
+            if len(self._headers) >= _MAX_HEADERS:
                 self._headers.clear()
             self._headers[key] = header["type"], header["md5sum"]
         return self._headers[key]

@@ -44,9 +44,9 @@ from pipros.net.workers import Workers
 
 _REQUEST_S: Final = 3.0
 _ENDING_S: Final = 0.3
-_MOST_PUBLISHERS: Final = 100
+_MAX_PUBLISHERS: Final = 100
 """Maximum number of publishers per topic that are recorded separately."""
-_MOST_REQUESTS: Final = 32
+_MAX_REQUESTS: Final = 32
 """Maximum number of requests for files that are being answered or queued."""
 _LATCHED_BYTES: Final = FILE_BYTES // 4
 """Maximum size of a member's latched messages, so that the files have room for other messages."""
@@ -71,8 +71,8 @@ class _RecordedTopic:
 
     def connection(self, source: int, *, is_latched: bool) -> Connection:
         """Return the connection that represents a publisher in the files. Surplus publishers share one."""
-        if len(self.connections) >= _MOST_PUBLISHERS and (source, is_latched) not in self.connections:
-            source, is_latched = _MOST_PUBLISHERS, False
+        if len(self.connections) >= _MAX_PUBLISHERS and (source, is_latched) not in self.connections:
+            source, is_latched = _MAX_PUBLISHERS, False
         if (source, is_latched) not in self.connections:
             header = {
                 "type": self.entry.type,
@@ -180,7 +180,7 @@ class FleetRecorder:
 
     def _on_history_request(self, question: Question) -> None:
         with self._lock:
-            has_room = self._requests < _MOST_REQUESTS
+            has_room = self._requests < _MAX_REQUESTS
             self._requests += has_room
         if has_room:
             self._workers.run(self._answer_history, question)
@@ -347,8 +347,8 @@ class FleetRecorder:
             return None
         if topic is None or topic.entry != entry or topic.instance != directory.instance:
             if topic is None and len(self._topics) >= self._limits.of(FleetLimits).fleet_topics:
-                most = self._limits.of(FleetLimits).fleet_topics
-                self._warn(f"too many topics; {limit_text('fleet_topics', most)}")
+                limit = self._limits.of(FleetLimits).fleet_topics
+                self._warn(f"too many topics; {limit_text('fleet_topics', limit)}")
                 return None
             latched = topic.latched if topic is not None else {}
             if topic is not None:
@@ -398,7 +398,7 @@ class FleetRecorder:
     def _may_keep(self, topic: _RecordedTopic, source: int, body_bytes: int) -> bool:
         """Reserve room to repeat a latched message in later files. Return False if there is no room."""
         size = body_bytes + len(topic.definition or b"") + _HEADER_BYTES
-        if source not in topic.latched and len(topic.latched) >= _MOST_PUBLISHERS:
+        if source not in topic.latched and len(topic.latched) >= _MAX_PUBLISHERS:
             return False
         added = size - topic.latched.get(source, 0)
         if (

@@ -35,7 +35,7 @@ FULL_S: Final = 0.02
 """Time during which only the sender thread sends on a full link; longer for a topic with queued messages."""
 CATCH_UP_S: Final = 0.02
 """Maximum time that a topic waits for its queued messages to be sent, on a link that is not full."""
-_MOST_SOURCES: Final = 1000
+_MAX_SOURCES: Final = 1000
 """Maximum number of publishers per topic that are numbered separately."""
 
 
@@ -277,8 +277,8 @@ class SentTopic:
             return
         number = self._numbers.get(caller)
         if number is None:
-            number = self._numbers[caller] = min(len(self._numbers), _MOST_SOURCES)
-            if number == _MOST_SOURCES:
+            number = self._numbers[caller] = min(len(self._numbers), _MAX_SOURCES)
+            if number == _MAX_SOURCES:
                 del self._numbers[caller]
         body, is_latched = raw.body, header.get("latching") == "1"
         if self._change is not None:

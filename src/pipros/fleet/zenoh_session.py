@@ -283,7 +283,7 @@ class SessionLink:
 
 _SLICE_S: Final = 0.1
 
-_MOST_THREADS: Final = 64
+_MAX_THREADS: Final = 64
 _threads = threading.local()
 _kept_states: list[int] = []
 """Threads whose Python state is kept. The list is limited, because a state outlives its thread."""
@@ -296,7 +296,7 @@ def _keep_thread_state() -> None:
     leaves. For Zenoh's threads, this happens in each callback and takes up to 60 us, because memory is
     unmapped. Entering once without leaving keeps the state.
     """
-    if not hasattr(_threads, "is_kept") and len(_kept_states) < _MOST_THREADS:
+    if not hasattr(_threads, "is_kept") and len(_kept_states) < _MAX_THREADS:
         _threads.is_kept = True
         _kept_states.append(threading.get_ident())
         ctypes.pythonapi.PyGILState_Ensure()

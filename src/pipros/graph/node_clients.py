@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator
 from pipros.basics.limits import process_limits
 from pipros.net.rpc_client import RpcClient
 
-MOST_KEPT = 256
+MAX_KEPT = 256
 """Maximum number of nodes whose connections are kept. Each call to a further node opens a new connection."""
 
 
@@ -35,7 +35,7 @@ class NodeClients:
         """
         with self._lock:
             client = self._clients.get(uri)
-            if client is None and len(self._clients) < MOST_KEPT:
+            if client is None and len(self._clients) < MAX_KEPT:
                 client = self._clients[uri] = self._new(uri)
         if client is not None:
             yield client

@@ -26,8 +26,8 @@ DYING_S = 20.0
 """Connections that a node had within this time before its removal are kept, because the master is notified
 late.
 """
-MOST_EVENTS = 500
-MOST_REMOVED = 1000
+MAX_EVENTS = 500
+MAX_REMOVED = 1000
 """Maximum number of removed nodes and topics that are kept; the oldest are dropped first."""
 LONGEST_GAP_S = 10.0
 """After a longer time without observations, the next observation is not compared with the previous one."""
@@ -62,7 +62,7 @@ class RecentChanges:
         self._last_s = 0.0
         self._parts: frozenset[Part] = frozenset()
         self._connected_s: dict[TopicConnection, float] = {}
-        self._events: deque[GraphEvent] = deque(maxlen=MOST_EVENTS)
+        self._events: deque[GraphEvent] = deque(maxlen=MAX_EVENTS)
         self._removals: list[_Removal] = []
 
     def add(self, observation: Observation, now_s: float) -> None:
@@ -129,7 +129,7 @@ class RecentChanges:
 
     def _forget(self, now_s: float) -> None:
         self._removals = [removal for removal in self._removals if now_s - removal.when_s < SHOWN_S]
-        while sum(len(removal.parts) for removal in self._removals) > MOST_REMOVED:
+        while sum(len(removal.parts) for removal in self._removals) > MAX_REMOVED:
             del self._removals[0]
 
 

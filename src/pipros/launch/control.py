@@ -34,7 +34,7 @@ from pipros.launch.run import LaunchRun
 from pipros.net import local_socket
 from pipros.packages import cache_folder
 
-MOST_NODES: Final = 1000
+MAX_NODES: Final = 1000
 OUTPUT_BYTES: Final = 65_536
 """Maximum number of bytes that are returned from the end of a log file."""
 _FOLDER: Final = "launches"
@@ -117,8 +117,8 @@ class LaunchControl:
 
     def _list(self) -> Mapping[str, Any]:
         managed = self._run.managed()
-        nodes = [_values(node) for node in managed[:MOST_NODES]]
-        return {**self._about, "nodes": nodes, "more": max(0, len(managed) - MOST_NODES)}
+        nodes = [_values(node) for node in managed[:MAX_NODES]]
+        return {**self._about, "nodes": nodes, "more": max(0, len(managed) - MAX_NODES)}
 
     def _output(self, name: object) -> list[list[str]]:
         """Return each source of a node's output, `terminal` or a log file, with the end of that output."""

@@ -29,7 +29,7 @@ class ClassFinder:
     """
 
     def __init__(self, limits: Limits | None = None) -> None:
-        self._most_bytes = (limits or process_limits()).definition_cache_bytes
+        self._max_bytes = (limits or process_limits()).definition_cache_bytes
         self._bytes = 0
         self._known: dict[tuple[str, str, str], type[Message]] = {}
 
@@ -45,7 +45,7 @@ class ClassFinder:
         if found is None:
             found = _find(*key)
             size = _CLASS_BYTES + len(definition)
-            if self._bytes + size > self._most_bytes:
+            if self._bytes + size > self._max_bytes:
                 self._bytes = 0
                 self._known.clear()
             self._bytes += size

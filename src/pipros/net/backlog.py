@@ -81,15 +81,15 @@ class Backlog:
             messages += 1
         return messages
 
-    def drop_oldest(self, most_messages: int | None, most_bytes: int, spared_bytes: int = 0) -> int:
+    def drop_oldest(self, max_messages: int | None, max_bytes: int, spared_bytes: int = 0) -> int:
         """Drop the oldest messages to meet the limits, but never the newest. Return the number dropped.
 
-        `most_messages` does not apply while the messages take at most `spared_bytes`.
+        `max_messages` does not apply while the messages take at most `spared_bytes`.
         """
         dropped = 0
         while len(self._waiting) > 1 and (
-            (most_messages and len(self._waiting) > most_messages and self._waiting_bytes > spared_bytes)
-            or self._waiting_bytes > most_bytes
+            (max_messages and len(self._waiting) > max_messages and self._waiting_bytes > spared_bytes)
+            or self._waiting_bytes > max_bytes
         ):
             _, size = self._waiting.popleft()
             self._waiting_bytes -= size

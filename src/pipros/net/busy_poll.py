@@ -120,8 +120,8 @@ class PollingReceiver:
         except BlockingIOError:
             return None
 
-    def receive(self, sock: socket.socket, most: int, deadline: float | None = None) -> bytes:
-        """Wait for bytes and return at most `most` of them; return `b""` at the end of the stream.
+    def receive(self, sock: socket.socket, max_bytes: int, deadline: float | None = None) -> bytes:
+        """Wait for bytes and return at most `max_bytes` of them; return `b""` at the end of the stream.
 
         Raises:
             TimeoutError: no bytes arrived before `deadline` (a `time.monotonic()` time).
@@ -129,7 +129,7 @@ class PollingReceiver:
         left_s = None if deadline is None else deadline - time.monotonic()
         if left_s is not None and left_s <= 0:
             raise TimeoutError("the deadline has passed")
-        if self._backoff.is_due() and (data := self._poll(sock.recv, most, _DONTWAIT)) is not None:
+        if self._backoff.is_due() and (data := self._poll(sock.recv, max_bytes, _DONTWAIT)) is not None:
             return data
         if threading.get_ident() == threading.main_thread().ident:
             # Python runs the handler of a signal that arrives just before a wait only after it.
@@ -137,7 +137,7 @@ class PollingReceiver:
                 raise TimeoutError("the deadline has passed")
         elif left_s is not None and not sockets.wait_readable(sock, left_s):
             raise TimeoutError("the deadline has passed")
-        return sock.recv(most)
+        return sock.recv(max_bytes)
 
     def _poll(self, receive: Callable[..., T], *args: Any, max_polls: int | None = None) -> T | None:
         """Poll with `receive` and return its result, or None if nothing arrived or polling is impossible."""

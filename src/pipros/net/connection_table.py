@@ -120,14 +120,14 @@ class ConnectionTable:
         with self._lock:
             self._remove(connection)
 
-    def reserve_outgoing(self, most: int) -> bool:
+    def reserve_outgoing(self, limit: int) -> bool:
         """Reserve a slot for a link that this node is about to open.
 
-        Return False if the node already has `most` such links, or if a limit of the table is reached.
+        Return False if the node already has `limit` such links, or if a limit of the table is reached.
         """
         evicted: TableEntry | None = None
         with self._lock:
-            if self._outgoing >= min(most, self._outgoing_limit) or self._are_links_full():
+            if self._outgoing >= min(limit, self._outgoing_limit) or self._are_links_full():
                 return False
             if self._all.count + self._outgoing >= self._limit:
                 evicted = self._pick_evicted(self._all, is_link=False)

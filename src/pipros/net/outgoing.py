@@ -253,9 +253,9 @@ class OutgoingLink:
         if self.state is State.STALLED and before is not _RECOVERING:
             self._loop.call(self._check_stalled)
 
-    def _flush(self, most_bytes: float = math.inf) -> None:
-        """Write as much of the backlog as the socket accepts, up to about `most_bytes`."""
-        end = self.statistics.bytes + most_bytes
+    def _flush(self, max_bytes: float = math.inf) -> None:
+        """Write as much of the backlog as the socket accepts, up to about `max_bytes`."""
+        end = self.statistics.bytes + max_bytes
         while self._backlog and self.statistics.bytes < end and self._write():
             pass
 
@@ -275,9 +275,9 @@ class OutgoingLink:
         return True
 
     def _drop_oldest(self) -> None:
-        most = 1 if self.queue_size is None and self.state is State.STALLED else self.queue_size
+        limit = 1 if self.queue_size is None and self.state is State.STALLED else self.queue_size
         spared_bytes = STREAM_SPARED_BYTES if self._is_local else 0
-        self.statistics.dropped += self._backlog.drop_oldest(most, self._limits.queue_bytes, spared_bytes)
+        self.statistics.dropped += self._backlog.drop_oldest(limit, self._limits.queue_bytes, spared_bytes)
 
     def _give_up(self) -> None:
         if not self.is_closed:

@@ -21,8 +21,8 @@ from typing import Final, Protocol
 
 from pipros.net.backlog import Buffer
 
-MOST_MESSAGES: Final = 8
-MOST_AGE_S: Final = 100e-6
+MAX_MESSAGES: Final = 8
+MAX_AGE_S: Final = 100e-6
 
 
 class MessageBatch:
@@ -44,7 +44,7 @@ class MessageBatch:
         if not messages:
             self._since_s = now_s
         messages.append(message)
-        return len(messages) >= MOST_MESSAGES or now_s - self._since_s >= MOST_AGE_S
+        return len(messages) >= MAX_MESSAGES or now_s - self._since_s >= MAX_AGE_S
 
     def take(self) -> list[Buffer]:
         """Remove the messages and return them."""

@@ -57,17 +57,17 @@ class PublisherConnector:
         if self._is_stopped:
             return
         listed = list(dict.fromkeys(uri for uri in uris if isinstance(uri, str)))
-        most = self._context.limits.publishers_per_topic
-        if len(listed) > most:
-            if self._warnings.should_log(f"beyond the limit publishers_per_topic of {most}"):
+        limit = self._context.limits.publishers_per_topic
+        if len(listed) > limit:
+            if self._warnings.should_log(f"beyond the limit publishers_per_topic of {limit}"):
                 self._context.log.warning(
                     "[%s] has %d publishers; the limit publishers_per_topic is %d",
                     self._topic,
                     len(listed),
-                    most,
+                    limit,
                 )
             listed.sort(key=lambda uri: uri not in self._linked)
-            del listed[most:]
+            del listed[limit:]
         self._listed = set(listed)
         for uri in self._tasks.keys() - self._listed - self._linked:
             self._tasks.pop(uri).cancel()

@@ -33,7 +33,7 @@ PROBE_LIMIT_S = 10.0
 """Interval between probes while waiting for a service, and the maximum duration of one probe."""
 
 
-MOST_IDLE = 8
+MAX_IDLE = 8
 """Maximum number of idle connections that a client keeps for its next calls: one for each calling thread."""
 
 
@@ -121,7 +121,7 @@ class ServiceClient:
                 body = link.call(self.service, request, deadline)
             return self._response(link, body)
         finally:
-            if link.is_kept_by_server and not self._headers and len(self._idle) < MOST_IDLE:
+            if link.is_kept_by_server and not self._headers and len(self._idle) < MAX_IDLE:
                 self._idle.append(link)
             else:
                 link.close()

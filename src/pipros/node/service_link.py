@@ -214,8 +214,8 @@ class ServiceLink:
         """Return whether the call succeeded, and the response or the error text."""
         replies = self._replies
         while (reply := replies.next_reply()) is None:
-            most = min(max(replies.missing_bytes, _CHUNK_BYTES), _LARGEST_CHUNK_BYTES)
-            more = self._poller.receive(self.sock, most, deadline)
+            max_bytes = min(max(replies.missing_bytes, _CHUNK_BYTES), _LARGEST_CHUNK_BYTES)
+            more = self._poller.receive(self.sock, max_bytes, deadline)
             if not more:
                 raise ProtocolError("unable to receive data from sender, check sender's logs for details")
             replies.feed(more)

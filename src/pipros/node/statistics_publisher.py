@@ -30,14 +30,14 @@ class StatisticsPublisher:
         advertise: Callable[..., Publisher[Any]],
         now_ns: Callable[[], int],
         limits: WindowLimits,
-        most_links: int,
+        max_links: int,
     ) -> None:
         self._node_name = node_name
         self._now_ns = now_ns
         self._limits = limits
         # least recently active first
         self._meters: OrderedDict[tuple[str, str], TrafficMeter] = OrderedDict()
-        self._most_links = most_links
+        self._max_links = max_links
         self._lock = threading.Lock()
         self._class: Any = load_message_class("rosgraph_msgs/TopicStatistics")
         self._publisher = advertise("/statistics", self._class, queue_size=10)
@@ -53,7 +53,7 @@ class StatisticsPublisher:
         with self._lock:
             meter = self._meters.setdefault((topic, publisher), TrafficMeter(self._limits))
             self._meters.move_to_end((topic, publisher))
-            if len(self._meters) > self._most_links:
+            if len(self._meters) > self._max_links:
                 self._meters.popitem(last=False)
             window = meter.add(self._now_ns(), size, sequence, stamp_ns)
         if window is not None:

@@ -179,9 +179,9 @@ class PageServer:
             return
         except ConnectionClosed:
             return
-        most = min(BROWSERS, int(self._port.limit * BROWSERS_SHARE))
-        if self._browsers >= most:
-            await connection.close(CloseCode.TRY_AGAIN_LATER, f"{most} browsers are already connected.")
+        limit = min(BROWSERS, int(self._port.limit * BROWSERS_SHARE))
+        if self._browsers >= limit:
+            await connection.close(CloseCode.TRY_AGAIN_LATER, f"{limit} browsers are already connected.")
             return
         with_spare = 2 * (REQUEST_BYTES + READ_AHEAD_BYTES)
         budget = Budget(with_spare, self._input, part=0.5, own=READ_AHEAD_BYTES)

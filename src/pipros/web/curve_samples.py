@@ -13,9 +13,9 @@ from pipros.bag.filter_expression import MessageExpression
 from pipros.graph.message_path import PathStep, extract, parse_path
 from pipros.msg.time import Time, TVal
 
-MOST_FIELDS = 100
+MAX_FIELDS = 100
 """Maximum number of fields suggested for a topic."""
-MOST_ELEMENTS = 10
+MAX_ELEMENTS = 10
 """Maximum number of elements of one array among the suggested fields."""
 LOWEST_MARKED_LEVEL: Final = 4
 """Lowest level of the log entries that get a marker in plots: warnings."""
@@ -154,7 +154,7 @@ def number_in(message: Any, field: Field) -> float | None:
         if len(slots) == 1:  # std_msgs/Float64 and similar types
             value = getattr(value, slots[0])
     if not isinstance(value, (int, float)):
-        found = list(itertools.islice(numeric_fields(value), MOST_FIELDS))
+        found = list(itertools.islice(numeric_fields(value), MAX_FIELDS))
         raise NotANumber(f"{field.text} must be a number, got {type(value).__name__}", found)
     number = float(value)
     return number if number - number == 0.0 else None
@@ -168,6 +168,6 @@ def numeric_fields(value: Any, path: str = "") -> Iterator[str]:
         for name in value.__slots__:
             yield from numeric_fields(getattr(value, name), f"{path}/{name}" if path else name)
     elif isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
-        for index in range(min(len(value), MOST_ELEMENTS)):
+        for index in range(min(len(value), MAX_ELEMENTS)):
             item = value[index]
             yield from numeric_fields(item.item() if hasattr(item, "item") else item, f"{path}[{index}]")

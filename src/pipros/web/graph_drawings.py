@@ -11,7 +11,7 @@ from pipros.graph.drawing.node_graph import GraphOptions, NodeGraph, node_graph
 from pipros.graph.drawing.scene import Scene
 from pipros.graph.observer import Observation
 
-MOST_OPTIONS = 32
+MAX_OPTIONS = 32
 """Maximum number of cached drawings, each for a different combination of options."""
 
 Draw = Callable[[NodeGraph], Awaitable[Scene]]
@@ -47,7 +47,7 @@ class GraphDrawings:
         grouping = grouping or Grouping()
         drawing = self._drawings.pop((options, grouping), None) or _Drawing()
         self._drawings[options, grouping] = drawing  # the most recently used are last
-        while len(self._drawings) > MOST_OPTIONS:
+        while len(self._drawings) > MAX_OPTIONS:
             del self._drawings[next(iter(self._drawings))]
         if drawing.observation is not observation:
             drawing.observation = observation

@@ -20,7 +20,7 @@ from pipros.basics.limits import limit_text, process_limits
 from pipros.packages import cache_folder
 from pipros.web.limits import PageLimits
 
-MOST_LAYOUTS: Final = 100
+MAX_LAYOUTS: Final = 100
 _VERSION: Final = 1
 _ENDING: Final = ".json"
 _NAME: Final = re.compile(r"[\w+-][\w .+-]{0,59}")
@@ -82,7 +82,7 @@ class StoredLayouts:
             found = self._folder.names()
         except FileNotFoundError:
             return []
-        return sorted(name.removesuffix(_ENDING) for name in found if name.endswith(_ENDING))[:MOST_LAYOUTS]
+        return sorted(name.removesuffix(_ENDING) for name in found if name.endswith(_ENDING))[:MAX_LAYOUTS]
 
     def load(self, name: object) -> str:
         """Return a layout's panels. Raise `BadLayout` if there is no layout of that name."""
@@ -101,8 +101,8 @@ class StoredLayouts:
         content = json.dumps({"pipros_layout": _VERSION, "panels": panels}).encode()
         _check_size(content)
         others = [other for other in self.names() if other != name]
-        if len(others) >= MOST_LAYOUTS:
-            raise BadLayout(f"there are already {MOST_LAYOUTS} layouts; delete one")
+        if len(others) >= MAX_LAYOUTS:
+            raise BadLayout(f"there are already {MAX_LAYOUTS} layouts; delete one")
         self._folder.store(file, content)
 
     def delete(self, name: object) -> None:
@@ -185,9 +185,9 @@ def _json(content: bytes, name: str) -> dict[str, Any]:
 
 
 def _check_size(content: bytes) -> None:
-    most = process_limits().of(PageLimits).page_layout_bytes
-    if len(content) > most:
-        raise BadLayout(f"the layout has {len(content)} bytes; {limit_text('page_layout_bytes', most)}")
+    limit = process_limits().of(PageLimits).page_layout_bytes
+    if len(content) > limit:
+        raise BadLayout(f"the layout has {len(content)} bytes; {limit_text('page_layout_bytes', limit)}")
 
 
 def _file_of(name: object) -> str:

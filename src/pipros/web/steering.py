@@ -23,9 +23,9 @@ ZERO = Velocity()
 class VelocityCommands:
     """Selects the velocity to publish: the last command or, once that is zero or too old, a single zero."""
 
-    def __init__(self, most: Velocity) -> None:
-        """Limit the absolute value of each component to `most`."""
-        self._most = most
+    def __init__(self, limit: Velocity) -> None:
+        """Limit the absolute value of each component to `limit`."""
+        self._limit = limit
         self._wanted = ZERO
         self._last_s = -math.inf
         self._is_moving = False
@@ -33,7 +33,7 @@ class VelocityCommands:
     def steer(self, wanted: Velocity, now_s: float) -> None:
         """Store a command, clamped to the limits."""
         self._wanted = Velocity(
-            _limited(wanted.linear, self._most.linear), _limited(wanted.angular, self._most.angular)
+            _limited(wanted.linear, self._limit.linear), _limited(wanted.angular, self._limit.angular)
         )
         self._last_s = now_s
 
@@ -52,5 +52,5 @@ class VelocityCommands:
         return ZERO if was_moving else None
 
 
-def _limited(value: float, most: float) -> float:
-    return max(-most, min(most, value))
+def _limited(value: float, limit: float) -> float:
+    return max(-limit, min(limit, value))

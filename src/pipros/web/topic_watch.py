@@ -62,7 +62,7 @@ class TopicWatch:
     ) -> None:
         """Create empty statistics. `clock` returns the time (s) used to measure rates."""
         self.topic = topic
-        self._most_bytes = (limits or process_limits()).of(PageLimits).page_message_bytes
+        self._max_bytes = (limits or process_limits()).of(PageLimits).page_message_bytes
         self.queue_size = queue_size
         self.users = 0
         self.newest: Newest | None = None
@@ -151,9 +151,9 @@ class TopicWatch:
         return decode_as(message, self.topic, message_class)
 
     def _check_size(self, message: AnyMsg) -> None:
-        if len(message.body) > self._most_bytes:
+        if len(message.body) > self._max_bytes:
             what = f"{self.topic}: a message of {len(message.body)} bytes is too large to show"
-            raise LimitExceeded(f"{what}; {limit_text('page_message_bytes', self._most_bytes)}")
+            raise LimitExceeded(f"{what}; {limit_text('page_message_bytes', self._max_bytes)}")
 
 
 class TopicWatches:
@@ -190,9 +190,9 @@ class TopicWatches:
         with self._lock:
             watch = self._watches.get(topic)
             if watch is None:
-                most = self._limits.of(PageLimits).page_topics
-                if len(self._watches) >= most:
-                    raise LimitExceeded(f"too many topics are watched; {limit_text('page_topics', most)}")
+                limit = self._limits.of(PageLimits).page_topics
+                if len(self._watches) >= limit:
+                    raise LimitExceeded(f"too many topics are watched; {limit_text('page_topics', limit)}")
                 watch = self._watches[topic] = self._new_watch(topic, queue_size)
             watch.users += 1
         self.update()

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import test from "node:test";
-import { MOST_PANELS, appended, beside, layoutText, leaf, leavesOf, moved, parsedLayout, placesOf, resized, withLeaf,
+import { MAX_PANELS, appended, beside, layoutText, leaf, leavesOf, moved, parsedLayout, placesOf, resized, withLeaf,
   without } from "../page/panels/layout.js";
 import { placeIn, placeOf } from "../page/place.js";
 import { VECTORS, close } from "./vectors.js";
@@ -25,7 +25,7 @@ test("malformed texts are errors that name the place", () => {
     ["row(plot", /lacks a closing bracket, at character 9/], ["nothing", /names an unknown view, nothing/],
       ["row(~)", /lacks the name of a view/],
     ["plot)", /has more text than expected/], [`${"row(".repeat(30)}plot`, /more than 20 levels/],
-    [`row(${Array.from({ length: MOST_PANELS + 1 }, () => "plot").join("~")})`, /more than 16 panels/],
+    [`row(${Array.from({ length: MAX_PANELS + 1 }, () => "plot").join("~")})`, /more than 16 panels/],
   ]) assert.throws(() => parsedLayout(text, TABS), reason);
   assert.equal(parsedLayout("", TABS), null);
   assert.equal(layoutText(null), "");

@@ -6,7 +6,7 @@ from typing import Any
 
 from pipros.fleet.directory import DirectoryEntry
 from pipros.fleet.fleet_file import FleetRule
-from pipros.fleet.frames import MOST_FRAMES, TF_TYPE, FrameChange, frame_change
+from pipros.fleet.frames import MAX_FRAMES, TF_TYPE, FrameChange, frame_change
 from pipros.msg import load_message_class
 
 TFMessage: Any = load_message_class(TF_TYPE)
@@ -56,7 +56,7 @@ def test_malformed_messages_are_passed_on() -> None:
 
 def test_beyond_the_limit_known_frames_are_still_updated() -> None:
     change = change_of("/tf_static", FleetRule("/**"))
-    change(body(*(("base", str(number)) for number in range(MOST_FRAMES))))
+    change(body(*(("base", str(number)) for number in range(MAX_FRAMES))))
     found = frames_in(change(body(("mast", "0"), ("base", "new"))))
-    assert len(found) == MOST_FRAMES
+    assert len(found) == MAX_FRAMES
     assert ("mast", "0") in found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pipros.graph.observer import Observation
-from pipros.graph.recent_changes import EVENTS_S, LONGEST_GAP_S, MOST_REMOVED, SHOWN_S, RecentChanges
+from pipros.graph.recent_changes import EVENTS_S, LONGEST_GAP_S, MAX_REMOVED, SHOWN_S, RecentChanges
 from pipros.graph.system_state import SystemState, TopicConnection
 
 LEVEL = TopicConnection("/talker", "/level", "/listener")
@@ -68,7 +68,7 @@ def test_an_error_or_a_pause_removes_nothing() -> None:
 
 def test_the_end_of_a_very_large_system_is_forgotten() -> None:
     changes = RecentChanges()
-    topics = {f"/topic{number}": ["/node"] for number in range(MOST_REMOVED)}
+    topics = {f"/topic{number}": ["/node"] for number in range(MAX_REMOVED)}
     changes.add(Observation(SystemState(topics, {}, {})), 0.0)
     changes.add(NOTHING, 1.0)
     assert changes.removed() == {}

@@ -161,7 +161,7 @@ def test_calls_do_not_close_links() -> None:
 
 def test_outgoing_links_leave_room_for_links_and_calls_of_peers() -> None:
     connections = table_of(16)
-    assert [connections.reserve_outgoing(most=100) for _ in range(20)].count(True) == 12
+    assert [connections.reserve_outgoing(limit=100) for _ in range(20)].count(True) == 12
     links = [Peer("a"), Peer("a"), Peer("a")]
     for link in links:
         assert connections.add_link(link)
@@ -171,8 +171,8 @@ def test_outgoing_links_leave_room_for_links_and_calls_of_peers() -> None:
         assert connections.add(call)
     assert [call.is_closed for call in calls] == [True, False, False]
     connections.release_outgoing()
-    assert connections.reserve_outgoing(most=100)
-    assert not connections.reserve_outgoing(most=12)
+    assert connections.reserve_outgoing(limit=100)
+    assert not connections.reserve_outgoing(limit=12)
 
 
 def test_the_nodes_of_this_machine_share_an_address_and_are_spared() -> None:

@@ -13,14 +13,14 @@ from pipros.msg import load_message_class
 from pipros.net.busy_poll import PublishCount
 from pipros.net.outgoing_state import State
 from pipros.node import message_batch, publisher
-from pipros.node.message_batch import MOST_AGE_S, MOST_MESSAGES
+from pipros.node.message_batch import MAX_AGE_S, MAX_MESSAGES
 from pipros.node.packet_sharing import CLOSE_S, RUN_LENGTH, SHARED_BYTES
 from pipros.node.publisher import Publication
 from pipros.node.timings import NODE_TIMINGS
 
 UInt32: Any = load_message_class("std_msgs/UInt32")
 ByteArray: Any = load_message_class("std_msgs/UInt8MultiArray")
-CLOSE = MOST_AGE_S / (2 * MOST_MESSAGES)
+CLOSE = MAX_AGE_S / (2 * MAX_MESSAGES)
 
 
 class Link:
@@ -89,8 +89,8 @@ class Topic:
 def test_messages_of_a_burst_are_sent_together_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
     topic = Topic(monkeypatch)
     topic.begin_burst()
-    topic.publish(3 * MOST_MESSAGES)
-    assert topic.link.calls == [MOST_MESSAGES] * 3
+    topic.publish(3 * MAX_MESSAGES)
+    assert topic.link.calls == [MAX_MESSAGES] * 3
     assert topic.numbers == list(range(topic.count))
 
 
@@ -104,7 +104,7 @@ def test_a_message_that_waited_is_sent_with_the_next_after_its_time(monkeypatch:
     topic = Topic(monkeypatch)
     topic.begin_burst()
     topic.publish(2)
-    topic.publish(1, gap_s=MOST_AGE_S)
+    topic.publish(1, gap_s=MAX_AGE_S)
     assert topic.link.calls == [3]
 
 

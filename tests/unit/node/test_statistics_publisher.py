@@ -19,7 +19,7 @@ class Published:
 def arrivals(published: Published, count: int, *, stamp_ns: int, step: int) -> None:
     now = [0]
     statistics = StatisticsPublisher(
-        "/listener", lambda *_, **__: published, lambda: now[0], WindowLimits(), most_links=10
+        "/listener", lambda *_, **__: published, lambda: now[0], WindowLimits(), max_links=10
     )
     for number in range(count):
         now[0] += 500_000_000
@@ -41,7 +41,7 @@ def test_figures_beyond_the_range_of_their_fields_are_clamped() -> None:
 def test_the_number_of_remembered_links_is_bounded() -> None:
     published = Published()
     statistics = StatisticsPublisher(
-        "/listener", lambda *_, **__: published, lambda: 1, WindowLimits(), most_links=10
+        "/listener", lambda *_, **__: published, lambda: 1, WindowLimits(), max_links=10
     )
     for number in range(1000):
         statistics.arrived("/chat", {"callerid": f"/talker_{number}"}, 1, SimpleNamespace())

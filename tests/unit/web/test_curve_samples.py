@@ -14,7 +14,7 @@ from std_msgs.msg import Float64, Header
 from pipros.bag import BagReader, BagWriter
 from pipros.msg.time import Time
 from pipros.safe.expr import ExpressionError
-from pipros.web.bags.curve import MOST_SAMPLES, BagSamples
+from pipros.web.bags.curve import MAX_SAMPLES, BagSamples
 from pipros.web.curve_samples import Axis, Field, NotANumber, find_field, mark_of, sample_of
 
 
@@ -60,7 +60,7 @@ def test_only_warnings_and_errors_are_marked() -> None:
 
 
 def test_a_long_bag_has_evenly_spaced_samples(tmp_path: Path) -> None:
-    count = 2 * MOST_SAMPLES + 10
+    count = 2 * MAX_SAMPLES + 10
     with (tmp_path / "a.bag").open("wb") as file:
         bag = BagWriter(file)
         fields = {"type": Float64._type, "md5sum": Float64._md5sum, "message_definition": Float64._full_text}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from pipros.basics.cache_files import Untrusted
-from pipros.web.layouts import MOST_LAYOUTS, BadLayout, OpenedLayout, StoredLayouts, open_layout
+from pipros.web.layouts import MAX_LAYOUTS, BadLayout, OpenedLayout, StoredLayouts, open_layout
 
 PANELS = "row(plot//imu/x*60~console*40)"
 
@@ -66,7 +66,7 @@ def test_missing_and_malformed_layouts_are_named(layouts: StoredLayouts) -> None
 def test_layouts_are_limited_in_size_and_number(layouts: StoredLayouts) -> None:
     with pytest.raises(BadLayout, match="page_layout_bytes"):
         layouts.save("large", "x" * 70_000)
-    for number in range(MOST_LAYOUTS):
+    for number in range(MAX_LAYOUTS):
         layouts.save(str(number), PANELS)
     with pytest.raises(BadLayout, match="delete one"):
         layouts.save("another", PANELS)

@@ -19,7 +19,7 @@ from pipros.web.messages.layout import message_layout
 from pipros.web.scene.cloud_columns import cloud_columns, point_columns, strided, thinning_step
 from pipros.web.scene.layout_file import SceneFile
 from pipros.web.scene.services import permitted_path
-from pipros.web.scene.topic import MOST_LATCHED, SceneTopic
+from pipros.web.scene.topic import MAX_LATCHED, SceneTopic
 from pipros.web.topic_watch import Newest
 from pipros.web.views.scene import LEAST_POINTS, CloudTopic, fitting_points, read_named_file
 
@@ -182,11 +182,11 @@ def test_a_later_browser_gets_the_newest_message_of_each_latching_publisher() ->
 
 def test_messages_of_too_many_latching_publishers_are_dropped() -> None:
     topic = SceneTopic(0.0)
-    for number in range(MOST_LATCHED + 2):
+    for number in range(MAX_LATCHED + 2):
         topic.add(message(b"%d" % number, f"/{number}", is_latched=True), 1.0)
-    with topic.queued(2 * MOST_LATCHED) as queue:
+    with topic.queued(2 * MAX_LATCHED) as queue:
         bodies = [each.body for each, _ in queue.pop_all()[0]]
-    assert (len(bodies), bodies[0]) == (MOST_LATCHED, b"2")
+    assert (len(bodies), bodies[0]) == (MAX_LATCHED, b"2")
 
 
 def test_a_later_browser_gets_the_transforms_of_the_last_seconds() -> None:

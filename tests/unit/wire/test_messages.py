@@ -185,15 +185,15 @@ def test_a_reply_succeeds_only_if_its_first_byte_is_one() -> None:
     assert taken(reader) == [(True, b"yes"), (False, b"no"), (False, b"")]
 
 
-def receive_whole(buffer: MessageReader, data: memoryview, most: int) -> list[memoryview | bytes]:
-    """Like `receive`, at most `most` bytes at a time, and large messages as bytes."""
+def receive_whole(buffer: MessageReader, data: memoryview, max_bytes: int) -> list[memoryview | bytes]:
+    """Like `receive`, at most `max_bytes` bytes at a time, and large messages as bytes."""
     messages: list[memoryview | bytes] = []
     while data:
         if buffer.has_partial_message and (whole := buffer.whole_bytes):
-            count = buffer.feed_whole(bytes(data[: min(most, whole)]))
+            count = buffer.feed_whole(bytes(data[: min(max_bytes, whole)]))
         else:
             space = buffer.space()
-            count = min(len(space), len(data), most)
+            count = min(len(space), len(data), max_bytes)
             space[:count] = data[:count]
         data = data[count:]
         messages += [each if isinstance(each, bytes) else bytes(each) for each in buffer.received(count)]
@@ -204,9 +204,11 @@ def receive_whole(buffer: MessageReader, data: memoryview, most: int) -> list[me
     st.lists(st.sampled_from([b"", b"abc", b"x" * 140_000, bytes(300_000)]), max_size=12),
     st.integers(1000, 400_000),
 )
-def test_large_messages_that_are_kept_survive_any_split_of_the_stream(bodies: list[bytes], most: int) -> None:
+def test_large_messages_that_are_kept_survive_any_split_of_the_stream(
+    bodies: list[bytes], max_bytes: int
+) -> None:
     buffer = MessageReader(keeps_large=True)
-    assert receive_whole(buffer, memoryview(framed(*bodies)), most) == bodies
+    assert receive_whole(buffer, memoryview(framed(*bodies)), max_bytes) == bodies
 
 
 def test_a_large_message_after_another_is_passed_without_a_copy() -> None:

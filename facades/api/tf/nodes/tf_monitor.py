@@ -72,7 +72,7 @@ class Watch:
         with self._lock:
             return (
                 f"\n\n\nRESULTS: for {source} to {target}\nChain is: {' -> '.join(map(listed, order))}\n"
-                f"Net delay     avg = {self._net.average:g}: max = {self._net.most:g}\n\n"
+                f"Net delay     avg = {self._net.average:g}: max = {self._net.maximum:g}\n\n"
                 f"{self._monitor.text(order)}"
             )
 

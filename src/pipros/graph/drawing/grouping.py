@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
-MOST_BOXES = 150
+MAX_BOXES = 150
 """In graphs with more nodes and topics than this, namespaces are collapsed."""
 
 _ACTION_TOPICS = ("goal", "cancel", "status", "feedback", "result")
@@ -41,7 +41,7 @@ def grouped(graph: NodeGraph, topics: Collection[str], grouping: Grouping) -> No
     """
     group_of = _topic_groups(graph, topics, grouping)
     graph = _merged(graph, lambda vertex: group_of.get(vertex.name) if vertex.kind == "topic" else None)
-    if len(graph.vertices) <= MOST_BOXES:
+    if len(graph.vertices) <= MAX_BOXES:
         return graph
     opened = {name.strip() for name in grouping.opened.split(",")}
     counts = Counter(ns for vertex in graph.vertices.values() for ns in _namespaces(vertex.name))

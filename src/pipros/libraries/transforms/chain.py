@@ -25,7 +25,7 @@ CHAIN_BYTES = 1_600
 
 _STEP_BYTES = 100
 
-_MOST_RESULTS = 4
+_MAX_RESULTS = 4
 """Maximum number of results that a chain keeps."""
 
 _Frame = tuple[list[int], list[Pose], list[tuple[int, Pose]]]
@@ -101,7 +101,7 @@ class Chain:
         down = _poses_at(self._down, time, is_again)
         if up is None or down is None:
             return None
-        if len(results) == _MOST_RESULTS:
+        if len(results) == _MAX_RESULTS:
             results.clear()
         pose = results[time] = joined(up, down)
         return pose

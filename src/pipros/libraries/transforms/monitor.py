@@ -18,13 +18,13 @@ class Delays:
 
     >>> delays = Delays()
     >>> delays.add(3.0, at=10.0); delays.add(1.0, at=11.0); delays.add(-1.0, at=12.0)
-    >>> delays.average, delays.most, delays.rate
+    >>> delays.average, delays.maximum, delays.rate
     (1.0, 3.0, 1.0)
     """
 
     count: int = 0
     total: float = 0.0
-    most: float = 0.0
+    maximum: float = 0.0
     first: float = 0.0
     last: float = 0.0
 
@@ -34,7 +34,7 @@ class Delays:
         self.last = at
         self.count += 1
         self.total += delay
-        self.most = max(self.most, delay)
+        self.maximum = max(self.maximum, delay)
 
     @property
     def average(self) -> float:
@@ -87,4 +87,4 @@ def _count(counted: dict[str, Delays], name: str, delay: float, now: float) -> b
 
 
 def _described(delays: Delays) -> str:
-    return f"Average Delay: {delays.average:g} Max Delay: {delays.most:g}"
+    return f"Average Delay: {delays.average:g} Max Delay: {delays.maximum:g}"

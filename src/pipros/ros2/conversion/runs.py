@@ -169,18 +169,18 @@ TESTS = {
 """For each check, the offset of a byte in the item, and the condition on it for correcting the item."""
 
 
-def check_count(count: int, smallest: int, left: int, most_empty: int) -> None:
+def check_count(count: int, smallest: int, left: int, max_empty: int) -> None:
     """Check that the remaining bytes can contain an array with `count` elements.
 
     Args:
         smallest: minimum size of an element in bytes.
         left: number of remaining bytes.
-        most_empty: maximum number of elements if `smallest` is 0.
+        max_empty: maximum number of elements if `smallest` is 0.
 
     Raises:
         ConversionError: there are too many elements.
     """
     if smallest * count > left:
         raise ConversionError(f"an array of {count} elements is longer than the data")
-    if not smallest and count > most_empty:
-        raise ConversionError(f"an array has {count} elements of size 0, but only {most_empty} are allowed")
+    if not smallest and count > max_empty:
+        raise ConversionError(f"an array has {count} elements of size 0, but only {max_empty} are allowed")

@@ -13,7 +13,7 @@ from pipros.server.view_server import RequestRefused, Services
 
 PERIOD_S: Final = 0.03
 """Interval (s) at which the server checks for new images."""
-MOST_EVENTS: Final = 200
+MAX_EVENTS: Final = 200
 """Limit of keys, mouse events and moved trackbars that wait for `waitKey`; later ones are dropped."""
 MOUSE_EVENTS: Final = range(12)
 
@@ -117,7 +117,7 @@ class Windows:
         return window
 
     def _put(self, event: Event) -> None:
-        if self.events.qsize() < MOST_EVENTS:
+        if self.events.qsize() < MAX_EVENTS:
             self.events.put(event)
 
     async def _key(self, arguments: Mapping[str, Any]) -> None:

@@ -138,8 +138,8 @@ class Simulation:
             measured[name] = _measured(nearest, laser, robot.scan_noise(self.steps - self._reset_at))
         return measured
 
-    def echoes(self, name: str, most: int) -> NDArray[np.float64]:
-        """Return the points that up to `most` rays of a robot's laser hit, without noise.
+    def echoes(self, name: str, max_rays: int) -> NDArray[np.float64]:
+        """Return the points that up to `max_rays` rays of a robot's laser hit, without noise.
 
         The array has the shape (n, 2), and contains x and y in the map frame.
         """
@@ -149,7 +149,7 @@ class Simulation:
             return np.empty((0, 2))
         pose = combined(robot.pose, laser.pose)
         angle = pose.yaw + laser.min_angle + laser.increment * np.arange(laser.rays, dtype=np.float64)
-        angle = angle[:: -(-laser.rays // most)]
+        angle = angle[:: -(-laser.rays // max_rays)]
         everywhere = np.ones(angle.shape)
         ranges = cast_rays(
             self.world, pose.x * everywhere, pose.y * everywhere, angle, laser.range_max * everywhere

@@ -114,8 +114,8 @@ class FaultyStream:
         return count
 
     def _piece_bytes(self) -> int:
-        most = self.faults.split_bytes
-        return self._chance["split"].randint(1, most) if most else _NEVER
+        limit = self.faults.split_bytes
+        return self._chance["split"].randint(1, limit) if limit else _NEVER
 
     def _after(self, name: str, mean: int) -> int:
         return self._at + self._gap(name, mean) if mean else _NEVER

@@ -13,7 +13,7 @@ from pipros.bag.reader import BagReader
 from pipros.basics.errors import PiprosError
 from pipros.msg.time import NS_PER_S
 
-MOST_SAMPLES: Final = 20_000
+MAX_SAMPLES: Final = 20_000
 PIECE_S: Final = 0.2
 """Time (s) in which the samples of one piece are collected."""
 
@@ -24,7 +24,7 @@ Take = Callable[[Any, float], Any]
 class BagSamples:
     """Samples of the messages on the given connections. All methods block.
 
-    If there are more than `MOST_SAMPLES` messages, only evenly spaced ones are decoded.
+    If there are more than `MAX_SAMPLES` messages, only evenly spaced ones are decoded.
 
     Args:
         limit_s: maximum processor time (s) that `take` may use for one message.
@@ -45,7 +45,7 @@ class BagSamples:
         self._limit_s = limit_s
         counts = reader.count_by_connection()
         total = sum(counts.get(each.id, 0) for each in connections)
-        self._step = max(1, math.ceil(total / MOST_SAMPLES))
+        self._step = max(1, math.ceil(total / MAX_SAMPLES))
         self.left_out = total - math.ceil(total / self._step)
         self._messages = enumerate(reader.stored_messages(connections))
 

@@ -9,8 +9,8 @@ from typing import Final
 from pipros.bag.errors import BagError
 
 ENDINGS: Final = (".bag", ".mcap", ".bag.active")
-MOST_FILES: Final = 1000
-MOST_LOOKED_AT: Final = 20_000
+MAX_FILES: Final = 1000
+MAX_EXAMINED: Final = 20_000
 """Maximum number of directory entries that a listing reads."""
 _LONGEST_NAME: Final = 1000
 
@@ -30,15 +30,15 @@ class BagFolder:
         self.path: Final = Path(path).resolve()
 
     def names(self) -> list[tuple[str, int]]:
-        """Return the names and sizes in bytes of at most `MOST_FILES` bags, newest first.
+        """Return the names and sizes in bytes of at most `MAX_FILES` bags, newest first.
 
         Names are relative to the folder.
         """
         found: list[tuple[float, str, int]] = []
-        left = MOST_LOOKED_AT
+        left = MAX_EXAMINED
         for folder, _, files in os.walk(self.path):  # os.walk does not follow links to folders
             left -= len(files) + 1
-            if left < 0 or len(found) >= MOST_FILES:
+            if left < 0 or len(found) >= MAX_FILES:
                 break
             for name in files:
                 path = Path(folder, name)
@@ -47,7 +47,7 @@ class BagFolder:
                 except (BagError, OSError):
                     continue
                 found.append((known.st_mtime, str(path.relative_to(self.path)), known.st_size))
-        return [(name, size) for _, name, size in sorted(found, reverse=True)[:MOST_FILES]]
+        return [(name, size) for _, name, size in sorted(found, reverse=True)[:MAX_FILES]]
 
     def find(self, name: object) -> Path:
         """Return the path of a bag.

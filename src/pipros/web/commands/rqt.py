@@ -18,15 +18,17 @@ from pipros.web.commands.rqt_graph import main as rqt_graph
 Main = Callable[[Sequence[str] | None], int]
 
 
-def _tool(name: str, tab: str, argument: str = "", *, most: int | None = 1, change: str = "") -> Main:
+def _tool(
+    name: str, tab: str, argument: str = "", *, max_arguments: int | None = 1, change: str = ""
+) -> Main:
     """Return a command that opens a tab. `argument` describes its arguments, and is empty if it takes none.
 
-    `most` is the maximum number of arguments; None for no limit.
+    `max_arguments` is the maximum number of arguments; None for no limit.
 
     `change` is the view or action that the page may use on loopback even without `--control`; see
     `pipros.web.tabs.CHANGING`.
     """
-    limit = most if argument else 0
+    limit = max_arguments if argument else 0
 
     def body(argv: Sequence[str]) -> int:
         parser = page_parser(name, f"[options] {argument}".rstrip())
@@ -81,7 +83,7 @@ def _folder_of(bags: str, path: Path) -> Path:
 rqt_console = _tool("rqt_console", "console")
 rqt_image_view = _tool("rqt_image_view", "images", "[topic]")
 rqt_logger_level = _tool("rqt_logger_level", "console", "[node]", change="set_logger_level")
-rqt_plot = _tool("rqt_plot", "plot", "[/topic/field1:field2 ...]", most=None)
+rqt_plot = _tool("rqt_plot", "plot", "[/topic/field1:field2 ...]", max_arguments=None)
 rqt_publisher = _tool("rqt_publisher", "publish", "[topic]", change="publishing")
 rqt_reconfigure = _tool("rqt_reconfigure", "reconfigure", "[server]", change="set_reconfigured")
 rqt_robot_monitor = _tool("rqt_robot_monitor", "diagnostics")

@@ -14,8 +14,8 @@ from pipros.msg import load_message_class
 from pipros.pictures.image_message import IMAGE_TYPES
 from pipros.web.image_pixels import packed
 
-MOST_POINTS: Final = 720
-MOST_CELLS: Final = 160
+MAX_POINTS: Final = 720
+MAX_CELLS: Final = 160
 """Maximum number of cells of a map along each side."""
 IMAGE_BYTES: Final = 60_000
 COMPRESSED_BYTES: Final = 300_000
@@ -39,7 +39,7 @@ def message_picture(message: Any) -> Picture | None:
 
 
 def _scan(scan: Any) -> Picture:
-    every = max(1, math.ceil(len(scan.ranges) / MOST_POINTS))
+    every = max(1, math.ceil(len(scan.ranges) / MAX_POINTS))
     points: list[float] = []
     for index in range(0, len(scan.ranges), every):
         distance = scan.ranges[index]
@@ -50,7 +50,7 @@ def _scan(scan: Any) -> Picture:
 
 
 def _path(path: Any) -> Picture:
-    every = max(1, math.ceil(len(path.poses) / MOST_POINTS))
+    every = max(1, math.ceil(len(path.poses) / MAX_POINTS))
     positions = [pose.pose.position for pose in path.poses[::every]]
     places = ((place.x, place.y) for place in positions if math.isfinite(place.x) and math.isfinite(place.y))
     points: Iterable[float] = itertools.chain.from_iterable(places)
@@ -61,7 +61,7 @@ def _map(grid: Any) -> Picture | None:
     width, height = grid.info.width, grid.info.height
     if not width or not height or len(grid.data) < width * height:
         return None
-    every = max(1, math.ceil(max(width, height) / MOST_CELLS))
+    every = max(1, math.ceil(max(width, height) / MAX_CELLS))
     cells = bytearray()
     for row in range(0, height, every):
         cells += bytes(cell & UNKNOWN for cell in grid.data[row * width : (row + 1) * width : every])

@@ -66,9 +66,9 @@ class _Tree:
             return self._array(value)
         return self._cut(str(value), SHOWN_CHARACTERS)
 
-    def _cut(self, text: str, most: int) -> str:
-        self._left -= min(len(text), most) // CHARACTERS_PER_LEAF
-        return text if len(text) <= most else text[:most] + MORE
+    def _cut(self, text: str, limit: int) -> str:
+        self._left -= min(len(text), limit) // CHARACTERS_PER_LEAF
+        return text if len(text) <= limit else text[:limit] + MORE
 
     def _array(self, values: Any) -> Any:
         length = len(values)

@@ -1,7 +1,7 @@
 // Reads PNG files with 16-bit grey values, of which browsers keep only the 8 more significant bits.
 
 const SIGNATURE_BYTES = 8;
-const MOST_PIXELS = 2 ** 24;
+const MAX_PIXELS = 2 ** 24;
 const BYTES = 2; // per pixel
 
 // Returns {width, height, values}. With `quantised`, the quotient and offset of inverse depths, values are metres and NaN.
@@ -32,7 +32,7 @@ function partsOf(png) {
       [width, height] = [view.getUint32(at + 8), view.getUint32(at + 12)];
       const [bits, colour, , , interlace] = png.subarray(at + 16, at + 21);
       if (bits !== 16 || colour !== 0 || interlace !== 0) throw new Error("a depth image must have 16-bit grey values, not interlaced");
-      if (width * height > MOST_PIXELS) throw new Error(`${width} × ${height} pixels, the limit is ${MOST_PIXELS}`);
+      if (width * height > MAX_PIXELS) throw new Error(`${width} × ${height} pixels, the limit is ${MAX_PIXELS}`);
     } else if (name === "IDAT") data.push(png.slice(at + 8, at + 8 + view.getUint32(at)));
   }
   if (!width || !height) throw new Error("the PNG has no size");

@@ -2,14 +2,14 @@
 
 const FIELDS = { level: "number", node: "string", text: "string", stamp: "number", file: "string", line: "number", function: "string" };
 const NAMES = Object.keys(FIELDS); // in the order of an entry's values
-const MOST_CHARACTERS = 100e6;
+const MAX_CHARACTERS = 100e6;
 
 export const asLines = (entries) => entries.map((entry) =>
   `${JSON.stringify(Object.fromEntries(NAMES.map((name, index) => [name, entry[index]])))}\n`).join("");
 
 // Returns the entries of a file. Throws an Error that names the first invalid line.
 export function fromLines(text) {
-  if (text.length > MOST_CHARACTERS) throw new Error(`it has ${text.length} characters, the limit is ${MOST_CHARACTERS}`);
+  if (text.length > MAX_CHARACTERS) throw new Error(`it has ${text.length} characters, the limit is ${MAX_CHARACTERS}`);
   const entries = [];
   text.split("\n").forEach((line, index) => {
     if (line.trim()) entries.push(entryIn(line, index + 1));

@@ -4,7 +4,7 @@ import { h, replace, s } from "./dom.js";
 import { numbersIn } from "./message_values.js";
 
 const POINTS = 300;
-const MOST_FIELDS = 200;
+const MAX_FIELDS = 200;
 const DIGITS = 6; // of the numbers at the ends of the range; the message below shows exact values
 const [WIDTH, HEIGHT, EDGE] = [300, 60, 3];
 
@@ -30,7 +30,7 @@ export function smallCurve() {
 
   // `special` is the value of the gauge, which the curve shows first, or null if there is no gauge.
   function take(message, special = null) {
-    const numbers = new Map(numbersIn(message, MOST_FIELDS));
+    const numbers = new Map(numbersIn(message, MAX_FIELDS));
     if (special !== null) numbers.set("percentage", special);
     element.hidden = numbers.size === 0;
     if (!numbers.size) return;

@@ -37,11 +37,11 @@ class SceneFile:
             RvizFileError: the file is not an rviz configuration.
             OSError: the file cannot be read.
         """
-        most = process_limits().of(PageLimits).page_view_bytes
+        limit = process_limits().of(PageLimits).page_view_bytes
         with path.open("rb") as file:
-            content = file.read(most + 1)
-        if len(content) > most:
-            raise RvizFileError(f"{path} is too large; {limit_text('page_view_bytes', most)}")
+            content = file.read(limit + 1)
+        if len(content) > limit:
+            raise RvizFileError(f"{path} is too large; {limit_text('page_view_bytes', limit)}")
         self.config = read_rviz(content, str(path))
         self.path = path
         self.version += 1

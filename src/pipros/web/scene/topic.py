@@ -17,9 +17,9 @@ from pipros.web.limits import PageLimits
 from pipros.web.messages.layout import message_layout
 
 LONGEST_QUEUE: Final = 10_000
-MOST_LATCHED: Final = 1000
+MAX_LATCHED: Final = 1000
 """Maximum number of latching publishers of a topic whose newest messages are kept."""
-MOST_SENDERS: Final = 200
+MAX_SENDERS: Final = 200
 """Maximum number of publishers of a topic whose names are sent to one browser."""
 LONGEST_SENDER: Final = 300
 _MESSAGE: Final = struct.Struct("<dIH")
@@ -43,7 +43,7 @@ class SceneTopic:
         self._queues: list[PendingMessages] = []
         self._latched: dict[str, tuple[AnyMsg, float]] = {}
         self._recent = PendingMessages(LONGEST_QUEUE)
-        self._most_bytes = process_limits().of(PageLimits).page_message_bytes
+        self._max_bytes = process_limits().of(PageLimits).page_message_bytes
 
     def add(self, message: AnyMsg, wall_s: float) -> None:
         """Pass a message to all browsers."""
@@ -65,7 +65,7 @@ class SceneTopic:
         self._latched.pop(sender, None)
         self._latched[sender] = message, wall_s
         size = sum(len(kept.body) for kept, _ in self._latched.values())
-        while len(self._latched) > 1 and (size > self._most_bytes or len(self._latched) > MOST_LATCHED):
+        while len(self._latched) > 1 and (size > self._max_bytes or len(self._latched) > MAX_LATCHED):
             oldest, _ = self._latched.pop(next(iter(self._latched)))
             size -= len(oldest.body)
 
@@ -91,7 +91,7 @@ class PendingMessages:
         self._lock = threading.Lock()
         self._messages: deque[tuple[AnyMsg, float]] = deque()
         self._limit = limit
-        self._most_bytes = process_limits().of(PageLimits).page_view_bytes
+        self._max_bytes = process_limits().of(PageLimits).page_view_bytes
         self._size_bytes = 0
         self._lost = 0
 
@@ -100,7 +100,7 @@ class PendingMessages:
             self._messages.append((message, wall_s))
             self._size_bytes += len(message.body)
             while len(self._messages) > self._limit or (
-                self._size_bytes > self._most_bytes and len(self._messages) > 1
+                self._size_bytes > self._max_bytes and len(self._messages) > 1
             ):
                 self._drop()
                 self._lost += self._limit > 1
@@ -134,7 +134,7 @@ def add_senders(known: dict[str, int], messages: list[tuple[AnyMsg, float]]) -> 
     before = len(known)
     for message, _ in messages:
         sender = sender_of(message)
-        if sender not in known and len(known) < MOST_SENDERS:
+        if sender not in known and len(known) < MAX_SENDERS:
             known[sender] = len(known) + 1
     return len(known) > before
 

@@ -41,7 +41,7 @@ CLOSING_TURNS: Final = 20
 LIST_INTERVAL_S: Final = 2.0
 PIECE_BYTES: Final = 1_000_000
 THUMBNAIL_BYTES: Final = 30_000
-MOST_THUMBNAILS: Final = 60
+MAX_THUMBNAILS: Final = 60
 
 
 class _Cancelled(BagError):
@@ -157,8 +157,8 @@ class BagViews:
         """Yield small images from a topic at the given times: a JSON header, a newline, and pixels."""
         path, topic = self._path(arguments.get("name")), topic_name({"name": arguments.get("topic")})
         times = arguments.get("times")
-        if not isinstance(times, list) or len(times) > MOST_THUMBNAILS:
-            raise RequestRefused(f"times must be a list of at most {MOST_THUMBNAILS} numbers")
+        if not isinstance(times, list) or len(times) > MAX_THUMBNAILS:
+            raise RequestRefused(f"times must be a list of at most {MAX_THUMBNAILS} numbers")
         moments = [round(_number({"time": each}, "time") * NS_PER_S) for each in times]
         layout = self._playback().layout
         for moment_ns in moments:

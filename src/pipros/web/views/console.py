@@ -30,7 +30,7 @@ from pipros.web.watched_system import WatchedSystem
 
 LOG_TOPIC = "/rosout_agg"
 SEND_INTERVAL_S = 0.2
-MOST_SENT_BYTES = 1_000_000
+MAX_SENT_BYTES = 1_000_000
 """Approximate maximum size of one update. The rest is sent in the next update."""
 QUEUE = 20_000
 LONGEST_TEXT = 4000
@@ -49,7 +49,7 @@ class ConsoleViews:
         with self._shared.use() as (log, topic):
             number = log.end if self._system.is_live else 0  # for a bag, include earlier entries
             history = await self._system.questions.run(self._history)
-            entries, lost, number = log.since(number, MOST_SENT_BYTES)
+            entries, lost, number = log.since(number, MAX_SENT_BYTES)
             written = {_identity(entry) for entry in entries}
             history = [entry for entry in history if _identity(entry) not in written]
             values: dict[str, Any] = {
@@ -63,7 +63,7 @@ class ConsoleViews:
                 shown = values["error"]
                 while True:
                     await asyncio.sleep(SEND_INTERVAL_S)
-                    entries, lost, number = log.since(number, MOST_SENT_BYTES)
+                    entries, lost, number = log.since(number, MAX_SENT_BYTES)
                     # skip new entries that were already in the file
                     if history and entries:
                         written = {_identity(entry) for entry in history}
@@ -122,9 +122,9 @@ def _identity(entry: Entry) -> tuple[Any, ...]:
 class Log:
     """Most recent log entries of all nodes. Entries are added by the threads that receive them."""
 
-    def __init__(self, most_bytes: int) -> None:
-        """Create a log of at most `most_bytes`. When it is full, the oldest entries are dropped."""
-        self._most_bytes = most_bytes
+    def __init__(self, max_bytes: int) -> None:
+        """Create a log of at most `max_bytes`. When it is full, the oldest entries are dropped."""
+        self._max_bytes = max_bytes
         self._lock = threading.Lock()
         self._entries: deque[tuple[int, Entry]] = deque()
         self._bytes = 0
@@ -151,11 +151,11 @@ class Log:
             self._entries.append((size, entry))
             self._bytes += size
             self._end += 1
-            while self._bytes > self._most_bytes:
+            while self._bytes > self._max_bytes:
                 self._bytes -= self._entries.popleft()[0]
 
-    def since(self, number: int, most_bytes: int) -> tuple[list[Entry], int, int]:
-        """Return about `most_bytes` of the entries from `number` on, oldest first.
+    def since(self, number: int, max_bytes: int) -> tuple[list[Entry], int, int]:
+        """Return about `max_bytes` of the entries from `number` on, oldest first.
 
         Returns:
             The entries, the number of dropped entries before them, and the number to continue from.
@@ -165,7 +165,7 @@ class Log:
             first = max(number, self._end - len(self._entries))
             for size, entry in islice(self._entries, first - self._end + len(self._entries), None):
                 entries.append(entry)
-                most_bytes -= size
-                if most_bytes <= 0:
+                max_bytes -= size
+                if max_bytes <= 0:
                     break
         return entries, first - number, first + len(entries)

@@ -23,12 +23,12 @@ TOPICS = ("/diagnostics_agg", "/diagnostics")
 SEND_INTERVAL_S = 0.5
 STALE_S = 5.0
 """A component that has not reported for this long is shown as stale."""
-MOST_COMPONENTS = 3000
-MOST_VALUES = 200
+MAX_COMPONENTS = 3000
+MAX_VALUES = 200
 HISTORY = 60
 HISTORY_BYTES = HISTORY * 150
 LONGEST_TEXT = 1000
-MOST_SENT_BYTES = 1_000_000
+MAX_SENT_BYTES = 1_000_000
 """Approximate maximum size of one update. The rest is sent in the next update."""
 
 
@@ -56,9 +56,9 @@ class Status:
 class Statuses:
     """The status of each component that has reported. Messages are added by the threads that receive them."""
 
-    def __init__(self, most_bytes: int) -> None:
-        """Create a table of at most `most_bytes`. When it is full, new statuses are stored without values."""
-        self._most_bytes = most_bytes
+    def __init__(self, max_bytes: int) -> None:
+        """Create a table of at most `max_bytes`. When it is full, new statuses are stored without values."""
+        self._max_bytes = max_bytes
         self._bytes = 0
         self._count = 0
         self._statuses: dict[str, Status] = {}
@@ -69,7 +69,7 @@ class Statuses:
         with self._lock:
             for status in message.status:
                 name = status.name[:LONGEST_NAME]
-                if name in self._statuses or len(self._statuses) < MOST_COMPONENTS:
+                if name in self._statuses or len(self._statuses) < MAX_COMPONENTS:
                     self._add(name, status, wall_s)
 
     def _add(self, name: str, status: Any, wall_s: float) -> None:
@@ -78,21 +78,19 @@ class Statuses:
         level = status.level if isinstance(status.level, int) else ord(status.level)
         history.append((round(wall_s, 1), level))
         message, hardware = status.message[:LONGEST_TEXT], status.hardware_id[:LONGEST_NAME]
-        values = [
-            [pair.key[:LONGEST_NAME], pair.value[:LONGEST_TEXT]] for pair in status.values[:MOST_VALUES]
-        ]
+        values = [[pair.key[:LONGEST_NAME], pair.value[:LONGEST_TEXT]] for pair in status.values[:MAX_VALUES]]
         of_texts = sum(map(sys.getsizeof, (name, message, hardware))) + HISTORY_BYTES
         of_values = sum(sys.getsizeof(pair) + sum(map(sys.getsizeof, pair)) for pair in values)
         self._bytes -= known.size if known else 0
-        if self._bytes + of_texts + of_values > self._most_bytes:
-            values, of_values = [["…", f"omitted; {limit_text('page_view_bytes', self._most_bytes)}"]], 0
+        if self._bytes + of_texts + of_values > self._max_bytes:
+            values, of_values = [["…", f"omitted; {limit_text('page_view_bytes', self._max_bytes)}"]], 0
         size = of_texts + of_values
         self._bytes += size
         self._count += 1
         self._statuses[name] = Status(self._count, level, message, hardware, values, size, wall_s, history)
 
-    def news(self, sent: dict[str, int], most_bytes: int) -> list[Mapping[str, Any]]:
-        """Return the statuses that have changed since a view sent them, up to about `most_bytes`.
+    def news(self, sent: dict[str, int], max_bytes: int) -> list[Mapping[str, Any]]:
+        """Return the statuses that have changed since a view sent them, up to about `max_bytes`.
 
         Statuses that the view has never sent come first, followed by those that it sent longest ago.
 
@@ -106,11 +104,11 @@ class Statuses:
                 (sent.get(name, 0), name) for name, status in found if status.number > sent.get(name, 0)
             ]
             for _, name in sorted(waiting):
-                if most_bytes <= 0:
+                if max_bytes <= 0:
                     break
                 status = self._statuses[name]
                 sent[name] = status.number
-                most_bytes -= status.size
+                max_bytes -= status.size
                 rows.append(
                     {
                         "name": name,
@@ -145,7 +143,7 @@ class DiagnosticViews:
                 components = [
                     row
                     for (statuses, _), before in zip(opened, sent, strict=True)
-                    for row in statuses.news(before, MOST_SENT_BYTES)
+                    for row in statuses.news(before, MAX_SENT_BYTES)
                 ]
                 yield {
                     "components": components,

@@ -29,8 +29,8 @@ from pipros.web.watched_system import WatchedSystem
 
 SEND_INTERVAL_S = 1.0
 POSE_INTERVAL_S = 0.2
-MOST_FRAMES = 2000
-MOST_LINKS = 50
+MAX_FRAMES = 2000
+MAX_LINKS = 50
 """Maximum number of links in a chain that is sent."""
 LONGEST_ERROR = 500
 
@@ -99,7 +99,7 @@ class FrameTree:
                 stamp_s = transform.header.stamp.to_sec()
                 delay_s = now_s - stamp_s if stamp_s else None
                 if known is None or known.parent != parent:
-                    if known is None and len(self._frames) >= MOST_FRAMES:
+                    if known is None and len(self._frames) >= MAX_FRAMES:
                         continue
                     self._frames[child] = Frame(parent, authority, is_static, wall_s, wall_s, delay_s)
                     continue
@@ -202,8 +202,8 @@ class FrameViews:
 def pose_values(tree: FrameTree, target: str, source: str, now_s: float) -> Mapping[str, Any]:
     """Return the pose of the frame `source` in `target`: metres, quaternion, and angles in degrees."""
     values: dict[str, Any] = {
-        "target": tree.ancestors(target, now_s)[:MOST_LINKS],
-        "source": tree.ancestors(source, now_s)[:MOST_LINKS],
+        "target": tree.ancestors(target, now_s)[:MAX_LINKS],
+        "source": tree.ancestors(source, now_s)[:MAX_LINKS],
     }
     try:
         stamp, pose = tree.buffer.lookup(target, source, 0)

@@ -27,13 +27,13 @@ from pipros.web.watched_system import WatchedSystem
 
 _GROUP = "group_"
 LONGEST_FILTER = 1000
-MOST_PARAMETERS = 200
+MAX_PARAMETERS = 200
 """Maximum number of parameters listed for a node."""
-MOST_MEMBERS = 50
+MAX_MEMBERS = 50
 """Maximum number of names listed for a group."""
-MOST_DRAWN = 3000
+MAX_DRAWN = 3000
 """Maximum number of nodes and topics in a drawing. For larger graphs, only the number is sent."""
-MOST_CHARACTERS = 300_000
+MAX_CHARACTERS = 300_000
 """Maximum total length of the names in a drawing, in characters."""
 
 
@@ -88,7 +88,7 @@ class GraphViews:
                 yield {
                     "scene": scene_values(scene),
                     "too_many": too_many,
-                    "most": MOST_DRAWN,
+                    "most": MAX_DRAWN,
                     "names": bounded_list([*observation.state.nodes(), *observation.state.topics()]),
                 }
             yield {
@@ -162,7 +162,7 @@ class GraphViews:
             found = dict(params.leaves(node, params.read(self._system.graph.master, node)))
         except PiprosError:
             return []  # no parameters, or the master does not respond, which the observation reports
-        names = sorted(found)[:MOST_PARAMETERS]
+        names = sorted(found)[:MAX_PARAMETERS]
         return [
             [name.removeprefix(f"{node}/"), json.dumps(message_tree(found[name]), ensure_ascii=False)]
             for name in names
@@ -187,7 +187,7 @@ class GraphViews:
 
 def _can_be_drawn(graph: NodeGraph) -> bool:
     characters = sum(len(vertex.name) for vertex in graph.vertices.values())
-    return len(graph.vertices) <= MOST_DRAWN and characters <= MOST_CHARACTERS
+    return len(graph.vertices) <= MAX_DRAWN and characters <= MAX_CHARACTERS
 
 
 def scene_values(scene: Scene) -> Mapping[str, Any]:
@@ -201,7 +201,7 @@ def scene_values(scene: Scene) -> Mapping[str, Any]:
                 "text": text,
                 "reachable": vertex.is_reachable,
                 "gone": vertex.is_gone,
-                "members": vertex.members[:MOST_MEMBERS],
+                "members": vertex.members[:MAX_MEMBERS],
                 "x": round(box.x, 1),
                 "y": round(box.y, 1),
                 "w": round(box.width, 1),

@@ -16,7 +16,7 @@ from pipros.web.bounded_list import bounded_list
 from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S: Final = 1.0
-MOST_LAUNCHES: Final = 50
+MAX_LAUNCHES: Final = 50
 _COLOURS: Final = re.compile(r"\x1b\[[\d;]*[A-Za-z]")
 
 
@@ -74,7 +74,7 @@ class LaunchViews:
             launches = running_launches()
         except (PiprosError, OSError) as error:
             return {"nodes": [], "error": str(error)}
-        for launch in launches[:MOST_LAUNCHES]:
+        for launch in launches[:MAX_LAUNCHES]:
             try:
                 answer = ask(launch, {"do": "list"})
             except LaunchUnavailable:

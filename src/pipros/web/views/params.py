@@ -18,7 +18,7 @@ from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
 LOOK_INTERVAL_S = 2.0
-MOST_PARAMETERS = 20_000
+MAX_PARAMETERS = 20_000
 
 
 class ParamViews:
@@ -44,7 +44,7 @@ class ParamViews:
         found = dict(params.leaves("/", params.read(self._system.graph.master, "/")))
         shown = {}
         room = process_limits().of(PageLimits).page_view_bytes
-        for name in sorted(found)[:MOST_PARAMETERS]:
+        for name in sorted(found)[:MAX_PARAMETERS]:
             # As strings, because JavaScript does not distinguish 0.0 (double) from 0 (int).
             shown[name] = json.dumps(message_tree(found[name]), ensure_ascii=False)
             room -= len(name) + len(shown[name])

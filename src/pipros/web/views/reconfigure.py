@@ -31,7 +31,7 @@ from pipros.web.watched_system import WatchedSystem
 LOOK_INTERVAL_S = 0.1
 ANSWER_S = 10.0
 DESCRIPTIONS, UPDATES, SERVICE = "/parameter_descriptions", "/parameter_updates", "/set_parameters"
-MOST_BYTES = 1_000_000
+MAX_BYTES = 1_000_000
 """Maximum size of a server's description and of a configuration, in bytes."""
 WHOLE = 2**31 - 1
 """If the bounds of a parameter are at least this far apart, it is shown without bounds."""
@@ -152,9 +152,9 @@ def _message(watch: TopicWatch, type_name: str) -> Any:
     if watch.newest is None:
         raise RequestRefused(f"no message has been received on {watch.topic} yet")
     message = watch.newest.message
-    if len(message.body) > MOST_BYTES:
+    if len(message.body) > MAX_BYTES:
         raise RequestRefused(
-            f"messages on {watch.topic} must have at most {MOST_BYTES} bytes, got {len(message.body)}"
+            f"messages on {watch.topic} must have at most {MAX_BYTES} bytes, got {len(message.body)}"
         )
     return watch.decode_as(message, load_message_class(type_name))
 

@@ -15,7 +15,7 @@ from pipros.web.bounded_list import bounded_list
 from pipros.web.views.topics import topic_name
 from pipros.web.watched_system import WatchedSystem
 
-MOST_TOPICS: Final = 1000
+MAX_TOPICS: Final = 1000
 
 
 class RecordingViews:
@@ -54,8 +54,8 @@ class RecordingViews:
         """Start a recording of `topics`, or of all topics if the list is empty."""
         recording = self._existing()
         topics = arguments.get("topics", [])
-        if not isinstance(topics, list) or len(topics) > MOST_TOPICS:
-            raise RequestRefused(f"topics must be a list of at most {MOST_TOPICS} names")
+        if not isinstance(topics, list) or len(topics) > MAX_TOPICS:
+            raise RequestRefused(f"topics must be a list of at most {MAX_TOPICS} names")
         plan = RecordingPlan(
             str(arguments.get("name") or ""),
             [topic_name({"name": topic}) for topic in topics],

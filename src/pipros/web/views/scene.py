@@ -44,17 +44,17 @@ from pipros.workspace.index import PackageIndex
 SEND_INTERVAL_S: Final = 0.033
 CLOUD_INTERVAL_S: Final = 0.1
 LOOK_INTERVAL_S: Final = 1.0
-MOST_FEEDBACK_TOPICS: Final = 100
+MAX_FEEDBACK_TOPICS: Final = 100
 FEEDBACK_QUEUE: Final = 100
-MOST_POINTS: Final = 2_000_000
+MAX_POINTS: Final = 2_000_000
 LEAST_POINTS: Final = 500
 LONGEST_SEND_S: Final = 0.4
 """If sending a cloud takes longer than this (s), the next clouds have fewer points.
 
 Therefore, even a slow link shows about two clouds per second.
 """
-MOST_FIELDS: Final = 8
-MOST_PACKINGS: Final = 4
+MAX_FIELDS: Final = 8
+MAX_PACKINGS: Final = 4
 """Maximum number of packings of the newest cloud that are kept for further viewers."""
 LARGE_BYTES: Final = 256_000
 """Batches above this size are compressed for browsers that are not on loopback."""
@@ -111,8 +111,8 @@ class SceneViews:
             raise RequestRefused(f"feedback must be an object with the message's fields, got {value!r:.100}")
         message_class = load_message_class("visualization_msgs/InteractiveMarkerFeedback")
         if name not in self._feedback:
-            if len(self._feedback) >= MOST_FEEDBACK_TOPICS:
-                raise RequestRefused(f"feedback can be published to at most {MOST_FEEDBACK_TOPICS} topics")
+            if len(self._feedback) >= MAX_FEEDBACK_TOPICS:
+                raise RequestRefused(f"feedback can be published to at most {MAX_FEEDBACK_TOPICS} topics")
             self._feedback[name] = self._system.questions.start(
                 self._system.node.advertise, name, message_class, queue_size=FEEDBACK_QUEUE
             )
@@ -163,10 +163,10 @@ class SceneViews:
         A cloud has at most `limit` points, and fewer on a slow link.
         """
         name = topic_name(arguments)
-        limit = _number(arguments, "limit", 200_000, MOST_POINTS)
+        limit = _number(arguments, "limit", 200_000, MAX_POINTS)
         wanted = arguments.get("fields", [])
-        if not isinstance(wanted, list) or len(wanted) > MOST_FIELDS:
-            raise RequestRefused(f"fields must be a list of at most {MOST_FIELDS} names")
+        if not isinstance(wanted, list) or len(wanted) > MAX_FIELDS:
+            raise RequestRefused(f"fields must be a list of at most {MAX_FIELDS} names")
         fields = tuple(map(str, wanted))
         with self._shared_clouds(name).use() as clouds:
             number = -1
@@ -211,14 +211,14 @@ class SceneViews:
             raise RequestRefused(str(error)) from None
 
     def _read(self, uri: str) -> bytes:
-        most = process_limits().of(PageLimits).scene_resource_bytes
+        limit = process_limits().of(PageLimits).scene_resource_bytes
         if uri.startswith(FILE):
-            return read_named_file(uri, frozenset().union(*self._files.values()), most)
+            return read_named_file(uri, frozenset().union(*self._files.values()), limit)
         if uri.startswith(PREFIX):
             # Paths in mesh files often contain . and ..: resolve them before the strict check.
             package, _, path_text = uri.removeprefix(PREFIX).partition("/")
             uri = f"{PREFIX}{package}/{os.path.normpath(path_text)}"
-        return read_asset(uri, self._folders_of, most, read_file)
+        return read_asset(uri, self._folders_of, limit, read_file)
 
     def _folders_of(self, package: str) -> tuple[Path, ...]:
         found = self._packages.get(package)
@@ -310,7 +310,7 @@ class CloudTopic:
             self._packed.clear()
         key = fields, limit
         if key not in self._packed:
-            if len(self._packed) >= MOST_PACKINGS:
+            if len(self._packed) >= MAX_PACKINGS:
                 del self._packed[next(iter(self._packed))]
             packing = asyncio.ensure_future(
                 self._computations.run(
@@ -347,11 +347,11 @@ def read_named_file(uri: str, named: Collection[str], limit_bytes: int) -> bytes
         raise RequestRefused(f"cannot read {uri:.300}: {getattr(error, 'strerror', error)}") from None
 
 
-def fitting_points(points: int, most: int, sent_s: float) -> int:
+def fitting_points(points: int, limit: int, sent_s: float) -> int:
     """Return the maximum number of points for the next cloud, if sending `points` points took `sent_s`."""
     if sent_s > LONGEST_SEND_S:
         return min(points, max(LEAST_POINTS, int(points * LONGEST_SEND_S / sent_s)))
-    return points if sent_s > LONGEST_SEND_S / 4 else min(most, points + points // 4 + 1)
+    return points if sent_s > LONGEST_SEND_S / 4 else min(limit, points + points // 4 + 1)
 
 
 def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: int, turn: int) -> bytes:
@@ -373,8 +373,8 @@ def _packed_cloud(watch: TopicWatch, message: AnyMsg, wanted: list[str], limit: 
     return b"".join([json.dumps(head).encode(), b"\n", *(column.data for column in found.columns)])
 
 
-def _number(arguments: Mapping[str, Any], key: str, default: int, most: int) -> int:
+def _number(arguments: Mapping[str, Any], key: str, default: int, limit: int) -> int:
     value = arguments.get(key, default)
-    if not isinstance(value, int) or not 1 <= value <= most:
-        raise RequestRefused(f"{key} must be from 1 to {most}, got {value!r:.100}")
+    if not isinstance(value, int) or not 1 <= value <= limit:
+        raise RequestRefused(f"{key} must be from 1 to {limit}, got {value!r:.100}")
     return value

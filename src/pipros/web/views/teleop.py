@@ -37,9 +37,9 @@ class TeleopViews:
     async def teleop(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
         """Publish `geometry_msgs/Twist` while the view is open. Yield the number of connected subscribers."""
         topic = topic_name(arguments)
-        most = Velocity(_number(arguments, "linear"), _number(arguments, "angular"))
+        limit = Velocity(_number(arguments, "linear"), _number(arguments, "angular"))
         system, twist = self._system, load_message_class("geometry_msgs/Twist")
-        with self._session(arguments, VelocityCommands(most)) as commands:
+        with self._session(arguments, VelocityCommands(limit)) as commands:
             advertising = system.questions.start(system.node.advertise, topic, twist, queue_size=1)
             try:
                 publisher = await asyncio.wrap_future(advertising)

@@ -31,7 +31,7 @@ LARGEST_COPIED_BYTES = 1_000_000
 """Maximum size of a serialized message that is sent as text."""
 LONGEST_DEFINITION = 200_000
 """Maximum length of a definition, in characters."""
-MOST_MEASURED = 50
+MAX_MEASURED = 50
 """Maximum number of topics that a browser can measure at a time."""
 MEASURED_INTERVAL_S = 1.0
 UPDATE_INTERVAL_S = 0.1
@@ -73,10 +73,10 @@ class TopicViews:
                 await asyncio.sleep(pause_s)
 
     async def measured(self, arguments: Mapping[str, Any]) -> AsyncIterator[Any]:
-        """Subscribe to up to `MOST_MEASURED` topics, and yield their rates and bandwidths every second."""
+        """Subscribe to up to `MAX_MEASURED` topics, and yield their rates and bandwidths every second."""
         chosen = arguments.get("names")
-        if not isinstance(chosen, list) or len(chosen) > MOST_MEASURED:
-            raise RequestRefused(f"names must be a list of at most {MOST_MEASURED} topics")
+        if not isinstance(chosen, list) or len(chosen) > MAX_MEASURED:
+            raise RequestRefused(f"names must be a list of at most {MAX_MEASURED} topics")
         with contextlib.ExitStack() as stack:
             watches = [
                 stack.enter_context(self._system.topics.watch(topic_name({"name": name}))) for name in chosen

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipros.graph.drawing.grouping import MOST_BOXES, Grouping, grouped, marked
+from pipros.graph.drawing.grouping import MAX_BOXES, Grouping, grouped, marked
 from pipros.graph.drawing.node_graph import Arrow, Key, NodeGraph, Vertex
 
 SERVER = Key("node", "/server")
@@ -45,7 +45,7 @@ def test_a_goal_without_the_other_topics_of_an_action_is_a_topic() -> None:
 
 
 def test_namespaces_of_a_large_graph_are_collapsed_until_opened() -> None:
-    graph = graph_of(*(f"/robot{number % 2}/arm/j{number}" for number in range(MOST_BOXES)))
+    graph = graph_of(*(f"/robot{number % 2}/arm/j{number}" for number in range(MAX_BOXES)))
     found = grouped(graph, (), Grouping())
     assert {*found.vertices} == {SERVER, Key("namespace", "/robot0"), Key("namespace", "/robot1")}
     assert len(found.arrows) == 2

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Point, Pose, PoseStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid, Path
 from sensor_msgs.msg import CompressedImage, Image, Imu, LaserScan
 
-from pipros.web.messages.picture import COMPRESSED_BYTES, MOST_CELLS, MOST_POINTS, message_picture
+from pipros.web.messages.picture import COMPRESSED_BYTES, MAX_CELLS, MAX_POINTS, message_picture
 
 
 def picture_of(message: Any) -> Any:
@@ -24,8 +24,8 @@ def picture_of(message: Any) -> Any:
 def test_a_scan_is_drawn_as_points_without_those_out_of_range() -> None:
     scan = LaserScan(angle_increment=math.pi / 2, range_min=0.5, range_max=5.0, ranges=[1, 0.1, 2, math.inf])
     assert picture_of(scan) == {"kind": "points", "points": [1.0, 0.0, -2.0, 0.0], "joined": False}
-    scan.ranges = [1.0] * 10 * MOST_POINTS
-    assert len(picture_of(scan)["points"]) == 2 * MOST_POINTS
+    scan.ranges = [1.0] * 10 * MAX_POINTS
+    assert len(picture_of(scan)["points"]) == 2 * MAX_POINTS
 
 
 def test_a_path_is_a_line() -> None:
@@ -38,9 +38,9 @@ def test_a_map_is_thinned_out() -> None:
     picture = picture_of(grid)
     assert (picture["width"], picture["height"]) == (2, 2)
     assert list(base64.b64decode(picture["cells"])) == [0, 100, 255, 50]
-    side = 3 * MOST_CELLS
+    side = 3 * MAX_CELLS
     large = OccupancyGrid(info=MapMetaData(width=side, height=3), data=[7] * side * 3)
-    assert len(base64.b64decode(picture_of(large)["cells"])) == MOST_CELLS
+    assert len(base64.b64decode(picture_of(large)["cells"])) == MAX_CELLS
     assert message_picture(OccupancyGrid(info=MapMetaData(width=9, height=9))) is None
 
 

@@ -6,7 +6,7 @@ import { drawImage } from "../tabs/images.js";
 
 const IMAGES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 const THUMBNAIL_WIDTH = 84;
-const MOST_THUMBNAILS = 30;
+const MAX_THUMBNAILS = 30;
 const THUMBNAILS_MS = 300; // delay after the last change of the visible time
 
 const isImage = (track) => IMAGES.includes(track.type);
@@ -53,7 +53,7 @@ export function thumbnailsIn(area) {
 // Adds thumbnails of the visible time to the lane of a track, each as soon as it arrives. Returns a function that ends that.
 function addThumbnails(area, bag, track, time) {
   const own = area.querySelector(`[data-topic="${CSS.escape(track.topic)}"]`);
-  const number = Math.min(MOST_THUMBNAILS, Math.max(1, Math.floor(area.clientWidth / THUMBNAIL_WIDTH)));
+  const number = Math.min(MAX_THUMBNAILS, Math.max(1, Math.floor(area.clientWidth / THUMBNAIL_WIDTH)));
   const { first, span } = time;
   return live.watch("bag_thumbnails", { name: bag.name, topic: track.topic, times: time.spread(number) }, async (data) => {
     const canvas = h("canvas", { class: "thumbnail", width: 2, height: 2, role: "img", "aria-label": `Image of ${track.topic}` });

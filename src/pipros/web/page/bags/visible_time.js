@@ -1,7 +1,7 @@
 // The part of a bag's time that the timeline shows.
 
 const SHORTEST_S = 0.5; // minimum visible time
-const MOST_TICKS = 6;
+const MAX_TICKS = 6;
 const STEPS_S = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400];
 
 export class VisibleTime {
@@ -45,7 +45,7 @@ export class VisibleTime {
   // Returns at most six round times, in seconds from the beginning of the bag.
   ticks() {
     const [from, to] = [this.first - this.begin, this.first + this.span - this.begin];
-    const step = STEPS_S.find((each) => (to - from) / each < MOST_TICKS) ?? (to - from) / MOST_TICKS;
+    const step = STEPS_S.find((each) => (to - from) / each < MAX_TICKS) ?? (to - from) / MAX_TICKS;
     const first = Math.ceil(from / step);
     return Array.from({ length: Math.max(0, Math.ceil(to / step) - first) }, (_, index) => (first + index) * step);
   }

@@ -4,7 +4,7 @@ import { bandwidth, h, hertz, morph, panelHead, replace } from "../dom.js";
 import { placeOf } from "../place.js";
 
 const LEVELS = { 1: "debug", 2: "info", 4: "warn", 8: "error", 16: "fatal" };
-const MOST_ENTRIES = 20;
+const MAX_ENTRIES = 20;
 
 // Fills `side`; returns a function that stops the updates.
 export function nodePanel(side, name, context, onClose) {
@@ -21,7 +21,7 @@ export function nodePanel(side, name, context, onClose) {
       morph(body.firstChild, h("div", {}, contents(node, name)));
     }),
     context.watch("console", {}, ({ history = [], entries: fresh }) => {
-      entries = [...(history.length ? history : entries), ...fresh].filter((entry) => entry[1] === name).slice(-MOST_ENTRIES);
+      entries = [...(history.length ? history : entries), ...fresh].filter((entry) => entry[1] === name).slice(-MAX_ENTRIES);
       morph(log.firstChild, h("div", {}, entries.length ? h("ul", { class: "tree" }, entries.map(logEntry))
         : h("span", { class: "key" }, "none")));
     }),

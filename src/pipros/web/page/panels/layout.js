@@ -4,7 +4,7 @@
 // In text: row(plot//imu/x*60~column(images//camera~console)*40). The numbers are sizes; parts without one get the average.
 
 const DEEPEST = 20;
-export const MOST_PANELS = 16;
+export const MAX_PANELS = 16;
 const SMALLEST = 5; // percent of a split
 const SIGNS = /[!()~*]/g; // the syntax of layouts; in arguments, these are escaped
 
@@ -60,7 +60,7 @@ export function parsedLayout(text, tabs) {
   if (!text) return null;
   const layout = part(0);
   if (at < text.length) fail("has more text than expected");
-  if (leavesOf(layout).length > MOST_PANELS) fail(`has more than ${MOST_PANELS} panels`);
+  if (leavesOf(layout).length > MAX_PANELS) fail(`has more than ${MAX_PANELS} panels`);
   return tidy(layout);
 }
 

@@ -4,7 +4,7 @@ import { playback } from "../bags/playback.js";
 import { Curve, HUES } from "./curve.js";
 import { curveText } from "./curve_text.js";
 
-const MOST_MARKS = 2000;
+const MAX_MARKS = 2000;
 
 export class CurveSet {
   // `on.change()` is called when there are new samples, `on.fields(curve, fields)` if a curve's field is not a number but
@@ -93,7 +93,7 @@ export class CurveSet {
     this.marks = [];
     if (!this.hasMarks) return;
     this.closeMarks = this.watch(["log_marks", "bag_marks"], {}, (data) => {
-      this.marks = [...this.marks, ...data.marks].slice(-MOST_MARKS);
+      this.marks = [...this.marks, ...data.marks].slice(-MAX_MARKS);
       this.on.change();
     });
   }

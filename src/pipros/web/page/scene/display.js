@@ -6,7 +6,7 @@ import { clear, dispose, place } from "./shapes.js";
 import { Properties, truth } from "./properties.js";
 
 const OLD_NS = 10000000000n; // messages this much older than the newest transform cannot be placed any more
-const MOST_SENDERS = 20; // with a status each
+const MAX_SENDERS = 20; // with a status each
 const LONGEST_TEXT = 1000; // of a status
 const REGULAR = 5; // number of messages from which a topic's interval is computed
 const STALE = { intervals: 10, ms: 3000 }; // a topic is stale after this many intervals, but at least this time, without a message
@@ -204,7 +204,7 @@ export class Display {
     const isOfSender = (each) => each.startsWith("Transform [");
     const name = this.sender ? `Transform [sender=${this.sender}]` : "Transform";
     const others = [...this.statuses.keys()].filter(isOfSender);
-    if (isOfSender(name) && !this.statuses.has(name) && others.length >= MOST_SENDERS) this.dropStatus(others[0]);
+    if (isOfSender(name) && !this.statuses.has(name) && others.length >= MAX_SENDERS) this.dropStatus(others[0]);
     return name;
   }
 

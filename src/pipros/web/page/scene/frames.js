@@ -5,8 +5,8 @@ import { IDENTITY, composed, interpolated, inverted } from "./pose.js";
 
 const LENGTH_NS = 10000000000n;
 const MAX_DEPTH = 1000;
-const MOST_FRAMES = 5000;
-const MOST_POSES = 20000; // of one frame
+const MAX_FRAMES = 5000;
+const MAX_POSES = 20000; // of one frame
 const TOLERANCE = 10e-3; // of a quaternion's squared norm
 
 // Why a transform is not available. `kind` is the name of tf2's exception.
@@ -38,7 +38,7 @@ class MovingFrame {
     const bound = stamps.at(-1) - LENGTH_NS;
     let old = 0;
     while (stamps[old] < bound) old += 1;
-    old = Math.max(old, stamps.length > MOST_POSES ? stamps.length >> 1 : 0);
+    old = Math.max(old, stamps.length > MAX_POSES ? stamps.length >> 1 : 0);
     if (old) for (const list of [stamps, this.parents, this.poses]) list.splice(0, old);
     return true;
   }
@@ -140,7 +140,7 @@ export class Frames {
     if (this.problemOf(parent, child, stamp, pose)) return false;
     let frame = this.frames.get(child);
     if (!frame) {
-      if (this.frames.size >= MOST_FRAMES) return false;
+      if (this.frames.size >= MAX_FRAMES) return false;
       frame = isStatic ? new StaticFrame() : new MovingFrame();
       this.frames.set(child, frame);
     }

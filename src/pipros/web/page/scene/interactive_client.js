@@ -3,8 +3,8 @@
 // A server publishes its whole state on `update_full` (latched), and each change on `update`, numbered
 // consecutively. A client is ready as soon as it has a state and all changes since; after a gap, it waits for another state.
 
-const MOST_QUEUED = 100;
-const MOST_SERVERS = 100;
+const MAX_QUEUED = 100;
+const MAX_SERVERS = 100;
 const SILENT_MS = 2000;
 const KEEP_ALIVE = 0;
 const RECEIVING = "Receiving updates.";
@@ -18,7 +18,7 @@ export class InteractiveClient {
 
   server(id) {
     if (!this.servers.has(id)) {
-      if (this.servers.size >= MOST_SERVERS) throw new Error(`More than ${MOST_SERVERS} servers on one topic`);
+      if (this.servers.size >= MAX_SERVERS) throw new Error(`More than ${MAX_SERVERS} servers on one topic`);
       this.servers.set(id, { seq: 0n, isReady: false, queue: [], seenAt: 0, isSilent: false });
     }
     return this.servers.get(id);
@@ -51,7 +51,7 @@ export class InteractiveClient {
     if (!server.isReady) {
       if (isAlive) return;
       server.queue.push(update);
-      if (server.queue.length > MOST_QUEUED) server.queue.shift();
+      if (server.queue.length > MAX_QUEUED) server.queue.shift();
       return;
     }
     if (seq !== (isAlive ? server.seq : server.seq + 1n)) {

@@ -3,15 +3,15 @@
 import { h } from "../dom.js";
 
 const FEEDBACK_COMMAND = 0;
-const MOST_ENTRIES = 200; // of one level
-const MOST_LEVELS = 10;
+const MAX_ENTRIES = 200; // of one level
+const MAX_LEVELS = 10;
 
 // Returns the menu as an element. `choose` is called with the id of an entry.
 export function menuOf(entries, canAct, choose) {
   function itemsOf(parent, depth) {
-    const own = entries.filter((each) => each.parent_id === parent && each.id !== parent).slice(0, MOST_ENTRIES);
+    const own = entries.filter((each) => each.parent_id === parent && each.id !== parent).slice(0, MAX_ENTRIES);
     return own.flatMap((each) => {
-      const children = depth < MOST_LEVELS ? itemsOf(each.id, depth + 1) : [];
+      const children = depth < MAX_LEVELS ? itemsOf(each.id, depth + 1) : [];
       const item = children.length ? h("div", { class: "pale" }, textOf(each)) : button(each, canAct, choose);
       item.style.marginLeft = `${depth}rem`;
       return [item, ...children];

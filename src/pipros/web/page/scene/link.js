@@ -1,7 +1,7 @@
 // Links to a scene: its displays, options and view as text for the address, compressed.
 
 const LONGEST_LINK = 30000; // characters
-const MOST_BYTES = 2e6; // of a link's content
+const MAX_BYTES = 2e6; // of a link's content
 const DEEPEST = 40;
 const ROOT = "Visualization Manager";
 
@@ -48,7 +48,7 @@ async function unpackedState(text) {
     const { done, value } = await reader.read();
     if (done) return new Blob(parts).text();
     size += value.length;
-    if (size > MOST_BYTES) {
+    if (size > MAX_BYTES) {
       await reader.cancel();
       throw new Error("too large");
     }

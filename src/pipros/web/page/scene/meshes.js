@@ -7,7 +7,7 @@ import { MTLLoader } from "three/addons/loaders/MTLLoader.js";
 import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
 import { STLLoader } from "three/addons/loaders/STLLoader.js";
 
-const MOST_BYTES = 400e6; // total size of the cached meshes
+const MAX_BYTES = 400e6; // total size of the cached meshes
 const TEXT = new TextDecoder();
 
 export class Meshes {
@@ -37,7 +37,7 @@ export class Meshes {
   async load(uri) {
     const bytes = await this.fetchBytes(uri);
     this.bytes += bytes.byteLength;
-    if (this.bytes > MOST_BYTES) throw new Error(`the meshes are larger than ${MOST_BYTES / 1e6} MB together`);
+    if (this.bytes > MAX_BYTES) throw new Error(`the meshes are larger than ${MAX_BYTES / 1e6} MB together`);
     const group = new THREE.Group();
     const extension = uri.split(".").at(-1).toLowerCase();
     if (extension === "stl") group.add(new THREE.Mesh(stlGeometry(bytes), plain()));

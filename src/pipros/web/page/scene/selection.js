@@ -6,7 +6,7 @@ import { h, replace } from "../dom.js";
 import { MARGIN } from "./picking.js";
 import { clear, thinLines } from "./shapes.js";
 
-const MOST_LISTED = 100;
+const MAX_LISTED = 100;
 const REFRESH_MS = 500;
 const COLOUR = [0, 255, 255];
 const EDGES = [[0, 1], [1, 3], [3, 2], [2, 0], [4, 5], [5, 7], [7, 6], [6, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
@@ -96,7 +96,7 @@ export class Selection {
   refresh() {
     const left = [...this.selected.values()].map((each) => this.renewed(each)).filter((each) => each !== null);
     this.selected = new Map(left.map((each) => [keyOf(each), each]));
-    const shown = [...this.selected.values()].slice(0, MOST_LISTED);
+    const shown = [...this.selected.values()].slice(0, MAX_LISTED);
     const more = this.selected.size - shown.length;
     this.element.hidden = !shown.length;
     replace(this.title, `${this.selected.size} selected`);

@@ -30,13 +30,13 @@ const ROD = CYLINDER.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2); // from 
 const TIP = CONE.clone().translate(0, 0, 0.5).rotateY(Math.PI / 2);
 const SHARED = new Set([BOX, SPHERE, CYLINDER, CONE, ROD, TIP]);
 const CROSSES = new Map(); // thickness to a geometry of three rods
-const MOST_CROSSES = 100;
+const MAX_CROSSES = 100;
 
 // Returns three rods of length 1, coloured as axes, in one geometry.
 function crossOf(thickness) {
   const known = CROSSES.get(thickness);
   if (known) return known;
-  if (CROSSES.size >= MOST_CROSSES) {
+  if (CROSSES.size >= MAX_CROSSES) {
     for (const each of CROSSES.values()) {
       each.userData.isShared = false; // freed with the last object that uses it
       each.dispose(); // if it is still drawn, it is uploaded again

@@ -6,7 +6,7 @@ import { childrenOf, className } from "./properties.js";
 import { DISPLAYS, GLOBAL, VIEWS } from "./schema.js";
 import { SUPPORTED, makeDisplay } from "./registry.js";
 
-const MOST_PARTS = 500;
+const MAX_PARTS = 500;
 const SIGNS = { ok: "✓", warning: "!", error: "✗" };
 
 export class TreePanel {
@@ -122,7 +122,7 @@ export class TreePanel {
     const shown = `${key} ${names.join(" ")}`;
     if (!names.length || parts.dataset.shown === shown) return;
     parts.dataset.shown = shown;
-    replace(parts, h("div", { class: "pale" }, key), names.slice(0, MOST_PARTS).map((name) => {
+    replace(parts, h("div", { class: "pale" }, key), names.slice(0, MAX_PARTS).map((name) => {
       const box = h("input", { type: "checkbox", checked: display.isPartShown(name, true), onchange: () => {
         display.switchPart(name, box.checked);
         this.scene.invalidate();

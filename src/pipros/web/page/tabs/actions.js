@@ -6,7 +6,7 @@ import { dataTable } from "../table.js";
 import { tree } from "../message_values.js";
 import { yaml } from "./services.js";
 
-const MOST_ROWS = 500;
+const MAX_ROWS = 500;
 const ENDING = /ActionGoal$/;
 const COLUMNS = [
   { title: "Action", kind: "name", text: ([name]) => name, order: ([name]) => name },
@@ -21,7 +21,7 @@ export function open(view, argument, context) {
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Action",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Actions", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name),
-    most: MOST_ROWS, sortBy: "Action" });
+    most: MAX_ROWS, sortBy: "Action" });
   table.element.classList.add("fixed");
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("span", { class: "spring" }), table.csvButton("actions")),
     error, none,

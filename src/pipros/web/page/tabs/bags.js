@@ -7,7 +7,7 @@ import { timeline } from "../bags/timeline.js";
 import { bytes, download, h, replace } from "../dom.js";
 import { placeOf } from "../place.js";
 
-const MOST_LISTED = 100;
+const MAX_LISTED = 100;
 const ADDRESS_MS = 300;
 const SHORTEST_S = 0.05; // shorter times count as 0 in the address
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -52,7 +52,7 @@ export function open(view, argument, context) {
     folder = data.folder;
     if (names.join("\n") !== data.bags.map((bag) => bag.name).join("\n")) {
       names = data.bags.map((bag) => bag.name);
-      replace(list, names.slice(0, MOST_LISTED).map((name) => h("a", { href: placeOf("bags", name) }, name)));
+      replace(list, names.slice(0, MAX_LISTED).map((name) => h("a", { href: placeOf("bags", name) }, name)));
     }
     const options = [["", "Choose a bag"], ...data.bags.map((bag) => [bag.name, `${bag.name} (${bytes(bag.size)})`])];
     if (options.map(([, text]) => text).join("\n") !== [...choice.options].map((option) => option.textContent).join("\n")) {

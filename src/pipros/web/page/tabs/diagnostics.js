@@ -6,7 +6,7 @@ import { dataTable } from "../table.js";
 const LEVELS = ["OK", "Warning", "Error", "Stale"];
 const STALE = 3;
 const GRAVITY = [0, 1, 3, 2]; // by level: errors, then stale components, then warnings
-const MOST_PROBLEMS = 200;
+const MAX_PROBLEMS = 200;
 const PROBLEM_COLUMNS = [
   { title: "Level", text: ({ level }) => h("span", {}, dot(level), LEVELS[level] ?? String(level)),
     order: ({ level, name }) => `${9 - (GRAVITY[level] ?? 9)} ${name}` },
@@ -22,7 +22,7 @@ export function open(view, argument, context) {
   const error = h("div", { class: "error", role: "alert" });
   const counts = h("div", { class: "bar" });
   const problems = dataTable(PROBLEM_COLUMNS, { label: "Problems", keyOf: ({ name }) => name,
-    onChoose: (name) => choose(name === selected ? "" : name), most: MOST_PROBLEMS, sortBy: "Level" });
+    onChoose: (name) => choose(name === selected ? "" : name), most: MAX_PROBLEMS, sortBy: "Level" });
   const worstFirst = h("div", { class: "scroll problems", hidden: true }, problems.element);
   const body = h("div", { class: "scroll params" }, h("ul", { class: "tree" }));
   const about = h("div", {});

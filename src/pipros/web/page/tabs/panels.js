@@ -2,7 +2,7 @@
 
 import { mayControl, TABS } from "../app.js";
 import { h, replace } from "../dom.js";
-import { appended, beside, layoutText, leaf, leavesOf, MOST_PANELS, moved, parsedLayout, placesOf, resized, withLeaf,
+import { appended, beside, layoutText, leaf, leavesOf, MAX_PANELS, moved, parsedLayout, placesOf, resized, withLeaf,
   without } from "../panels/layout.js";
 import { panel } from "../panels/panel.js";
 import { storedLayouts } from "../panels/stored_layouts.js";
@@ -68,8 +68,8 @@ export function open(view, argument, context) {
   };
 
   function isFull() {
-    const full = leavesOf(layout).length >= MOST_PANELS;
-    replace(error, full ? `There can be at most ${MOST_PANELS} panels.` : "");
+    const full = leavesOf(layout).length >= MAX_PANELS;
+    replace(error, full ? `There can be at most ${MAX_PANELS} panels.` : "");
     return full;
   }
 

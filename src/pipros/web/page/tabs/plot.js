@@ -9,7 +9,7 @@ import { curveLegend, number } from "../plot/legend.js";
 
 const LEVELS = { 4: "Warn", 8: "Error", 16: "Fatal" };
 const AXES = [["received", "time of arrival"], ["stamp", "header stamp"], ["ros", "ROS time"], ["xy", "first curve (x-y)"]];
-const MOST_OFFERED = 60; // topics
+const MAX_OFFERED = 60; // topics
 const WITHOUT_NUMBERS = new Set(["actionlib_msgs/GoalID", "rosgraph_msgs/Log", "std_msgs/Empty", "std_msgs/String",
   "tf2_msgs/TFMessage"]); // without numbers that are worth a curve
 const SHORTEST = 1; // seconds of the time axis
@@ -63,7 +63,7 @@ export function open(view, argument, context) {
   context.watch("topics", {}, (data) => {
     if (topics.childElementCount === data.topics.length) return;
     replace(topics, data.topics.map((topic) => h("option", { value: topic.name })));
-    const shown = data.topics.filter(({ type }) => !WITHOUT_NUMBERS.has(type)).slice(0, MOST_OFFERED);
+    const shown = data.topics.filter(({ type }) => !WITHOUT_NUMBERS.has(type)).slice(0, MAX_OFFERED);
     replace(choice, shown.map(({ name }) => h("button", { title: `Plot numbers of ${name}`, onclick: () => add(name) }, name)));
   });
 

@@ -5,7 +5,7 @@ import { h, milliseconds, panelHead, replace } from "../dom.js";
 import { dataTable } from "../table.js";
 import { tree } from "../message_values.js";
 
-const MOST_ROWS = 500;
+const MAX_ROWS = 500;
 
 const LOGGER_SERVICES = /\/(get_loggers|set_logger_level)$/;
 const COLUMNS = [
@@ -21,7 +21,7 @@ export function open(view, argument, context) {
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Service",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
   const table = dataTable(COLUMNS, { label: "Services", keyOf: ([name]) => name, onChoose: (name) => choose(name === selected ? "" : name),
-    most: MOST_ROWS, sortBy: "Service" });
+    most: MAX_ROWS, sortBy: "Service" });
   table.element.classList.add("fixed");
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, hidesLoggers, "Hide those of loggers"),
     h("span", { class: "spring" }), table.csvButton("services")), error, none,

@@ -6,8 +6,8 @@ import { nodeText } from "../node_text.js";
 import { dataTable } from "../table.js";
 import { topicPanel } from "../topic_panel.js";
 
-const MOST_ROWS = 500;
-const MOST_MEASURED = 50; // as the server allows
+const MAX_ROWS = 500;
+const MAX_MEASURED = 50; // as the server allows
 const UNMEASURED = "Publishers report the rates of their connections: without a subscriber there is none. Measure subscribes to the topic.";
 const DEEPEST = 5; // deeper rows are not indented further
 const nodes = (names) => (names ?? []).map(nodeText).join(", ");
@@ -46,7 +46,7 @@ export function open(view, argument, context) {
   const none = h("div", { class: "note", hidden: true }, "There are no topics.");
   const side = h("aside", { hidden: true, tabindex: 0, "aria-label": "Topic",
     onkeydown: (event) => { if (event.key === "Escape") choose(""); } });
-  const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose, onSort: () => draw(), most: MOST_ROWS,
+  const table = dataTable(COLUMNS, { label: "Topics", keyOf: (topic) => topic.name, onChoose, onSort: () => draw(), most: MAX_ROWS,
     sortBy: "Topic" });
   table.element.classList.add("fixed", "topics");
   table.element.addEventListener("click", (event) => {
@@ -59,7 +59,7 @@ export function open(view, argument, context) {
     if (event.target.closest("button.measure")) event.stopPropagation(); // Enter presses the button, and does not select the row
   }, { capture: true });
   const inTree = h("input", { type: "checkbox", onchange: () => draw() });
-  const all = h("button", { title: `Subscribe to the first ${MOST_MEASURED} topics of the list`,
+  const all = h("button", { title: `Subscribe to the first ${MAX_MEASURED} topics of the list`,
     onclick: () => measured.choose(measured.count() ? [] : shown().map((topic) => topic.name)) }, "Measure all");
   view.append(h("div", { class: "column" }, h("div", { class: "bar" }, filter, h("label", {}, inTree, "Tree"), all,
     h("span", { class: "spring" }), table.csvButton("topics")), error, none, h("div", { class: "scroll" }, table.element)), side);
@@ -119,8 +119,8 @@ function measurement(context, onChange, onError) {
   let stop = () => {};
 
   function choose(names) {
-    if (names.length > MOST_MEASURED) onError(`At most ${MOST_MEASURED} topics are measured at a time.`);
-    chosen = new Set(names.slice(0, MOST_MEASURED));
+    if (names.length > MAX_MEASURED) onError(`At most ${MAX_MEASURED} topics are measured at a time.`);
+    chosen = new Set(names.slice(0, MAX_MEASURED));
     const stopLast = stop;
     stop = () => {};
     figures = Object.fromEntries(Object.entries(figures).filter(([name]) => chosen.has(name)));

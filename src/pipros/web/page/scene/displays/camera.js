@@ -6,7 +6,7 @@ import { truth } from "../properties.js";
 import { infoTopic } from "./depth.js";
 import { Image } from "./image.js";
 
-const MOST_PIXELS = 640; // along each side of the picture
+const MAX_PIXELS = 640; // along each side of the picture
 const INTERVAL_MS = 100;
 
 export class Camera extends Image {
@@ -63,7 +63,7 @@ export class Camera extends Image {
     if (!this.still || !this.model || now - this.drawnAt < INTERVAL_MS) return;
     this.drawnAt = now;
     const { still } = this;
-    const scale = Math.min(1, MOST_PIXELS / Math.max(still.width, still.height));
+    const scale = Math.min(1, MAX_PIXELS / Math.max(still.width, still.height));
     const [width, height] = [still.width, still.height].map((size) => Math.max(1, Math.round(size * scale)));
     const zoom = Math.max(1e-3, this.get("Zoom Factor"));
     this.model.aim(this.camera, this.pose, zoom, this.model.width || still.width, this.model.height || still.height);

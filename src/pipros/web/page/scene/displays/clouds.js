@@ -7,7 +7,7 @@ import { points } from "../points.js";
 import { interpolated, transformed, vectorText } from "../pose.js";
 import { clear, dispose, place } from "../shapes.js";
 
-const MOST_KEPT = 2000000; // points of all clouds in a display with a decay time
+const MAX_KEPT = 2000000; // points of all clouds in a display with a decay time
 const TEXT = new TextDecoder();
 
 export class Cloud extends Display {
@@ -88,7 +88,7 @@ export class Cloud extends Display {
     if (!(decay > 0)) return;
     const now = this.scene.now();
     let total = this.kept.reduce((sum, { count }) => sum + count, 0);
-    while (this.kept.length > 1 && (Number(now - this.kept[0].arrival) / 1e9 > decay || total > MOST_KEPT)) {
+    while (this.kept.length > 1 && (Number(now - this.kept[0].arrival) / 1e9 > decay || total > MAX_KEPT)) {
       const [{ object, count }] = this.kept.splice(0, 1);
       total -= count;
       this.root.remove(object);

@@ -3,7 +3,7 @@
 import { CameraModel } from "../camera_model.js";
 import { Cloud } from "./clouds.js";
 
-const MOST_POINTS = 200000;
+const MAX_POINTS = 200000;
 const RAW = "raw";
 
 export class DepthCloud extends Cloud {
@@ -74,7 +74,7 @@ function depthColumns(image, model, colours) {
   const paint = colourReader(colours, width, height);
   const depthAt = depthReader(image, isMillimetres);
   let every = 1;
-  while (Math.ceil(width / every) * Math.ceil(height / every) > MOST_POINTS) every += 1;
+  while (Math.ceil(width / every) * Math.ceil(height / every) > MAX_POINTS) every += 1;
   const most = Math.ceil(width / every) * Math.ceil(height / every);
   const columns = [0, 1, 2].map(() => new Float32Array(most));
   const rgb = paint ? new Uint32Array(most) : null;

@@ -15,7 +15,7 @@ import { axes, dispose, place } from "../shapes.js";
 import { Markers } from "./markers.js";
 
 const MOST = 2000; // interactive markers in a display
-const MOST_CONTROLS = 200; // controls of one marker
+const MAX_CONTROLS = 200; // controls of one marker
 const UPDATE = /\/update$/;
 const QUEUE = 100;
 const KEEP_ALIVE_MS = 250;
@@ -101,7 +101,7 @@ export class InteractiveMarkers extends Markers {
     entry.holder.add(entry.body);
     this.root.add(entry.holder);
     this.entries.set(key, entry);
-    for (const control of message.controls.slice(0, MOST_CONTROLS)) this.addControl(entry, control, scale);
+    for (const control of message.controls.slice(0, MAX_CONTROLS)) this.addControl(entry, control, scale);
     const extras = new THREE.Group();
     if (this.get("Show Descriptions") && message.description) this.addShape(extras, titleOf(message.description, scale), message.name);
     if (this.get("Show Axes")) extras.add(axes(scale, 0.05 * scale));

@@ -9,7 +9,7 @@ import { normalized, poseOf, poseTexts } from "../pose.js";
 import { BOX, CYLINDER, SPHERE, arrow, blended, dispose, lit, place, segments, textSprite, unlit, wideLines } from "../shapes.js";
 
 const [ADD, DELETE, DELETE_ALL] = [0, 2, 3];
-const MOST_MARKERS = 20000;
+const MAX_MARKERS = 20000;
 const TYPES = [null, cube, sphere, cylinder, strip, list, cubes, spheres, squares, label, null, triangles];
 const [ARROW, MESH] = [0, 10];
 
@@ -48,8 +48,8 @@ export class Markers extends Display {
     const before = this.shown.get(key)?.sender;
     if (before && this.sender && before !== this.sender) this.setStatus("Id clash", "warning",
       `[${key}] is sent by [${before}] and by [${this.sender}], which overwrite each other.`);
-    if (!this.shown.has(key) && this.shown.size >= MOST_MARKERS) {
-      this.setStatus("Markers", "error", `More than ${MOST_MARKERS} markers are not shown.`);
+    if (!this.shown.has(key) && this.shown.size >= MAX_MARKERS) {
+      this.setStatus("Markers", "error", `More than ${MAX_MARKERS} markers are not shown.`);
       return;
     }
     this.remove(key, false);

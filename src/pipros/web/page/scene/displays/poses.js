@@ -7,7 +7,7 @@ import { composed, isFinitePose, normalized, poseOf, poseTexts } from "../pose.j
 import { CONE, SPHERE, arrow, axes, dispose, lit, place, segments, thinLines, unlit, wideLines } from "../shapes.js";
 
 const INVALID = "Message contained invalid floating point values (nans or infs)";
-const MOST_POSES = 20000;
+const MAX_POSES = 20000;
 
 // Shows the newest messages, each as one object.
 export class Placed extends Display {
@@ -29,7 +29,7 @@ export class Placed extends Display {
     holder.userData.texts = [["Frame", message.header.frame_id],
       ...poseTexts(composed(pose, [...object.position.toArray(), ...object.quaternion.toArray()]))];
     this.root.add(holder);
-    const most = this.most || MOST_POSES;
+    const most = this.most || MAX_POSES;
     while (this.root.children.length > most) {
       const [first] = this.root.children;
       this.root.remove(first);
@@ -85,7 +85,7 @@ export class Path extends Placed {
     else group.add(thinLines(strip, rgb, 1, { isStrip: true }));
     const style = this.get("Pose Style");
     if (style === "None") return group;
-    for (const { pose } of message.poses.slice(0, MOST_POSES)) {
+    for (const { pose } of message.poses.slice(0, MAX_POSES)) {
       const shape = style === "Axes" ? axes(this.get("Length"), this.get("Radius")) : arrow(this.get("Shaft Length"),
         this.get("Shaft Diameter"), this.get("Head Length"), this.get("Head Diameter"), lit(this.get("Pose Color")));
       place(shape, normalized(poseOf(pose)));
@@ -165,7 +165,7 @@ export class Odometry extends Placed {
 
 export class PoseArray extends Placed {
   draw({ poses }) {
-    const own = poses.slice(0, MOST_POSES).map((pose) => poseOf(pose));
+    const own = poses.slice(0, MAX_POSES).map((pose) => poseOf(pose));
     if (!own.every(isFinitePose)) return this.refuse();
     this.noteRotations(own);
     const [kind, rgb, alpha] = [this.get("Shape"), this.get("Color"), this.get("Alpha")];

@@ -4,12 +4,12 @@ import * as THREE from "three";
 import { Display } from "../display.js";
 import { OPAQUE, axes, clear, thinLines, wideLines } from "../shapes.js";
 
-const MOST_CELLS = 2000;
+const MAX_CELLS = 2000;
 
 export class Grid extends Display {
   begin() {
     clear(this.root);
-    const count = Math.min(MOST_CELLS, Math.max(1, this.get("Plane Cell Count")));
+    const count = Math.min(MAX_CELLS, Math.max(1, this.get("Plane Cell Count")));
     const layers = Math.min(100, Math.max(0, this.get("Normal Cell Count")));
     const size = this.get("Cell Size");
     const points = gridPoints(count, layers, size);

@@ -5,7 +5,7 @@ import { Display } from "../display.js";
 import { poseTexts } from "../pose.js";
 import { arrowShape, axes, clear, lit, place, textSprite } from "../shapes.js";
 
-const MOST_DRAWN = 1000;
+const MAX_DRAWN = 1000;
 
 export class Tf extends Display {
   begin() {
@@ -46,7 +46,7 @@ export class Tf extends Display {
     const { frames } = this.scene;
     const now = this.scene.now();
     const [scale, alpha, timeout] = [this.get("Marker Scale"), this.get("Marker Alpha"), this.get("Frame Timeout")];
-    const names = frames.names().slice(0, MOST_DRAWN);
+    const names = frames.names().slice(0, MAX_DRAWN);
     const known = new Set(names);
     for (const [name, entry] of this.drawn) {
       if (known.has(name)) continue;
